@@ -1,0 +1,1 @@
+"""Controllers: joint poses, inverse kinematics, and the search for contact points they start from."""

@@ -1,0 +1,111 @@
+"""Controllers by name: how each prepares a grasp, and what it manipulates with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.controllers.controller import Controller, Task
+from inhand.controllers.grasp_plan import GraspPlan, SearchConfig, plan_grasps
+from inhand.controllers.ik import IkController
+from inhand.controllers.thesis_ik import ThesisIkController
+from inhand.errors import InputError, near_matches
+from inhand.geometry import Array, transform
+from inhand.sim.hands import FINGER_NAMES, HandSpec
+from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.touch import touch
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Joint angles that the place and grasp phases move to."""
+
+    opened: Array
+    """Fingers stand off the object `(B, n_joints)` [rad]."""
+    closed: Array
+    """Fingers press on the object `(B, n_joints)` [rad]."""
+
+
+@dataclass(frozen=True)
+class ControllerEntry:
+    """One controller of the toolkit."""
+
+    name: str
+    """What the command line calls it."""
+    summary: str
+    """One line for lists."""
+    grasp: Callable[[HandSpec, ObjectSpec, Array], Grasp]
+    """Chooses a grasp for every path of object poses in the palm frame `(P, S, 3)`."""
+    manipulate: Callable[[Task], Controller]
+    """Makes the controller of the manipulation phase."""
+
+
+def planned_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array) -> Grasp:
+    """Return the grasps of the contact search; equal paths are searched once."""
+    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
+    plans: list[GraspPlan] = plan_grasps(hand, spec, distinct)
+    opened = np.stack([plan.opened for plan in plans])
+    closed = np.stack([plan.closed for plan in plans])
+    return Grasp(opened[index], closed[index])
+
+
+def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array) -> Grasp:
+    """Return the same grasp for every path: both fingers on the middle of the object's sides (thesis 3.2).
+
+    Raises:
+        InputError: a finger does not reach its side.
+    """
+    half = float(polygon(spec)[:, 0].max())
+    config = SearchConfig()
+    opened, closed = np.empty(hand.n_joints), np.empty(hand.n_joints)
+    for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
+        normal = np.array([sign, 0.0])
+        for goal, distance in ((opened, half + config.opening), (closed, half - ROUGH_SQUEEZE)):
+            found = touch(hand, finger, transform(poses[0, 0], distance * normal), normal)
+            if not found.reached:
+                raise InputError(
+                    f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: the {side} finger does not"
+                    " reach the middle of its side; use another object or hand, or the controller 'ik'"
+                )
+            goal[place] = found.joints
+    count = len(poses)
+    return Grasp(np.tile(opened, (count, 1)), np.tile(closed, (count, 1)))
+
+
+PLAN_EVERY = 3
+"""The contact search looks at every third waypoint of a path."""
+ROUGH_SQUEEZE = 0.001
+"""How far inside the object the thesis's rough grasp aims [m], guessed: enough to touch."""
+
+CONTROLLERS = {
+    entry.name: entry
+    for entry in (
+        ControllerEntry(
+            "ik",
+            "the expert: searched contacts, commanded grip force, feedback on the object's pose",
+            planned_grasp,
+            IkController,
+        ),
+        ControllerEntry(
+            "thesis-ik",
+            "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
+            rough_grasp,
+            ThesisIkController,
+        ),
+    )
+}
+
+
+def find_controller(name: str) -> ControllerEntry:
+    """Return a controller of the catalogue.
+
+    Raises:
+        InputError: there is none of that name; the text offers near matches.
+    """
+    if name not in CONTROLLERS:
+        raise InputError(
+            f"unknown controller {name!r}{near_matches(name, CONTROLLERS)}; allowed are {', '.join(CONTROLLERS)}"
+        )
+    return CONTROLLERS[name]

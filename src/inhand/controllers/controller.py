@@ -1,0 +1,61 @@
+"""What the loop asks of a controller, and what a controller is told of its task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.state import State
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a batch of B worlds has to do: carry the object along a path each."""
+
+    hand: HandSpec
+    """The hand of every world."""
+    objects: tuple[ObjectSpec, ...]
+    """The object of each world."""
+    paths: Array
+    """Object poses relative to where manipulation starts, in palm axes `(B, S, 3)` [m, m, rad]."""
+    progress: Array
+    """Progress of each of those poses along its path `(B, S)` [m; rad for a path that only turns]."""
+    control_period: float
+    """Time between two decisions [s]."""
+    timestep: float
+    """Physics step [s]."""
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return len(self.objects)
+
+
+class Controller(Protocol):
+    """Turns states of a batch into joint targets."""
+
+    def begin(self, state: State) -> None:
+        """Start a phase from a state."""
+
+    def act(self, state: State) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have done what the controller was for `(B,)`."""
+
+
+def sample_paths(task: Task, progress: Array) -> Array:
+    """Return relative poses `(B, 3)` at a progress `(B,)` of every world's path, by linear interpolation."""
+    worlds = np.arange(len(progress))
+    count = task.progress.shape[1]
+    above = np.minimum((task.progress < progress[:, None]).sum(axis=1), count - 1)
+    below = np.maximum(above - 1, 0)
+    low, high = task.progress[worlds, below], task.progress[worlds, above]
+    share = np.clip((progress - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)[:, None]
+    return np.asarray((1 - share) * task.paths[worlds, below] + share * task.paths[worlds, above])

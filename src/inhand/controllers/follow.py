@@ -1,0 +1,36 @@
+"""How far the grip that is held now can follow its path: the expert's plan, made again from what was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inhand.controllers.controller import Task
+from inhand.controllers.grasp_plan import fingers_clear, force_closure
+from inhand.geometry import Array, inverse_transform
+from inhand.sim.objects import polygon
+from inhand.sim.rolling import Starts, roll
+from inhand.sim.state import State
+
+
+def follow_limit(task: Task, state: State, friction_share: float, every: int) -> Array:
+    """Return the progress `(B,)` up to which rolling contacts hold, from the measured grip and object pose.
+
+    Args:
+        task: the batch's paths.
+        state: the grip.
+        friction_share: share of the friction coefficient that the line between the contacts may use.
+        every: look at every so many waypoints of the paths.
+    """
+    hand, start = task.hand, state.pose
+    poses = start[:, None] + task.paths[:, ::every]
+    bodies = np.stack([polygon(spec) for spec in task.objects])
+    tracks = []
+    for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
+        points = inverse_transform(start, state.object_points[:, i])
+        tracks.append(roll(hand, finger, Starts(points, state.joint_angles[:, place], bodies), poses))
+    left, right = tracks
+    friction = np.array([friction_share * hand.friction * spec.friction for spec in task.objects])
+    held = left.held & right.held & fingers_clear(hand, left.joints, right.joints)
+    held &= force_closure(friction[:, None], (left.points, left.normals), (right.points, right.normals))
+    reach = np.cumprod(held, axis=-1).sum(axis=-1)
+    return np.asarray(task.progress[:, ::every][np.arange(len(reach)), np.maximum(reach - 1, 0)])

@@ -1,0 +1,194 @@
+"""The search for contact points: where to hold an object so that it can be carried farthest along a path.
+
+The thesis names rough initial contacts as the likely cause of its failures towards the palm and proposes a small
+optimisation search (thesis 5.1). This is it: points all round the outline are tried for each finger; a contact rolls
+without slipping as its finger turns; a pair counts while the line between the contacts lies inside both friction
+cones (planar two-finger force closure) and no link meets object, palm or other finger.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
+
+from inhand.errors import InputError
+from inhand.geometry import Array, rotate, transform
+from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec
+from inhand.sim.objects import ObjectSpec, outline, polygon
+from inhand.sim.polygons import separation
+from inhand.sim.rolling import Starts, Tracks, roll
+from inhand.sim.shapes import link_polygons
+from inhand.sim.touch import Touches, touch
+
+
+@dataclass(frozen=True)
+class SearchConfig:
+    """How contacts are searched and judged."""
+
+    spacing: float = 0.002
+    """Distance between tried points of the outline [m]."""
+    edge: float = 0.002
+    """Contacts start this far from the corners of a face [m]."""
+    cone: float = 0.75
+    """Share of the friction coefficient that the line between the contacts may use."""
+    tilt_cost: float = 0.012
+    """Progress given up for a grip line that starts at the edge of the cone, not along the normals [m]."""
+    opening: float = 0.010
+    """How far the fingertips stand off the object before they close [m]."""
+    squeeze: float = 0.002
+    """How far inside the object the fingertips aim when they close, which presses them on [m]."""
+    candidates: int = 24
+    """Pairs whose links are checked against each other."""
+
+
+@dataclass(frozen=True)
+class GraspPlan:
+    """Where to hold an object for one path."""
+
+    contacts: Array
+    """Start contacts of the left and right finger in the object frame `(2, 2)` [m]."""
+    opened: Array
+    """Joint angles that stand off both contacts `(n_joints,)` [rad]."""
+    closed: Array
+    """Joint angles that press on both contacts `(n_joints,)` [rad]."""
+    reach: int
+    """Number of poses of the path, from the first, that this grip can follow."""
+
+
+def plan_grasps(hand: HandSpec, spec: ObjectSpec, poses: Array, config: SearchConfig | None = None) -> list[GraspPlan]:
+    """Return for every path the grasp that carries the object farthest along it.
+
+    Args:
+        hand: the hand.
+        spec: the object.
+        poses: object poses along P paths from one start pose, in the palm frame `(P, S, 3)`.
+        config: how to search.
+
+    Raises:
+        InputError: no pair of contacts holds the object at the start; the text says which constraint fails.
+    """
+    config = config or SearchConfig()
+    starts = [_reachable(hand, finger, spec, poses[0, 0], config) for finger in hand.fingers]
+    for side, (points, _) in zip(FINGER_NAMES, starts, strict=True):
+        if len(points) == 0:
+            raise _no_grasp(hand, spec, f"the {side} finger reaches no point of it within its joint limits")
+    tracks = [
+        _roll_all(hand, finger, (points, touches), polygon(spec), poses)
+        for finger, (points, touches) in zip(hand.fingers, starts, strict=True)
+    ]
+    friction = config.cone * hand.friction * spec.friction
+    plans = []
+    for p, path in enumerate(poses):
+        left, right = (Tracks(t.points[p], t.normals[p], t.joints[p], t.held[p]) for t in tracks)
+        plans.append(_best(hand, spec, path, ((left, right), friction), config))
+    return plans
+
+
+def force_closure(friction: float | Array, left: tuple[Array, Array], right: tuple[Array, Array]) -> NDArray[np.bool_]:
+    """Return whether the line between two contacts lies inside both friction cones.
+
+    Args:
+        friction: coefficient of friction that may be used; broadcasts.
+        left: points `(..., 2)` [m] and outward normals `(..., 2)` of the left contacts in the object frame.
+        right: the same of the right contacts; leading axes broadcast.
+    """
+    line = right[0] - left[0]
+    line = line / np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
+    least = np.cos(np.arctan(friction))
+    return np.asarray((-(line * left[1]).sum(-1) >= least) & ((line * right[1]).sum(-1) >= least))
+
+
+def fingers_clear(hand: HandSpec, left: Array, right: Array) -> NDArray[np.bool_]:
+    """Return whether no link of the left finger meets one of the right, for joint angles `(..., n)` each."""
+    clear = np.ones(left.shape[:-1], dtype=bool)
+    others = link_polygons(hand, hand.right, right)
+    for link in link_polygons(hand, hand.left, left):
+        for other in others:
+            clear &= separation(link, other) > 0
+    return clear
+
+
+def _reachable(
+    hand: HandSpec, finger: FingerSpec, spec: ObjectSpec, pose: Array, config: SearchConfig
+) -> tuple[Array, Touches]:
+    """Return the points of the outline `(K, 2)` that a finger can touch at the start, and how."""
+    points, normals = outline(spec, config.spacing)
+    corner = (normals * np.roll(normals, 1, axis=0)).sum(-1) < np.cos(np.deg2rad(30))
+    corners = ((points + np.roll(points, 1, axis=0)) / 2)[corner]
+    inner = np.linalg.norm(points[:, None] - corners, axis=-1).min(axis=-1, initial=np.inf) >= config.edge
+    touches = touch(hand, finger, transform(pose, points), rotate(pose[2], normals))
+    chosen = touches.reached & inner
+    return points[chosen], Touches(touches.joints[chosen], touches.inclination[chosen], touches.reached[chosen])
+
+
+def _roll_all(hand: HandSpec, finger: FingerSpec, start: tuple[Array, Touches], body: Array, poses: Array) -> Tracks:
+    """Roll every start along every path `(P, S, 3)` in one batch; the tracks' axes are `(P, K, S)`."""
+    points, touches = start
+    count = len(points)
+    starts = Starts(np.tile(points, (len(poses), 1)), np.tile(touches.joints, (len(poses), 1)), body)
+    flat = roll(hand, finger, starts, np.repeat(poses, count, axis=0))
+    shape = (len(poses), count, poses.shape[1])
+    points, normals, joints = (a.reshape(*shape, -1) for a in (flat.points, flat.normals, flat.joints))
+    return Tracks(points, normals, joints, flat.held.reshape(shape))
+
+
+def _no_grasp(hand: HandSpec, spec: ObjectSpec, why: str) -> InputError:
+    return InputError(
+        f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: {why}; use another object, hand or start"
+    )
+
+
+def _best(
+    hand: HandSpec, spec: ObjectSpec, poses: Array, found: tuple[tuple[Tracks, Tracks], float], config: SearchConfig
+) -> GraspPlan:
+    """Return the plan of the pair with the best score whose fingers do not meet."""
+    (left, right), friction = found
+    closed = force_closure(
+        friction,
+        (left.points[:, None], left.normals[:, None]),
+        (right.points[None], right.normals[None]),
+    )
+    held = left.held[:, None] & right.held[None] & closed
+    reach = np.cumprod(held, axis=-1).sum(axis=-1)
+    if reach.max() == 0:
+        raise _no_grasp(hand, spec, "no two reachable points have their line inside both friction cones")
+    robust = np.minimum(minimum_filter(reach, size=3, mode="nearest") + 1, reach)
+    score = _score(np.where(reach > 0, np.maximum(robust, 1), 0), poses, (left, right), config)
+    order = np.argsort(-score, axis=None, kind="stable")[: config.candidates]
+    pairs = np.stack(np.unravel_index(order, score.shape), axis=-1)
+    pairs = pairs[np.isfinite(score[pairs[:, 0], pairs[:, 1]])]
+    clear = fingers_clear(hand, left.joints[pairs[:, 0]], right.joints[pairs[:, 1]])
+    free = np.minimum(np.cumprod(clear, axis=-1).sum(axis=-1), reach[pairs[:, 0], pairs[:, 1]])
+    best = int(np.argmax(free - np.arange(len(free)) * 1e-3))
+    return _plan(hand, poses[0], (left, right), (pairs[best], int(free[best])), config)
+
+
+def _score(reach: NDArray[np.int64], poses: Array, tracks: tuple[Tracks, Tracks], config: SearchConfig) -> Array:
+    """Return the progress [m] each pair reaches, less what a tilted start costs `(K, K)`."""
+    steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=-1) + np.abs(np.diff(poses[:, 2])) * 0.02
+    progress = np.concatenate([[0.0], np.cumsum(steps)])
+    left, right = tracks
+    line = right.points[None, :, 0] - left.points[:, None, 0]
+    line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
+    cosine = np.minimum(-(line * left.normals[:, None, 0]).sum(-1), (line * right.normals[None, :, 0]).sum(-1))
+    value = progress[np.maximum(reach - 1, 0)] - config.tilt_cost * (1 - cosine) / 0.1
+    return np.where(reach > 0, value, -np.inf)
+
+
+def _plan(
+    hand: HandSpec, pose: Array, tracks: tuple[Tracks, Tracks], found: tuple[Array, int], config: SearchConfig
+) -> GraspPlan:
+    pair, reach = found
+    contacts = np.stack([track.points[k, 0] for track, k in zip(tracks, pair, strict=True)])
+    opened, closed = np.empty(hand.n_joints), np.empty(hand.n_joints)
+    for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
+        normal = tracks[i].normals[pair[i], 0]
+        touching = tracks[i].joints[pair[i], 0]
+        away = np.array([-0.15 * finger.bend] + [0.0] * (len(finger.links) - 1))
+        for goal, shift, fallback in ((opened, config.opening, touching + away), (closed, -config.squeeze, touching)):
+            there = touch(hand, finger, transform(pose, contacts[i] + shift * normal), rotate(pose[2], normal))
+            goal[place] = there.joints if there.reached else fallback
+    return GraspPlan(contacts, opened, closed, reach)

@@ -1,0 +1,1 @@
+"""Phases and the one loop that runs them."""

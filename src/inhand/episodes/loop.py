@@ -1,0 +1,105 @@
+"""The one loop: decide, simulate, measure, judge; every episode of a batch runs through it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.controllers.controller import Controller, Task
+from inhand.episodes.phases import Phase
+from inhand.sim.engine import Simulator
+from inhand.sim.state import State
+from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
+
+LOST_AFTER = 20
+"""A contact lost for more simulation steps than this ends an episode (thesis 3.2)."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a batch of B episodes left."""
+
+    states: tuple[State, ...]
+    """Every measured state, the first before the first phase."""
+    phase: NDArray[np.int64]
+    """Phase of each state `(T,)`."""
+    last: NDArray[np.int64]
+    """Index of each world's last state `(B,)`."""
+    outcomes: tuple[str, ...]
+    """How each world's episode ended."""
+
+
+@dataclass
+class _Verdicts:
+    """Which worlds have ended, when and how."""
+
+    running: NDArray[np.bool_]
+    last: NDArray[np.int64]
+    outcomes: list[str]
+    lost: NDArray[np.int64]
+
+    def end(self, worlds: NDArray[np.bool_], index: int, outcome: str) -> None:
+        """End the episodes of worlds that still run."""
+        for world in np.flatnonzero(worlds & self.running):
+            self.outcomes[world] = outcome
+            self.last[world] = index
+        self.running = self.running & ~worlds
+
+
+def control_step(simulator: Simulator, controller: Controller, state: State, substeps: int) -> State:
+    """Decide, simulate and measure: return the state after one control step."""
+    return simulator.step(controller.act(state), substeps)
+
+
+def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[np.int64]:
+    """Return for how many simulation steps each world has not been held by both fingers `(B,)`."""
+    return np.where(state.touching.all(axis=-1), 0, lost + substeps)
+
+
+def run_episodes(
+    simulator: Simulator,
+    task: Task,
+    phases: Sequence[Phase],
+    start: State,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Recording:
+    """Run one episode in every world of a batch, phase by phase.
+
+    Args:
+        simulator: the worlds.
+        task: what they have to do.
+        phases: the slices of the episode.
+        start: the state the simulator was reset to.
+        progress: told the phase, the worlds still running and the simulated step, after every step.
+    """
+    substeps = round(task.control_period / task.timestep)
+    states, phase_of, count = [start], [0], task.n_worlds
+    verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
+    for number, phase in enumerate(phases):
+        controller = phase.controller(task)
+        controller.begin(states[-1])
+        for _ in range(round(phase.longest / task.control_period)):
+            states.append(control_step(simulator, controller, states[-1], substeps))
+            phase_of.append(number)
+            done = controller.finished(states[-1])
+            if phase.keep_contact:
+                _judge(verdicts, states[-1], substeps, done, len(states) - 1)
+            if progress is not None:
+                progress(phase.name, int(verdicts.running.sum()), len(states) - 1)
+            if not verdicts.running.any() or bool((done | ~verdicts.running).all()):
+                break
+        if phase.must_hold:
+            verdicts.end(np.asarray(~states[-1].touching.all(axis=-1)), len(states) - 1, NO_GRASP)
+        if not verdicts.running.any():
+            break
+    verdicts.end(verdicts.running, len(states) - 1, TIME_OUT)
+    return Recording(tuple(states), np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
+
+
+def _judge(verdicts: _Verdicts, state: State, substeps: int, done: NDArray[np.bool_], index: int) -> None:
+    verdicts.lost = lost_steps(verdicts.lost, state, substeps)
+    verdicts.end(np.asarray(verdicts.lost > LOST_AFTER), index, LOST_CONTACT)
+    verdicts.end(done & (verdicts.lost == 0), index, REACHED)

@@ -1,0 +1,36 @@
+"""Phases: slices of an episode, each under one controller (thesis 3.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from inhand.controllers.catalogue import Grasp
+from inhand.controllers.controller import Controller, Task
+from inhand.controllers.joint import JointPid
+from inhand.trials.trial import MANIPULATE
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One slice of an episode. It ends when its controller has finished in every world, or when time is up."""
+
+    name: str
+    """What recordings call it."""
+    controller: Callable[[Task], Controller]
+    """Makes the controller when the phase starts."""
+    longest: float
+    """Time after which the phase ends [s]."""
+    must_hold: bool = False
+    """Whether a world in which a finger does not touch the object at the end is out."""
+    keep_contact: bool = False
+    """Whether a contact that stays lost ends a world's episode, as does finishing or running out of time."""
+
+
+def standard_phases(grasp: Grasp, manipulate: Callable[[Task], Controller]) -> tuple[Phase, ...]:
+    """Return the thesis's three phases: place, grasp, manipulate (thesis 3.4)."""
+    return (
+        Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
+        Phase("grasp", lambda task: JointPid(task, grasp.closed), longest=1.2, must_hold=True),
+        Phase(MANIPULATE, manipulate, longest=8.0, keep_contact=True),
+    )

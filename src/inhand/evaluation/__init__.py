@@ -1,0 +1,1 @@
+"""Metrics, labels, averages and runs of the Asterisk Test."""

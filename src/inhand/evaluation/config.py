@@ -1,0 +1,37 @@
+"""Configuration of a run of the Asterisk Test; imports nothing heavy, so that `--help` stays fast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class AsteriskConfig:
+    """Run the Asterisk Test in simulation and report it beside human trials."""
+
+    hand: str = "2v2_50.50_50.50_1.1_53"
+    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
+    object: str = "cube_39"
+    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    controller: str = "ik"
+    """Controller: ik or thesis-ik."""
+    paths: Literal["straight", "human"] = "straight"
+    """Reference paths: straight lines, or paths extracted from the human trials of --human."""
+    human: Path | None = None
+    """Folder of recorded human trials, to follow with --paths human and to draw beside the simulation."""
+    directions: str = "all"
+    """train, unseen, all, thesis names, letters a-h or angles in degrees, separated by commas."""
+    trials: int = 3
+    """Trials for each direction, each with its own start noise."""
+    seed: int = 0
+    """Seed of the start noise."""
+    noise_mm: float = 1.0
+    """Standard deviation of the object's start in x and y [mm]."""
+    noise_deg: float = 1.0
+    """Standard deviation of the object's start rotation [deg]."""
+    out: Path = Path("results/asterisk")
+    """Folder to write the run to."""
+    overwrite: bool = False
+    """Replace the run that the folder holds."""

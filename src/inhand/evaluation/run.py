@@ -1,0 +1,154 @@
+"""Run the Asterisk Test in simulation: one batch of worlds, one world for each direction and trial."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.controllers.catalogue import ControllerEntry, find_controller
+from inhand.controllers.controller import Task
+from inhand.episodes.loop import run_episodes
+from inhand.episodes.phases import standard_phases
+from inhand.episodes.record import cut_trials
+from inhand.errors import InputError
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.versions import versions
+from inhand.geometry import Array
+from inhand.sim.fit import check_fit
+from inhand.sim.hands import HandSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.spec_files import load_hand, load_object
+from inhand.tasks.paths import ReferencePath, human_path, straight_path
+from inhand.tasks.primitives import Primitive, parse_directions
+from inhand.trials.human_trial import HumanTrial
+from inhand.trials.trial import Passport, Trial
+
+SUBSTEPS = 5
+"""Physics steps for one decision of a controller."""
+SPREAD = 0.2
+"""How far the proximal joints start outside the opened grasp [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Assignment:
+    """What one world has to do."""
+
+    primitive: Primitive
+    """The primitive."""
+    path: ReferencePath
+    """The path to follow."""
+    trial: int
+    """Number of the trial in its direction, from 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Everything a run needs, checked before anything is written."""
+
+    hand: HandSpec
+    """The hand."""
+    object: ObjectSpec
+    """The object."""
+    controller: ControllerEntry
+    """The controller of the manipulation phase."""
+    assignments: tuple[Assignment, ...]
+    """What each world does."""
+
+
+def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
+    """Return a run's setup.
+
+    Args:
+        config: what to run.
+        people: human trials; their paths are followed where `config.paths` is human.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
+    if config.trials < 1:
+        raise InputError(f"--trials {config.trials}: give at least one trial for each direction")
+    for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
+        if not (np.isfinite(value) and value >= 0):
+            raise InputError(f"{name} {value:g}: noise must be 0 or more")
+    if config.seed < 0:
+        raise InputError(f"--seed {config.seed}: a seed is 0 or more")
+    hand, spec = load_hand(config.hand), load_object(config.object)
+    entry = find_controller(config.controller)
+    primitives = parse_directions(config.directions)
+    check_fit(hand, spec)
+    assignments = []
+    for primitive in primitives:
+        paths = _paths(config, primitive, people)
+        assignments += [Assignment(primitive, paths[k % len(paths)], k + 1) for k in range(config.trials)]
+    return Setup(hand, spec, entry, tuple(assignments))
+
+
+def simulate(
+    config: AsteriskConfig, setup: Setup, progress: Callable[[str, int, int], None] | None = None
+) -> tuple[Trial, ...]:
+    """Run every assignment at once and return the trials in the same order."""
+    hand, count = setup.hand, len(setup.assignments)
+    simulator = MujocoSimulator(hand, [setup.object] * count, SceneSpec())
+    origin = np.array([*hand.start_position, 0.0])
+    paths, along = _stacked([each.path for each in setup.assignments])
+    grasp = setup.controller.grasp(hand, setup.object, origin + paths)
+    rng = np.random.default_rng(config.seed)
+    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
+    start = origin + spread * rng.standard_normal((count, 3))
+    joints = grasp.opened.copy()
+    for finger, place in zip(hand.fingers, hand.slices, strict=True):
+        joints[:, place.start] -= finger.bend * SPREAD
+    joints = np.clip(joints, hand.limits[:, 0], hand.limits[:, 1])
+    timestep = simulator.timestep
+    task = Task(hand, simulator.objects, paths, along, SUBSTEPS * timestep, timestep)
+    phases = standard_phases(grasp, setup.controller.manipulate)
+    recording = run_episodes(simulator, task, phases, simulator.reset(start, joints), progress)
+    return cut_trials(recording, phases, _passports(config, setup, timestep), paths)
+
+
+def _passports(config: AsteriskConfig, setup: Setup, timestep: float) -> list[Passport]:
+    found = versions()
+    return [
+        Passport(
+            hand=setup.hand,
+            object=setup.object,
+            controller=setup.controller.name,
+            primitive=each.primitive.name,
+            angle_deg=each.primitive.angle_deg,
+            rotation_deg=each.primitive.rotation_deg,
+            path=each.path.name,
+            trial=each.trial,
+            seed=config.seed,
+            substeps=SUBSTEPS,
+            timestep=timestep,
+            versions=found,
+        )
+        for each in setup.assignments
+    ]
+
+
+def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanTrial]) -> list[ReferencePath]:
+    if config.paths == "straight":
+        return [straight_path(primitive)]
+    trials = [t for t in people if t.primitive == primitive.name and t.twist_deg == primitive.rotation_deg]
+    if not trials:
+        have = sorted({t.primitive for t in people if t.angle_deg is not None})
+        raise InputError(
+            f"--paths human: no human trial of direction {primitive.name!r}; the folder has"
+            f" {', '.join(have) or 'none'}: ask for those with --directions, or use --paths straight"
+        )
+    return [human_path(trial) for trial in trials]
+
+
+def _stacked(paths: Sequence[ReferencePath]) -> tuple[Array, Array]:
+    """Return poses `(B, S, 3)` and progress `(B, S)`, shorter paths held at their last waypoint."""
+    longest = max(len(path.progress) for path in paths)
+
+    def padded(values: Array) -> Array:
+        return np.concatenate([values, np.repeat(values[-1:], longest - len(values), axis=0)])
+
+    return np.stack([padded(path.poses) for path in paths]), np.stack([padded(path.progress) for path in paths])

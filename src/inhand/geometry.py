@@ -1,0 +1,89 @@
+"""Planar poses and frames.
+
+A planar pose is an array `(..., 3)` of x [m], y [m] and theta [rad], counter-clockwise. `pose_a_b` is the
+pose of frame b seen from frame a, so `compose(pose_a_b, pose_b_c)` is `pose_a_c`. Every function takes any
+leading batch axes and broadcasts them.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def wrap_angle(angle: ArrayLike) -> Array:
+    """Return angles [rad] moved into [-pi, pi)."""
+    return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def unit(angle: ArrayLike) -> Array:
+    """Return the unit vectors `(..., 2)` at angles [rad] counter-clockwise from +x."""
+    angle = np.asarray(angle, dtype=float)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def rotate(angle: ArrayLike, vectors: ArrayLike) -> Array:
+    """Return vectors `(..., 2)` turned counter-clockwise by angles `(...)` [rad]."""
+    angle = np.asarray(angle, dtype=float)
+    vectors = np.asarray(vectors, dtype=float)
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return the planar cross product a_x b_y - a_y b_x of vectors `(..., 2)`."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def perpendicular(vectors: Array) -> Array:
+    """Return vectors `(..., 2)` turned a quarter counter-clockwise."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def transform(pose: Array, points: Array) -> Array:
+    """Return points `(..., 2)` [m] of frame b in frame a, with `pose` = pose_a_b `(..., 3)`."""
+    return rotate(pose[..., 2], points) + pose[..., :2]
+
+
+def inverse_transform(pose: Array, points: Array) -> Array:
+    """Return points `(..., 2)` [m] of frame a in frame b, with `pose` = pose_a_b `(..., 3)`."""
+    return rotate(-pose[..., 2], points - pose[..., :2])
+
+
+def compose(pose_a_b: Array, pose_b_c: Array) -> Array:
+    """Return pose_a_c `(..., 3)`; the angle is the plain sum, so that full turns are kept."""
+    position = transform(pose_a_b, pose_b_c[..., :2])
+    angle = pose_a_b[..., 2] + pose_b_c[..., 2]
+    return np.concatenate([position, angle[..., None]], axis=-1)
+
+
+def inverse(pose_a_b: Array) -> Array:
+    """Return pose_b_a `(..., 3)`."""
+    position = rotate(-pose_a_b[..., 2], -pose_a_b[..., :2])
+    return np.concatenate([position, -pose_a_b[..., 2:3]], axis=-1)
+
+
+def yaw(quaternion: ArrayLike) -> Array:
+    """Return the rotation about z [rad] of unit quaternions `(..., 4)` (w, x, y, z)."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def planar(pose: ArrayLike) -> Array:
+    """Return the planar view `(..., 3)` of full poses `(..., 7)` (position [m], quaternion w x y z)."""
+    pose = np.asarray(pose, dtype=float)
+    return np.concatenate([pose[..., :2], yaw(pose[..., 3:])[..., None]], axis=-1)
+
+
+def spatial(pose: ArrayLike, height: float) -> Array:
+    """Return full poses `(..., 7)` standing upright at `height` [m] from planar poses `(..., 3)`."""
+    pose = np.asarray(pose, dtype=float)
+    half = pose[..., 2] / 2
+    zero = np.zeros_like(half)
+    parts = [pose[..., 0], pose[..., 1], zero + height, np.cos(half), zero, zero, np.sin(half)]
+    return np.stack(parts, axis=-1)

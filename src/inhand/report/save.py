@@ -1,0 +1,54 @@
+"""Write a figure to a file: whole or not at all, and the same bytes every time."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from inhand.errors import InputError
+
+PNG_DPI = 160
+"""Resolution of PNG files [dots/in]: sharp on a page at 9 pt, small enough for a repository."""
+
+UNDATED: dict[str, dict[str, str | None]] = {
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None},
+    ".svg": {"Date": None, "Creator": None},
+}
+"""Suffixes that `save_figure` writes, with the metadata to leave out: dates and versions change the bytes."""
+
+
+def save_figure(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG (160 dpi), PDF or SVG, chosen by the suffix, and return the path.
+
+    The file appears whole under its name or not at all; missing folders are made; equal figures give equal bytes.
+
+    Raises:
+        InputError: the suffix is none of .png, .pdf and .svg.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in UNDATED:
+        raise InputError(f"cannot write a figure as {path.name!r}: the suffix must be .png, .pdf or .svg; rename it")
+    # These two have no argument in savefig: identifiers in SVG files are random without a salt, and journals
+    # refuse PDF files with Type 3 fonts. The context puts the caller's settings back.
+    with written_whole(path) as part, mpl.rc_context({"svg.hashsalt": "inhand", "pdf.fonttype": 42}):
+        figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", metadata=UNDATED[suffix])
+    return path
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside `path` to write to; moved onto `path` at the end, removed after an error."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""Hands, objects and the engines that simulate them."""

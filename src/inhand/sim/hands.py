@@ -1,0 +1,161 @@
+"""Hands: two planar fingers on a palm, as frozen specs in the palm frame.
+
+Palm frame: origin on the palm's mid-line at the proximal joints, +x right, +y away from the palm, +z up.
+Joint angles [rad] are counter-clockwise about +z and zero where a finger points straight along +y, so a right
+finger bends inwards with positive distal angles and a left finger with negative ones. Joints are ordered
+left finger first, each from the palm outwards (thesis 3.3.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.geometry import Array
+
+FINGER_NAMES = ("left", "right")
+
+
+@dataclass(frozen=True)
+class FingerSpec:
+    """One finger: a chain of straight links in the plane."""
+
+    base: tuple[float, float]
+    """Proximal joint in the palm frame [m]."""
+    links: tuple[float, ...]
+    """Link lengths from joint to joint, the last to the fingertip [m]."""
+    limits: tuple[tuple[float, float], ...]
+    """Lowest and highest angle of each joint [rad]."""
+    bend: int
+    """Sign of the distal angles that bend this finger inwards: -1 left, +1 right."""
+
+    @property
+    def length(self) -> float:
+        """Length of the straight finger [m]."""
+        return sum(self.links)
+
+
+@dataclass(frozen=True)
+class HandSpec:
+    """A two-finger hand. The numbers are the laboratory's public hand models unless marked guessed."""
+
+    name: str
+    """The name it was asked for by."""
+    left: FingerSpec
+    """Left finger."""
+    right: FingerSpec
+    """Right finger."""
+    palm_width: float
+    """Distance between the proximal joints [m]."""
+    palm_depth: float = 0.053
+    """Depth of the palm's box, which lies between y = -depth and 0 [m]."""
+    link_width: float = 0.022
+    """Width of the links in the plane [m]."""
+    thickness: float = 0.032
+    """Thickness of links and palm along z [m]."""
+    joint_gap: float = 0.005
+    """Length at the start of each link that carries no collision body [m]."""
+    tip_length: float = 0.0075
+    """Length of the fingertip's cap, half an ellipse across the link [m]."""
+    link_mass: float = 0.036
+    """Mass of each link [kg]."""
+    friction: float = 0.5
+    """Friction coefficient of the fingers; a contact has the product of both bodies' coefficients."""
+    stiffness: float = 5.0
+    """Gain of the position servos [N m/rad], guessed: 0.07 rad of error reach the torque limit."""
+    damping: float = 0.15
+    """Damping of each geared joint [N m s/rad], guessed: near critical."""
+    armature: float = 1e-3
+    """Rotor inertia seen through the gears at each joint [kg m^2], guessed (a small geared servo)."""
+    torque: float = 0.35
+    """Largest torque of each motor [N m]."""
+
+    @property
+    def fingers(self) -> tuple[FingerSpec, FingerSpec]:
+        """Left and right finger."""
+        return (self.left, self.right)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints of both fingers."""
+        return len(self.left.links) + len(self.right.links)
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Places of the left and right finger's joints in an array of all joints."""
+        n_left = len(self.left.links)
+        return (slice(0, n_left), slice(n_left, self.n_joints))
+
+    @property
+    def finger_length(self) -> float:
+        """Mean length of the two straight fingers [m]; sets the start of the object (thesis 3.1)."""
+        return (self.left.length + self.right.length) / 2
+
+    @property
+    def limits(self) -> Array:
+        """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
+        return np.array(self.left.limits + self.right.limits)
+
+    @property
+    def start_position(self) -> tuple[float, float]:
+        """Origin of the task frame, where the object starts: 0.65 of the finger length (thesis 3.1) [m]."""
+        return (0.0, 0.65 * self.finger_length)
+
+
+def build_hand(
+    name: str,
+    left_links: tuple[float, ...],
+    right_links: tuple[float, ...],
+    palm_width: float,
+) -> HandSpec:
+    """Return a hand with free joints (limits of +-pi, so that bodies are the only limit).
+
+    Args:
+        name: what to call it.
+        left_links: link lengths of the left finger [m].
+        right_links: link lengths of the right finger [m].
+        palm_width: distance between the proximal joints [m].
+
+    Raises:
+        InputError: a length is not a positive finite number, or a finger has not two or three links.
+    """
+    for side, links in zip(FINGER_NAMES, (left_links, right_links), strict=True):
+        if len(links) not in {2, 3}:
+            raise InputError(f"hand {name!r}: the {side} finger has {len(links)} links; a finger has 2 or 3 links")
+        for length in links:
+            _check_positive(name, f"a link of the {side} finger", length)
+            if length <= LONGEST_DEAD_LENGTH:
+                raise InputError(
+                    f"hand {name!r}: a link of the {side} finger is {1e3 * length:g} mm long; links must be longer"
+                    f" than {1e3 * LONGEST_DEAD_LENGTH:g} mm, the joint gap and the tip's cap together"
+                )
+    _check_positive(name, "the palm width", palm_width)
+    fingers = [
+        FingerSpec((sign * palm_width / 2, 0.0), links, ((-np.pi, np.pi),) * len(links), sign)
+        for sign, links in ((-1, left_links), (1, right_links))
+    ]
+    return HandSpec(name, fingers[0], fingers[1], palm_width)
+
+
+LONGEST_DEAD_LENGTH = 0.0125
+"""Joint gap and tip cap of the shortest possible link [m]."""
+
+
+def lab_limits(hand: HandSpec) -> HandSpec:
+    """Return the hand with the laboratory's later joint limits, elbows outward, mirrored on the left finger.
+
+    Proximal joints keep to +-1.57 rad, the others to 0 ... 2.09 rad of inward bend.
+    """
+
+    def limited(finger: FingerSpec) -> FingerSpec:
+        bent = (0.0, 2.09) if finger.bend > 0 else (-2.09, 0.0)
+        return replace(finger, limits=((-1.57, 1.57), *(bent,) * (len(finger.links) - 1)))
+
+    return replace(hand, left=limited(hand.left), right=limited(hand.right))
+
+
+def _check_positive(name: str, what: str, value: float) -> None:
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"hand {name!r}: {what} is {1e3 * value:g} mm; it must be a positive length")

@@ -1,0 +1,167 @@
+"""The MuJoCo model of a hand and an object, built from their specs with MjSpec.
+
+The world frame is the palm frame with its plane z = 0 on the floor. The fingers move at half the object's
+height (guessed: the recordings do not say). Contacts are declared pair by pair, each with the product of both
+bodies' friction coefficients, as in the thesis's engine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from inhand.geometry import Array
+from inhand.sim.hands import FINGER_NAMES, HandSpec
+from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.shapes import link_outline
+
+FAR = 1.0
+"""Distances beyond this read as this [m]; larger than any hand."""
+
+
+@dataclass(frozen=True)
+class SceneSpec:
+    """What surrounds hand and object."""
+
+    timestep: float = 0.004
+    """Physics step [s] (thesis 3.4)."""
+    floor_friction: float = 0.2
+    """Friction coefficient of the plane (the laboratory's RL setting)."""
+    gravity: float = 9.81
+    """Gravity along -z [m/s^2]."""
+
+
+LINK_SENSOR_SIZE = 7
+"""Sensor values for every link: its distance to the object, then the nearest points of link and object [m]."""
+
+
+def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
+    """Return the compiled model for stepping: finger joints in the hand's order, then the object's free joint."""
+    mj, links = _bodies(hand, spec, scene)
+    _add_pairs(mj, links, hand, spec, scene)
+    return mj.compile()
+
+
+def build_measuring_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
+    """Return the same bodies without contacts but with `LINK_SENSOR_SIZE` distance readings for every link."""
+    mj, links = _bodies(hand, spec, scene)
+    for name in links[0] + links[1]:
+        for kind in (mujoco.mjtSensor.mjSENS_GEOMDIST, mujoco.mjtSensor.mjSENS_GEOMFROMTO):
+            _add_distance(mj, kind, name)  # neighbours of one pair share one distance query
+    return mj.compile()
+
+
+def _bodies(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[mujoco.MjSpec, list[list[str]]]:
+    mj = mujoco.MjSpec()
+    mj.modelname = "inhand"
+    mj.compiler.degree = False
+    mj.option.timestep = scene.timestep
+    mj.option.gravity = [0, 0, -scene.gravity]
+    mj.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    mj.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    mj.option.impratio = 10
+    mj.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    _add_surroundings(mj, hand, spec)
+    links = [_add_finger(mj, hand, index, spec.height / 2) for index in range(2)]
+    _add_object(mj, spec)
+    return mj, links
+
+
+def _add_surroundings(mj: mujoco.MjSpec, hand: HandSpec, spec: ObjectSpec) -> None:
+    world = mj.worldbody
+    _geom(world, "floor", mujoco.mjtGeom.mjGEOM_PLANE, [0.5, 0.5, 0.01])
+    half = [hand.palm_width / 2 + hand.link_width / 2, hand.palm_depth / 2, hand.thickness / 2]
+    _geom(world, "palm", mujoco.mjtGeom.mjGEOM_BOX, half, pos=[0, -hand.palm_depth / 2, spec.height / 2])
+
+
+def _add_finger(mj: mujoco.MjSpec, hand: HandSpec, index: int, height: float) -> list[str]:
+    """Add one finger's bodies, joints and servos; return the names of its links."""
+    finger, names = hand.fingers[index], []
+    parent, position = mj.worldbody, [*finger.base, height]
+    for i, length in enumerate(finger.links):
+        name = f"{FINGER_NAMES[index]}_{i}"
+        body = parent.add_body(name=name, pos=position)
+        joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+        joint.range = finger.limits[i]
+        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        joint.armature = hand.armature
+        joint.damping = [hand.damping, 0, 0]
+        tip = i == len(finger.links) - 1
+        _add_prism(mj, body, name, link_outline(hand, length, tip=tip), hand.thickness, hand.link_mass)
+        servo = mj.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        servo.set_to_position(kp=hand.stiffness)
+        servo.forcerange = [-hand.torque, hand.torque]
+        servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        parent, position = body, [0, length, 0]
+        names.append(name)
+    return names
+
+
+def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
+    body = mj.worldbody.add_body(name="object", pos=[0, 0.1, spec.height / 2])
+    body.add_freejoint(name="object")
+    half = [s / 2 for s in spec.size]
+    if spec.shape == "box":
+        _geom(body, "object", mujoco.mjtGeom.mjGEOM_BOX, half, mass=spec.mass)
+    else:
+        # Round outlines are prisms of many sides: against MuJoCo's own cylinder a gripped fingertip slips from
+        # the first step, at a tenth of the friction given (seen with 4.0.1).
+        _add_prism(mj, body, "object", polygon(spec), spec.height, spec.mass)
+
+
+def _add_prism(mj: mujoco.MjSpec, body: mujoco.MjsBody, name: str, corners: Array, height: float, mass: float) -> None:
+    """Add an upright prism over a convex outline `(K, 2)` [m], centred on the body's plane; a box where it is one."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if len(corners) == 4:
+        half = [*(high - low) / 2, height / 2]
+        _geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, 0])
+        return
+    mesh = mj.add_mesh(name=name)
+    ends = [np.column_stack([corners, np.full(len(corners), z)]) for z in (-height / 2, height / 2)]
+    mesh.uservert = np.concatenate(ends).ravel()
+    geom = _geom(body, name, mujoco.mjtGeom.mjGEOM_MESH, None, mass=mass)
+    geom.meshname = name
+
+
+def _geom(
+    body: mujoco.MjsBody,
+    name: str,
+    kind: mujoco.mjtGeom,
+    size: list[float] | None,
+    mass: float = 0.0,
+    pos: list[float] | None = None,
+) -> mujoco.MjsGeom:
+    geom = body.add_geom(name=name, type=kind, contype=0, conaffinity=0, mass=mass, pos=pos or [0, 0, 0])
+    if size is not None:
+        geom.size = size
+    return geom
+
+
+def _add_pairs(mj: mujoco.MjSpec, links: list[list[str]], hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> None:
+    grip = hand.friction * spec.friction
+    for finger in links:
+        for name in finger:
+            _pair(mj, name, "object", grip, scene)
+        for name in finger[1:]:
+            _pair(mj, name, "palm", hand.friction**2, scene)
+    for left in links[0]:
+        for right in links[1]:
+            _pair(mj, left, right, hand.friction**2, scene)
+    _pair(mj, "palm", "object", grip, scene)
+    _pair(mj, "floor", "object", scene.floor_friction * spec.friction, scene)
+
+
+def _pair(mj: mujoco.MjSpec, first: str, second: str, friction: float, scene: SceneSpec) -> None:
+    pair = mj.add_pair(geomname1=first, geomname2=second, condim=3)
+    floor = 1e-5  # MuJoCo's smallest friction
+    pair.solref = [2 * scene.timestep, 1.0]  # the stiffest contact that this step can hold
+    pair.friction = [max(friction, floor), max(friction, floor), floor, floor, floor]
+
+
+def _add_distance(mj: mujoco.MjSpec, kind: mujoco.mjtSensor, link: str) -> None:
+    sensor = mj.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_GEOM, objname=link)
+    sensor.reftype = mujoco.mjtObj.mjOBJ_GEOM
+    sensor.refname = "object"
+    sensor.cutoff = FAR

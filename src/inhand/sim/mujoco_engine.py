@@ -1,0 +1,146 @@
+"""The default engine: MuJoCo, all worlds stepped on all cores without a Python loop over them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from inhand.errors import InputError
+from inhand.geometry import Array, spatial
+from inhand.sim.engine import check_targets
+from inhand.sim.hands import HandSpec
+from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.state import State
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Live views of the engine's arrays, bound once."""
+
+    time: Array
+    qpos: Array
+    qvel: Array
+    ctrl: Array
+    sensors: Array
+
+
+class MujocoSimulator:
+    """B worlds of one hand, each with its own object and surroundings.
+
+    A step advances a batch that computes no sensors; a second batch, without contacts, then measures positions
+    and distances of the new state, so that everything in `State` belongs to the same instant. (MuJoCo's own
+    sensors lag one physics step behind the positions.) A world that diverges raises `RuntimeError`.
+    """
+
+    def __init__(
+        self,
+        hand: HandSpec,
+        objects: Sequence[ObjectSpec],
+        scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+        threads: int = 0,
+    ) -> None:
+        """Build a world for each object.
+
+        Args:
+            hand: the hand of every world.
+            objects: the object of each world; all of one shape, sizes and masses may differ.
+            scenes: what surrounds them, one for all or one for each world.
+            threads: threads to step on; 0 uses every core.
+
+        Raises:
+            InputError: no objects, objects of different shapes, or as many scenes as objects are not given.
+        """
+        if not objects:
+            raise InputError("no objects given; a simulator needs one object for each world")
+        if len({spec.shape for spec in objects}) > 1:
+            raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
+        scene = SceneSpec() if scenes is None else scenes
+        surroundings = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
+        if len(surroundings) != len(objects):
+            raise InputError(f"{len(surroundings)} scenes for {len(objects)} objects; give one for all or one each")
+        self.hand = hand
+        self.objects = tuple(objects)
+        self.timestep = surroundings[0].timestep
+        worlds = list(zip(objects, surroundings, strict=True))
+        kinds = {world: build_model(hand, *world) for world in set(worlds)}
+        meters = {world: build_measuring_model(hand, *world) for world in set(worlds)}
+        threads = min(threads or os.cpu_count() or 1, len(objects))
+        self._stepper = _batch([kinds[world] for world in worlds], threads)
+        self._meter = _batch([meters[world] for world in worlds], threads)
+        bind = self._stepper.bind
+        self._readings = Readings(
+            bind("time"), bind("qpos"), bind("qvel"), bind("ctrl"), self._meter.bind("sensordata")
+        )
+        self._measured_qpos = self._meter.bind("qpos")
+        self._height = np.array([spec.height / 2 for spec in objects])
+
+    def reset(self, object_pose: Array, joint_angles: Array) -> State:
+        """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state."""
+        n = self.hand.n_joints
+        check_targets(joint_angles, len(self.objects), n)
+        check_targets(object_pose, len(self.objects), 3)
+        self._stepper.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        self._readings.qpos[:, :n] = joint_angles
+        self._readings.qpos[:, n:] = spatial(object_pose, 0.0)
+        self._readings.qpos[:, n + 2] = self._height
+        self._readings.ctrl[:] = joint_angles
+        return self._measure()
+
+    def step(self, targets: Array, substeps: int) -> State:
+        """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
+
+        Raises:
+            InputError: a target is not finite; the text names world and joint.
+            RuntimeError: a world diverged.
+        """
+        check_targets(targets, len(self.objects), self.hand.n_joints)
+        self._readings.ctrl[:] = targets
+        self._stepper.step(nstep=substeps)
+        return self._measure()
+
+    def _measure(self) -> State:
+        self._measured_qpos[:] = self._readings.qpos
+        self._meter.forward(stage=mujoco.mjtStage.mjSTAGE_POS)
+        return _state_from(self._readings, self.hand)
+
+
+def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
+    batch = Batch(models[0], len(models), threads, persistent=True)
+    if any(model is not models[0] for model in models):
+        batch.set_models(models)
+    return batch
+
+
+def _state_from(readings: Readings, hand: HandSpec) -> State:
+    """Return the state, its arrays copied from the engine's so that a later step cannot change them."""
+    n, n_left = hand.n_joints, len(hand.left.links)
+    qpos, qvel = readings.qpos.copy(), readings.qvel.copy()
+    if not np.isfinite(qpos).all():
+        world = int(np.argwhere(~np.isfinite(qpos))[0, 0])
+        raise RuntimeError(f"the simulation of world {world} diverged; lower the gains or the physics step")
+    links = readings.sensors.reshape(len(qpos), n, LINK_SENSOR_SIZE)
+    link_gaps = links[..., 0].copy()
+    left = link_gaps[:, :n_left].argmin(axis=1)
+    right = link_gaps[:, n_left:].argmin(axis=1)
+    worlds = np.arange(len(qpos))[:, None]
+    nearest = np.stack([left, right + n_left], axis=1)
+    chosen = links[worlds, nearest]
+    return State(
+        time=readings.time.copy(),
+        object_pose=qpos[:, n:],
+        object_velocity=qvel[:, n:],
+        joint_angles=qpos[:, :n],
+        joint_velocities=qvel[:, :n],
+        targets=readings.ctrl.copy(),
+        link_gaps=link_gaps,
+        contact_links=np.stack([left, right], axis=1),
+        finger_points=chosen[..., 1:3],
+        object_points=chosen[..., 4:6],
+        gaps=chosen[..., 0],
+    )

@@ -1,0 +1,137 @@
+"""Fingers that carry an object along a path: contacts that roll without slipping, followed quasi-statically.
+
+At every step the contact moves with the object, the finger follows with the point of it that touches, and the
+contact is found anew between the outlines. That covers a rounded tip rolling on a face, a link's flat side
+pivoting on a corner, and the change from one to the other, without telling them apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array, inverse_transform, rotate, transform
+from inhand.sim.hands import FingerSpec, HandSpec
+from inhand.sim.kinematics import joint_positions, point_jacobian
+from inhand.sim.least_squares import damped_least_squares
+from inhand.sim.polygons import contact, separation
+from inhand.sim.shapes import link_polygons, palm_outline
+
+DAMPING = 1e-4
+"""Damping of the joint steps [m/rad]; only singular postures feel it."""
+CORRECTIONS = 2
+"""Corrections of the remaining gap after each step."""
+TOLERANCE = 4e-4
+"""A finger that misses its contact by more has lost it [m]."""
+POSTURE_GAIN = 0.1
+"""Share of the way back to the start posture that a third link takes at each step."""
+LARGEST_STEP = 0.25
+"""A joint step beyond this ends a track: the finger is at a singular posture [rad]."""
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Rolling contacts of one finger: K starts (axis 0) over the S poses of a path (axis 1)."""
+
+    points: Array
+    """Contacts in the object frame `(K, S, 2)` [m]."""
+    normals: Array
+    """Normals there, out of the object, in its frame `(K, S, 2)`."""
+    joints: Array
+    """Joint angles `(K, S, n)` [rad]."""
+    held: NDArray[np.bool_]
+    """Whether the finger has been able to follow from the start to here `(K, S)`."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where K tracks of one finger start."""
+
+    points: Array
+    """Contacts in the object frame `(K, 2)` [m]."""
+    joints: Array
+    """Joint angles that touch them `(K, n)` [rad]."""
+    bodies: Array
+    """Outlines of the objects in their own frames `(K, M, 2)` or, of one object, `(M, 2)` [m]."""
+
+
+def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tracks:
+    """Return the tracks of one finger along object poses `(K, S, 3)` in the palm frame.
+
+    Args:
+        hand: the hand.
+        finger: one of its fingers.
+        starts: contacts to start from.
+        poses: the objects' poses, at steps of at most a few millimetres.
+    """
+    joints, (count, steps) = starts.joints, poses.shape[:2]
+    tracks = Tracks(
+        np.empty((count, steps, 2)),
+        np.empty((count, steps, 2)),
+        np.empty((count, steps, joints.shape[-1])),
+        np.zeros((count, steps), dtype=bool),
+    )
+    body = transform(poses[:, :1], starts.bodies)
+    contacts = transform(poses[:, 0], starts.points)
+    facing = contact(link_polygons(hand, finger, joints)[-1], body)[2]
+    held = _clear(hand, finger, joints, body)
+    _record(tracks, 0, poses[:, 0], (contacts, facing, joints, held))
+    for s in range(1, steps):
+        if not held.any():
+            tracks.points[:, s:] = tracks.points[:, s - 1 : s]
+            tracks.normals[:, s:] = tracks.normals[:, s - 1 : s]
+            tracks.joints[:, s:] = joints[:, None]
+            break
+        moved = transform(poses[:, s], inverse_transform(poses[:, s - 1], contacts))
+        body = transform(poses[:, s : s + 1], starts.bodies)
+        stepped, contacts, facing, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints))
+        joints = np.where(held[:, None], stepped, joints)
+        held = held & kept & _clear(hand, finger, joints, body)
+        _record(tracks, s, poses[:, s], (contacts, facing, joints, held))
+    return tracks
+
+
+def _follow(
+    hand: HandSpec, finger: FingerSpec, body: Array, start: tuple[Array, Array, Array, Array]
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Move the touching points along, close the remaining gap, and return joints, contacts, normals and success."""
+    joints, contacts, moved, rest = start
+    jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], contacts)
+    posture = POSTURE_GAIN * (rest - joints) if joints.shape[-1] > 2 else None
+    step = damped_least_squares(jacobian, moved - contacts, DAMPING, posture)
+    joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+    kept = (np.abs(step) < LARGEST_STEP).all(-1)
+    for _ in range(CORRECTIONS):
+        gap, contacts, normals = contact(link_polygons(hand, finger, joints)[-1], body)
+        jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], contacts)
+        step = damped_least_squares(jacobian, -gap[..., None] * normals, DAMPING)
+        joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+    gap, contacts, normals = contact(link_polygons(hand, finger, joints)[-1], body)
+    return joints, contacts, normals, kept & (np.abs(gap) < TOLERANCE) & _within(finger, joints)
+
+
+def _record(tracks: Tracks, s: int, pose: Array, found: tuple[Array, Array, Array, NDArray[np.bool_]]) -> None:
+    contacts, normals, joints, held = found
+    tracks.points[:, s] = inverse_transform(pose, contacts)
+    tracks.normals[:, s] = rotate(-pose[:, 2], normals)
+    tracks.joints[:, s] = joints
+    tracks.held[:, s] = held
+
+
+def _clear(hand: HandSpec, finger: FingerSpec, joints: Array, body: Array) -> NDArray[np.bool_]:
+    """Return whether inner links stay off the object, and the object and all outer links off the palm `(K,)`."""
+    links = link_polygons(hand, finger, joints)
+    clear = separation(palm_outline(hand), body) > 0
+    clear = np.array(np.broadcast_to(clear, joints.shape[:1]))
+    for link in links[:-1]:
+        clear &= separation(link, body) > 0
+    for link in links[1:]:
+        clear &= separation(link, palm_outline(hand)) > 0
+    return clear
+
+
+def _within(finger: FingerSpec, joints: Array) -> NDArray[np.bool_]:
+    limits = np.array(finger.limits)
+    return np.asarray(((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=-1))

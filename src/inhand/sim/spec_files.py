@@ -1,0 +1,140 @@
+"""Hands and objects from TOML files, and the one place that turns a name or a file into a spec."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from inhand.errors import InputError, near_matches
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec, build_hand
+from inhand.sim.objects import ObjectSpec, Shape, parse_object_name
+
+_FINGER_KEYS = ("links_mm", "limits_deg")
+_HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
+_HAND_SCALARS = {
+    "link_mass_kg": "link_mass",
+    "friction": "friction",
+    "stiffness": "stiffness",
+    "damping": "damping",
+    "torque_nm": "torque",
+}
+_HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
+_OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
+
+
+def load_hand(name_or_file: str | Path) -> HandSpec:
+    """Return the hand of a name (see `parse_hand_name`) or of a TOML file.
+
+    Raises:
+        InputError: neither a hand name nor a readable hand file.
+    """
+    path = _as_file(name_or_file)
+    return parse_hand_name(str(name_or_file)) if path is None else _hand_from(_read_toml(path, "hand"), path)
+
+
+def load_object(name_or_file: str | Path) -> ObjectSpec:
+    """Return the object of a name (see `parse_object_name`) or of a TOML file.
+
+    Raises:
+        InputError: neither an object name nor a readable object file.
+    """
+    path = _as_file(name_or_file)
+    return parse_object_name(str(name_or_file)) if path is None else _object_from(_read_toml(path, "object"), path)
+
+
+def _as_file(name_or_file: str | Path) -> Path | None:
+    path = Path(name_or_file)
+    is_file = isinstance(name_or_file, Path) or path.suffix == ".toml" or len(path.parts) > 1
+    return path if is_file else None
+
+
+def _read_toml(path: Path, what: str) -> dict[str, Any]:
+    if not path.is_file():
+        raise InputError(f"no {what} file {path}: give the path of a TOML file, or a name without slashes")
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
+
+
+def _check_keys(table: dict[str, Any], allowed: tuple[str, ...], required: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in allowed:
+            raise InputError(
+                f"{where}: unknown key {key!r}{near_matches(key, allowed)}; allowed are {', '.join(allowed)}"
+            )
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}: no {key!r}; it must give {', '.join(required)}")
+
+
+def _number(table: dict[str, Any], key: str, where: str) -> float:
+    value = table[key]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise InputError(f"{where}: {key} = {value!r}; it must be a finite number")
+    return float(value)
+
+
+def _numbers(table: dict[str, Any], key: str, where: str) -> tuple[float, ...]:
+    value = table[key]
+    if not isinstance(value, list) or not value:
+        raise InputError(f"{where}: {key} = {value!r}; it must be a list of numbers")
+    return tuple(_number({key: item}, key, where) for item in value)
+
+
+def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
+    where = f"object file {path}"
+    _check_keys(table, _OBJECT_KEYS, ("name", "shape", "size_mm"), where)
+    size = _numbers(table, "size_mm", where)
+    if len(size) != 3:
+        raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, height] in mm")
+    shape = cast("Shape", str(table["shape"]))
+    spec = ObjectSpec(str(table["name"]), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+    mass = _number(table, "mass_kg", where) if "mass_kg" in table else spec.mass
+    friction = _number(table, "friction", where) if "friction" in table else spec.friction
+    return replace(spec, mass=mass, friction=friction)
+
+
+def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
+    where = f"hand file {path}"
+    _check_keys(table, _HAND_KEYS, ("name", "palm_width_mm", *FINGER_NAMES), where)
+    links = []
+    for side in FINGER_NAMES:
+        if not isinstance(table[side], dict):
+            raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with links_mm")
+        _check_keys(table[side], _FINGER_KEYS, ("links_mm",), f"{where} [{side}]")
+        links.append(tuple(length / 1e3 for length in _numbers(table[side], "links_mm", f"{where} [{side}]")))
+    hand = build_hand(str(table["name"]), links[0], links[1], _number(table, "palm_width_mm", where) / 1e3)
+    changes: dict[str, Any] = {
+        key: _number(table, f"{key}_mm", where) / 1e3 for key in _HAND_LENGTHS if f"{key}_mm" in table
+    }
+    changes |= {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    for field, value in changes.items():
+        if value < 0 or (value == 0 and field not in {"friction", "joint_gap", "damping"}):
+            raise InputError(f"{where}: {field} is {value:g}; it must be positive")
+    left, right = (
+        _with_limits(f, table[side], f"{where} [{side}]") for f, side in zip(hand.fingers, FINGER_NAMES, strict=True)
+    )
+    return replace(hand, left=left, right=right, **changes)
+
+
+def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:
+    if "limits_deg" not in table:
+        return finger
+    rows = table["limits_deg"]
+    if not isinstance(rows, list) or len(rows) != len(finger.links):
+        raise InputError(f"{where}: limits_deg must give [low, high] for each of the {len(finger.links)} joints")
+    limits = []
+    for joint, row in enumerate(rows):
+        pair = _numbers({"limits_deg": row}, "limits_deg", where)
+        if len(pair) != 2 or not pair[0] < pair[1]:
+            raise InputError(
+                f"{where}: limits_deg of joint {joint} is {list(pair)}; it must be [low, high], low < high"
+            )
+        limits.append((float(np.deg2rad(pair[0])), float(np.deg2rad(pair[1]))))
+    return replace(finger, limits=tuple(limits))

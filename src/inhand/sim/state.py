@@ -1,0 +1,61 @@
+"""What the simulator measures: one frozen `State` of a batch of worlds, all from one instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array, planar
+
+CONTACT_TOLERANCE = 1e-4
+"""A finger touches the object where its distance is at most this [m] (guessed: a tenth of a millimetre)."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A batch of B worlds with n joints at one instant, in the palm frame and SI units."""
+
+    time: Array
+    """Simulated time `(B,)` [s]."""
+    object_pose: Array
+    """Pose of the object `(B, 7)`: position [m], unit quaternion w x y z."""
+    object_velocity: Array
+    """Velocity of the object `(B, 6)`: linear [m/s], angular [rad/s]."""
+    joint_angles: Array
+    """Joint angles `(B, n)` [rad], left finger first."""
+    joint_velocities: Array
+    """Joint velocities `(B, n)` [rad/s]."""
+    targets: Array
+    """Joint angles last commanded `(B, n)` [rad]."""
+    link_gaps: Array
+    """Distance of every link to the object `(B, n)` [m], negative where they overlap."""
+    contact_links: NDArray[np.int64]
+    """The link of each finger nearest to the object, counted from the palm, `(B, 2)`."""
+    finger_points: Array
+    """The point of each finger nearest to the object `(B, 2, 2)` [m]."""
+    object_points: Array
+    """The point of the object nearest to each finger `(B, 2, 2)` [m]."""
+    gaps: Array
+    """Distance of each finger to the object `(B, 2)` [m], negative where they overlap."""
+
+    @property
+    def pose(self) -> Array:
+        """Planar view x [m], y [m], theta [rad] of the object's pose `(B, 3)`."""
+        return planar(self.object_pose)
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Whether the left and right finger touch the object `(B, 2)`."""
+        return self.gaps <= CONTACT_TOLERANCE
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return int(self.time.shape[0])
+
+
+def select(state: State, worlds: NDArray[np.int64] | NDArray[np.bool_] | slice) -> State:
+    """Return the state of some worlds alone; arrays are copied unless `worlds` is a slice."""
+    return State(**{field.name: getattr(state, field.name)[worlds] for field in fields(State)})

@@ -1,0 +1,144 @@
+"""Where a finger can touch: joint angles that rest the rounded fingertip on a point of an outline.
+
+The fingertip's cap is half an ellipse with semi-axes a (across the link) and b (along it). A cap touches a face
+of outward normal n with its support point in the direction d = -n,
+
+    s(phi, d) = M d / sqrt(d' M d),   M = a^2 w w' + b^2 u u',
+
+seen from the cap's centre, with u along and w across the link of absolute angle phi. It does so where d . u >= 0;
+then the whole link lies on its own side of the tangent, so a convex object is never penetrated by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array, wrap_angle
+from inhand.sim.hands import FingerSpec, HandSpec
+from inhand.sim.kinematics import link_direction
+
+INCLINATIONS = np.deg2rad(np.linspace(-88.0, 88.0, 45))
+"""Angles of the last link against the inward normal that are tried [rad]."""
+
+
+@dataclass(frozen=True)
+class Touches:
+    """Joint angles for points of an outline; arrays share the points' leading axes."""
+
+    joints: Array
+    """Joint angles `(..., n)` [rad]; NaN where the point is out of reach."""
+    inclination: Array
+    """Angle from the inward normal to the last link `(...)` [rad]."""
+    reached: NDArray[np.bool_]
+    """Whether the finger can touch the point `(...)`."""
+
+
+def cap_support(hand: HandSpec, angle: Array, direction: Array) -> Array:
+    """Return the cap's support point `(..., 2)` [m] seen from its centre.
+
+    Args:
+        hand: gives the cap's semi-axes.
+        angle: absolute angle of the last link `(...)` [rad].
+        direction: unit vector towards the object `(..., 2)`.
+    """
+    u = link_direction(angle)
+    along = (direction * u).sum(-1, keepdims=True)
+    across = direction - along * u
+    a2, b2 = (hand.link_width / 2) ** 2, hand.tip_length**2
+    scaled = a2 * across + b2 * along * u
+    return np.asarray(scaled / np.sqrt((scaled * direction).sum(-1, keepdims=True)))
+
+
+def touch(hand: HandSpec, finger: FingerSpec, points: Array, normals: Array) -> Touches:
+    """Return joint angles that rest the fingertip on points `(..., 2)` [m] with outward normals `(..., 2)`.
+
+    Of several postures the one with its elbow outwards is taken; a third link is bent as evenly as the second.
+    Limits of the joints are kept; collisions of other links are not looked at.
+    """
+    inward = np.arctan2(normals[..., 0], -normals[..., 1])  # angle of a link along -normal
+    if len(finger.links) == 2:
+        inclination, reached = _two_link_inclination(hand, finger, points, -normals, inward)
+        joints = _joints(hand, finger, points, -normals, inward + inclination)
+        reached &= _within(finger, joints)
+    else:
+        inclination, joints, reached = _three_link_choice(hand, finger, points, -normals, inward)
+    return Touches(np.where(reached[..., None], joints, np.nan), inclination, reached)
+
+
+def _last_joint(hand: HandSpec, finger: FingerSpec, points: Array, direction: Array, angle: Array) -> Array:
+    """Return where the last link's joint must be `(..., 2)` [m] for a link at an absolute angle."""
+    reach = finger.links[-1] - hand.tip_length
+    return points - cap_support(hand, angle, direction) - reach * link_direction(angle)
+
+
+def _two_link_inclination(
+    hand: HandSpec, finger: FingerSpec, points: Array, direction: Array, inward: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Solve |last joint - base| = first link for the inclination, by bracketing and regula falsi."""
+
+    def excess(inclination: Array, points: Array, direction: Array, inward: Array) -> Array:
+        joint = _last_joint(hand, finger, points, direction, inward + inclination)
+        return np.asarray(np.linalg.norm(joint - np.array(finger.base), axis=-1) - finger.links[0])
+
+    grid = INCLINATIONS
+    values = excess(grid, points[..., None, :], direction[..., None, :], inward[..., None])
+    crossing = (values[..., 1:] * values[..., :-1]) <= 0
+    index = _elbow_out(crossing, finger.bend)
+    low, high = grid[index], grid[index + 1]
+    f_low = np.take_along_axis(values, index[..., None], -1)[..., 0]
+    f_high = np.take_along_axis(values, index[..., None] + 1, -1)[..., 0]
+    middle = low
+    for _ in range(4):
+        spread = np.where(f_high == f_low, 1.0, f_high - f_low)
+        middle = np.clip(low - f_low * (high - low) / spread, np.minimum(low, high), np.maximum(low, high))
+        f_middle = excess(middle, points, direction, inward)
+        left = f_middle * f_low <= 0
+        low, f_low = np.where(left, low, middle), np.where(left, f_low, f_middle)
+        high, f_high = np.where(left, middle, high), np.where(left, f_middle, f_high)
+    return middle, np.asarray(crossing.any(axis=-1))
+
+
+def _elbow_out(crossing: NDArray[np.bool_], bend: int) -> NDArray[np.int64]:
+    """Return the crossing that belongs to the outward elbow: the largest inclination in the bend's sense."""
+    n = crossing.shape[-1]
+    if bend > 0:
+        return np.asarray(n - 1 - crossing[..., ::-1].argmax(axis=-1))
+    return np.asarray(crossing.argmax(axis=-1))
+
+
+def _joints(hand: HandSpec, finger: FingerSpec, points: Array, direction: Array, angle: Array) -> Array:
+    """Return joint angles `(..., n)` [rad] for given absolute angles of the last link."""
+    joint = _last_joint(hand, finger, points, direction, angle) - np.array(finger.base)
+    heading = np.arctan2(-joint[..., 0], joint[..., 1])
+    if len(finger.links) == 2:
+        return np.stack([wrap_angle(heading), wrap_angle(angle - heading)], axis=-1)
+    first, second = finger.links[:2]
+    distance = np.linalg.norm(joint, axis=-1)
+    cosine = (distance**2 - first**2 - second**2) / (2 * first * second)
+    with np.errstate(invalid="ignore"):
+        bend = finger.bend * np.arccos(cosine)
+    offset = np.arctan2(second * np.sin(bend), first + second * np.cos(bend))
+    start = heading - offset
+    return np.stack([wrap_angle(start), bend, wrap_angle(angle - start - bend)], axis=-1)
+
+
+def _three_link_choice(
+    hand: HandSpec, finger: FingerSpec, points: Array, direction: Array, inward: Array
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Choose the inclination with the least squared bend of the distal joints."""
+    angle = inward[..., None] + INCLINATIONS
+    joints = _joints(hand, finger, points[..., None, :], direction[..., None, :], angle)
+    allowed = _within(finger, joints)
+    cost = np.where(allowed, (joints[..., 1:] ** 2).sum(-1), np.inf)
+    best = cost.argmin(axis=-1)
+    chosen = np.take_along_axis(joints, best[..., None, None], axis=-2)[..., 0, :]
+    return INCLINATIONS[best], chosen, np.asarray(allowed.any(axis=-1))
+
+
+def _within(finger: FingerSpec, joints: Array) -> NDArray[np.bool_]:
+    limits = np.array(finger.limits)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=-1))

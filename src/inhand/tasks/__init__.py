@@ -1,0 +1,1 @@
+"""Primitives, reference paths, observations and rewards: pure functions."""

@@ -1,0 +1,139 @@
+"""Motion primitives: move the object along one direction, or turn it, and the words people name them by."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from inhand import geometry
+from inhand.errors import InputError, near_matches
+from inhand.geometry import Array
+from inhand.trials.directions import DIRECTIONS, ROTATIONS, UNSEEN_NAMES
+
+TURN_DEG = 60.0
+"""How far the rotation-only primitives aim [deg], guessed: people reach 30 to 50 (asterisk-test.md)."""
+SAME_ANGLE_DEG = 1e-9
+"""Angles closer than this are one direction [deg]."""
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """One motion of the object in the hand."""
+
+    name: str
+    """Thesis name (`Out-Right`, `In'`), `30 deg` for another angle, `cw` or `ccw` for a rotation."""
+    angle_deg: float | None
+    """Direction counter-clockwise from +x, palm at the bottom [deg], in (-180, 180]; None: only rotate."""
+    rotation_deg: float = 0.0
+    """Rotation counter-clockwise to hold on the way, or to reach where there is no direction [deg]."""
+
+    @property
+    def angle(self) -> float:
+        """Direction counter-clockwise from +x [rad].
+
+        Raises:
+            InputError: the primitive only rotates.
+        """
+        if self.angle_deg is None:
+            raise InputError(f"primitive {self.name} only rotates and has no direction: give one that translates")
+        return math.radians(self.angle_deg)
+
+    @property
+    def unit(self) -> Array:
+        """Unit vector `(2,)` of the direction.
+
+        Raises:
+            InputError: the primitive only rotates.
+        """
+        return geometry.unit(self.angle)
+
+
+TRAIN = tuple(Primitive(each.name, each.angle_deg) for each in DIRECTIONS)
+"""The eight directions to train on, clockwise from Out (thesis 3.1)."""
+
+UNSEEN = tuple(Primitive(name, (67.5 - 45.0 * i + 180.0) % 360.0 - 180.0) for i, name in enumerate(UNSEEN_NAMES))
+"""The eight directions between, which training never sees (thesis 3.3)."""
+
+TURNS = (Primitive("cw", None, -TURN_DEG), Primitive("ccw", None, TURN_DEG))
+"""The two primitives that only rotate."""
+
+GROUPS = {"train": TRAIN, "unseen": UNSEEN, "all": TRAIN + UNSEEN}
+"""Words that stand for several primitives."""
+
+
+def parse_directions(text: str | Sequence[str]) -> tuple[Primitive, ...]:
+    """Return the primitives that words name, each once, in the order given.
+
+    Args:
+        text: Words separated by commas or spaces, or a sequence of such texts: `train`, `unseen`, `all`; thesis
+            names in any case (`Out-Right`, `Out'-Right'`; one apostrophe is enough); the labels of recordings
+            (`a` to `h`, `no` to `nw`, `cw`, `ccw`); angles in degrees counter-clockwise from +x (`30`, `-12.5 deg`).
+
+    Raises:
+        InputError: no word, an unknown word (the text offers the nearest) or an angle that is not finite.
+    """
+    pieces = [text] if isinstance(text, str) else list(text)
+    # "30 deg" is one word, although spaces separate words.
+    joined = re.sub(r"(?<=[\d.])\s*(?:deg|°)(?![a-z])", "", ",".join(pieces), flags=re.IGNORECASE)
+    words = [word for word in re.split(r"[,;\s]+", joined) if word]
+    if not words:
+        raise InputError(f"no direction given. {_allowed()}")
+    return tuple(dict.fromkeys(primitive for word in words for primitive in _meant_by(word)))
+
+
+def primitive_at(angle_deg: float) -> Primitive:
+    """Return the primitive along an angle [deg]; an angle of a named direction gets that name.
+
+    Raises:
+        InputError: the angle is not finite.
+    """
+    if not math.isfinite(angle_deg):
+        raise InputError(f"direction {angle_deg} is not a finite angle: give degrees counter-clockwise from +x")
+    for primitive in GROUPS["all"]:
+        if abs(math.remainder(angle_deg - math.degrees(primitive.angle), 360.0)) < SAME_ANGLE_DEG:
+            return primitive
+    wrapped = math.remainder(angle_deg, 360.0)
+    return Primitive(f"{wrapped:.10g} deg", wrapped)
+
+
+def _meant_by(word: str) -> tuple[Primitive, ...]:
+    """Return the primitives that one word stands for."""
+    if word.lower() in GROUPS:
+        return GROUPS[word.lower()]
+    found = _named().get(_key(word))
+    if found is not None:
+        return (found,)
+    try:
+        angle_deg = float(word)
+    except ValueError:
+        names = [primitive.name for primitive in (*GROUPS["all"], *TURNS)]
+        near = near_matches(_key(word), [*names, *GROUPS]) or "."
+        raise InputError(f"unknown direction {word!r}{near} {_allowed()}") from None
+    return (primitive_at(angle_deg),)
+
+
+def _named() -> dict[str, Primitive]:
+    """Return every single primitive by each of its words."""
+    words = {_key(primitive.name): primitive for primitive in (*GROUPS["all"], *TURNS)}
+    for direction, primitive in zip(DIRECTIONS, TRAIN, strict=True):
+        words[direction.letter] = words[direction.compass] = primitive
+    for word, way in ROTATIONS.items():
+        words[word] = words[way]
+    return words
+
+
+def _key(word: str) -> str:
+    """Return a name in lower case with its apostrophes, wherever they stand, as one at the end."""
+    plain = re.sub("['`\u2019\u2032]", "", word.lower())
+    return plain if plain == word.lower() else plain + "'"
+
+
+def _allowed() -> str:
+    names = " ".join(primitive.name for primitive in TRAIN)
+    primes = " ".join(primitive.name for primitive in UNSEEN)
+    return (
+        f"Use train, unseen, all, names ({names}; {primes}; cw ccw), labels (a to h, no to nw) or angles in degrees"
+        " counter-clockwise from +x such as 30 or -12.5, separated by commas or spaces"
+    )

@@ -1,0 +1,1 @@
+"""What an episode leaves: trials, their files, and the recordings of people."""

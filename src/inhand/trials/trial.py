@@ -1,0 +1,169 @@
+"""What an episode leaves: a `Trial`, and its file."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.errors import InputError
+from inhand.geometry import Array, planar
+from inhand.sim.hands import FingerSpec, HandSpec
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.state import CONTACT_TOLERANCE
+
+FORMAT = 1
+"""Version of the file's layout."""
+MANIPULATE = "manipulate"
+"""Name of the phase that metrics measure (thesis 3.4)."""
+
+REACHED = "reached"
+LOST_CONTACT = "lost contact"
+NO_GRASP = "no grasp"
+TIME_OUT = "time out"
+OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT)
+"""How a trial can end."""
+
+
+@dataclass(frozen=True)
+class Passport:
+    """Where a trial comes from: enough to run it again."""
+
+    hand: HandSpec
+    """The hand."""
+    object: ObjectSpec
+    """The object."""
+    controller: str
+    """Name of the controller that manipulates."""
+    primitive: str
+    """Name of the primitive."""
+    angle_deg: float | None
+    """Direction of the primitive [deg], None where it only rotates."""
+    rotation_deg: float
+    """Rotation to hold, or to reach where there is no direction [deg]."""
+    path: str
+    """Name of the reference path."""
+    trial: int
+    """Number of the trial in its direction, from 1."""
+    seed: int
+    """Seed of the run."""
+    substeps: int
+    """Physics steps between two rows."""
+    timestep: float
+    """Physics step [s]."""
+    versions: dict[str, str]
+    """Versions of this package and of what it ran on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One recorded episode of T rows, in the palm frame and SI units."""
+
+    passport: Passport
+    """Where it comes from."""
+    outcome: str
+    """How it ended, one of `OUTCOMES`."""
+    phases: tuple[str, ...]
+    """Names of the phases in their order."""
+    phase: NDArray[np.int64]
+    """The phase of each row `(T,)`, an index into `phases`."""
+    time: Array
+    """Simulated time `(T,)` [s]."""
+    object_pose: Array
+    """Object poses `(T, 7)`: position [m], quaternion w x y z."""
+    joint_angles: Array
+    """Joint angles `(T, n)` [rad]."""
+    targets: Array
+    """Commanded joint angles `(T, n)` [rad]."""
+    gaps: Array
+    """Distance of each finger to the object `(T, 2)` [m]."""
+    contact_links: NDArray[np.int64]
+    """Link of each finger nearest to the object `(T, 2)`."""
+    finger_points: Array
+    """Nearest points of the fingers `(T, 2, 2)` [m]."""
+    object_points: Array
+    """Nearest points of the object `(T, 2, 2)` [m]."""
+    reference: Array
+    """The reference path `(S, 3)` relative to the start of manipulation, in palm axes [m, m, rad]."""
+
+    @property
+    def manipulation(self) -> slice:
+        """Rows of the manipulation phase; empty where the grasp failed."""
+        rows = np.flatnonzero(self.phase == self.phases.index(MANIPULATE))
+        return slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) else slice(len(self.time), len(self.time))
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Whether each finger touches the object `(T, 2)`."""
+        return self.gaps <= CONTACT_TOLERANCE
+
+    def manipulated_path(self) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return positions `(M, 2)` [mm] and rotation `(M,)` [deg] from the start of manipulation, and contact.
+
+        A trial whose grasp failed gives one row at the origin without contact.
+        """
+        rows = self.manipulation
+        pose = planar(self.object_pose[rows])
+        if len(pose) == 0:
+            return np.zeros((1, 2)), np.zeros(1), np.zeros((1, 2), dtype=bool)
+        rotation = np.rad2deg(np.unwrap(pose[:, 2]) - pose[0, 2])
+        return 1e3 * (pose[:, :2] - pose[0, :2]), rotation, self.touching[rows]
+
+
+_ARRAYS = tuple(f.name for f in fields(Trial) if f.name not in {"passport", "outcome", "phases"})
+
+
+def save_trial(trial: Trial, path: Path) -> None:
+    """Write a trial to a `.npz` file without pickles, under a temporary name that is then moved into place."""
+    head = {
+        "format": FORMAT,
+        "outcome": trial.outcome,
+        "phases": list(trial.phases),
+        "passport": asdict(trial.passport),
+    }
+    arrays = {name: getattr(trial, name) for name in _ARRAYS}
+    temporary = path.with_name(path.name + ".part")
+    with temporary.open("wb") as file:
+        np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
+    temporary.replace(path)
+
+
+def load_trial(path: Path) -> Trial:
+    """Return the trial of a `.npz` file.
+
+    Raises:
+        InputError: no file, not a trial, or a trial of another format.
+    """
+    if not path.is_file():
+        raise InputError(f"no trial file {path}: give a .npz file from the `trials` folder of a run")
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            head = json.loads(str(data["head"]))
+            arrays = {name: data[name] for name in _ARRAYS} if head["format"] == FORMAT else {}
+    except (KeyError, ValueError, OSError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"{path} is not a trial: {error}; give a .npz file from the `trials` folder of a run"
+        ) from error
+    if head["format"] != FORMAT:
+        raise InputError(f"{path} has trial format {head['format']}; this version reads {FORMAT}: run it again")
+    return Trial(_passport(head["passport"]), head["outcome"], tuple(head["phases"]), **arrays)
+
+
+def _passport(entry: dict[str, Any]) -> Passport:
+    hand = dict(entry["hand"])
+    for side in ("left", "right"):
+        finger = hand[side]
+        hand[side] = FingerSpec(
+            tuple(finger["base"]),
+            tuple(finger["links"]),
+            tuple((low, high) for low, high in finger["limits"]),
+            finger["bend"],
+        )
+    thing = dict(entry["object"])
+    thing["size"] = tuple(thing["size"])
+    return Passport(**(entry | {"hand": HandSpec(**hand), "object": ObjectSpec(**thing)}))

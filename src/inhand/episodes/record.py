@@ -51,5 +51,3 @@ def cut_trials(
             )
         )
     return tuple(trials)
-
-

@@ -33,5 +33,7 @@ class AsteriskConfig:
     """Standard deviation of the object's start rotation [deg]."""
     out: Path = Path("results/asterisk")
     """Folder to write the run to."""
+    compatible: bool = False
+    """Also compute the metrics of the Asterisk Test software for every trial (slower)."""
     overwrite: bool = False
     """Replace the run that the folder holds."""

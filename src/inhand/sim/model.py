@@ -89,7 +89,7 @@ def _add_finger(mj: mujoco.MjSpec, hand: HandSpec, index: int, height: float) ->
         joint.armature = hand.armature
         joint.damping = [hand.damping, 0, 0]
         tip = i == len(finger.links) - 1
-        _add_prism(mj, body, name, link_outline(hand, length, tip=tip), hand.thickness, hand.link_mass)
+        _add_prism(mj, body, name, link_outline(hand, length, tip=tip), height=hand.thickness, mass=hand.link_mass)
         servo = mj.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_position(kp=hand.stiffness)
         servo.forcerange = [-hand.torque, hand.torque]
@@ -108,10 +108,12 @@ def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
     else:
         # Round outlines are prisms of many sides: against MuJoCo's own cylinder a gripped fingertip slips from
         # the first step, at a tenth of the friction given (seen with 4.0.1).
-        _add_prism(mj, body, "object", polygon(spec), spec.height, spec.mass)
+        _add_prism(mj, body, "object", polygon(spec), height=spec.height, mass=spec.mass)
 
 
-def _add_prism(mj: mujoco.MjSpec, body: mujoco.MjsBody, name: str, corners: Array, height: float, mass: float) -> None:
+def _add_prism(
+    mj: mujoco.MjSpec, body: mujoco.MjsBody, name: str, corners: Array, *, height: float, mass: float
+) -> None:
     """Add an upright prism over a convex outline `(K, 2)` [m], centred on the body's plane; a box where it is one."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     if len(corners) == 4:
@@ -130,6 +132,7 @@ def _geom(
     name: str,
     kind: mujoco.mjtGeom,
     size: list[float] | None,
+    *,
     mass: float = 0.0,
     pos: list[float] | None = None,
 ) -> mujoco.MjsGeom:

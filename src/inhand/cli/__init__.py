@@ -1,0 +1,92 @@
+"""The command line: `inhand asterisk | metrics | view | hands | objects`.
+
+Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from inhand.errors import InputError
+from inhand.evaluation.config import AsteriskConfig
+
+
+@dataclass(frozen=True)
+class MetricsConfig:
+    """Measure recorded trials (.npz of a run) or human files (.csv) alone."""
+
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """Trial files, human files, or folders of human files."""
+    json: Path | None = None
+    """Write the numbers to this file too; it holds the same `trials` list as a run's metrics.json."""
+
+
+@dataclass(frozen=True)
+class ViewConfig:
+    """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
+
+    trial: tyro.conf.Positional[Path]
+    """A .npz file from the `trials` folder of a run."""
+    speed: float = 1.0
+    """Speed of the replay; 1 is real time."""
+
+
+@dataclass(frozen=True)
+class HandsConfig:
+    """List the hands of the catalogue and the form of a hand's name."""
+
+
+@dataclass(frozen=True)
+class ObjectsConfig:
+    """List the objects of the catalogue and the form of an object's name."""
+
+
+Command = (
+    Annotated[AsteriskConfig, tyro.conf.subcommand("asterisk")]
+    | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
+    | Annotated[ViewConfig, tyro.conf.subcommand("view")]
+    | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
+    | Annotated[ObjectsConfig, tyro.conf.subcommand("objects")]
+)
+
+
+def main() -> None:
+    """Run the console command `inhand`; bad input ends with its text and exit code 2, Ctrl-C with 130."""
+    config: object = tyro.cli(
+        Command,
+        prog="inhand",
+        description="Structured in-hand manipulation: the Asterisk Test in simulation, beside people.",
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes),
+    )
+    try:
+        _run(config)
+    except InputError as error:
+        sys.stderr.write(f"inhand: {error}\n")
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.stderr.write("inhand: stopped; nothing was overwritten\n")
+        sys.exit(130)
+
+
+def _run(config: object) -> None:
+    if isinstance(config, AsteriskConfig):
+        from inhand.cli.asterisk import run_asterisk
+
+        run_asterisk(config)
+    elif isinstance(config, MetricsConfig):
+        from inhand.cli.metrics import run_metrics
+
+        run_metrics(config.files, config.json)
+    elif isinstance(config, ViewConfig):
+        from inhand.cli.view import run_view
+
+        run_view(config.trial, config.speed)
+    else:
+        from inhand.cli.lists import list_hands, list_objects
+
+        (list_hands if isinstance(config, HandsConfig) else list_objects)()

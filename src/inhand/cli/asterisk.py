@@ -1,0 +1,73 @@
+"""`inhand asterisk`: run the Asterisk Test and write its report."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from inhand.cli.terminal import print_table, say
+from inhand.errors import InputError
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.folder import check_folder, run_folder
+from inhand.evaluation.results import as_entry, result_of_trial, summary_of, write_json
+from inhand.evaluation.run import Setup, prepare, simulate
+from inhand.evaluation.table import HEADER, failures, table_rows
+from inhand.evaluation.versions import versions
+from inhand.report.asterisk_report import Run, file_name, write_report
+from inhand.trials.human import HumanFolder, read_human_folder
+from inhand.trials.trial import Trial, save_trial
+
+
+def run_asterisk(config: AsteriskConfig) -> None:
+    """Check everything, simulate, measure, and put the finished run in its place."""
+    check_folder(config.out, overwrite=config.overwrite)
+    people = _people(config)
+    setup = prepare(config, people.trials)
+    trials = _simulated(config, setup)
+    results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
+    run = Run(config, trials, results, people.trials, people.notes)
+    with run_folder(config.out) as folder:
+        _write_trials(trials, folder)
+        write_report(run, folder)
+        content = {
+            "trials": [as_entry(result) for result in results],
+            "directions": summary_of(results),
+            "config": asdict(config),
+            "versions": versions(),
+            "seed": config.seed,
+        }
+        write_json(content, folder / "metrics.json")
+    print_table(f"{config.controller} on {config.object}, {config.hand}", HEADER, table_rows(results, people.trials))
+    for sentence in failures(results):
+        say(sentence)
+    say(f"Report: {config.out / 'report.md'}")
+
+
+def _people(config: AsteriskConfig) -> HumanFolder:
+    if config.human is not None:
+        return read_human_folder(config.human)
+    if config.paths == "human":
+        raise InputError("--paths human needs the recorded trials to follow: give their folder with --human DIR")
+    return HumanFolder((), ())
+
+
+def _simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:
+    with Progress(
+        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
+    ) as bar:
+        total = len(setup.assignments)
+        row = bar.add_task("searching contacts", total=total)
+
+        def show(phase: str, running: int, step: int) -> None:
+            bar.update(row, description=f"{phase}, step {step}, {running} trials running", completed=total - running)
+
+        return simulate(config, setup, show)
+
+
+def _write_trials(trials: tuple[Trial, ...], folder: Path) -> None:
+    place = folder / "trials"
+    place.mkdir()
+    for trial in trials:
+        save_trial(trial, place / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")

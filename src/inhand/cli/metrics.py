@@ -1,0 +1,59 @@
+"""`inhand metrics`: measure recorded trials and human files alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from inhand.cli.terminal import print_table, say
+from inhand.errors import InputError
+from inhand.evaluation.results import Result, as_entry, result_of_human, result_of_trial, write_json
+from inhand.evaluation.versions import versions
+from inhand.trials.human import read_human_file, read_human_folder
+from inhand.trials.trial import load_trial
+
+HEADER = (
+    "File", "Direction", "Distance [mm]", "Lateral max [mm]", "Rotation max [deg]", "Efficiency", "Frechet [mm]",
+    "Labels",
+)  # fmt: skip
+
+
+def run_metrics(files: Sequence[Path], json: Path | None) -> None:
+    """Print a table of the files' metrics and, if asked, write them to a JSON file that is not there yet.
+
+    Raises:
+        InputError: no files, a file that is neither a trial nor a human file, or a JSON file that exists.
+    """
+    if not files:
+        raise InputError("no files given: give .npz trials, .csv human files, or folders of human files")
+    if json is not None and json.exists():
+        raise InputError(f"--json {json} exists; give another name, or remove it first")
+    measured: list[tuple[str, Result]] = []
+    for path in files:
+        measured += _measured(path)
+    rows = [_row(name, result) for name, result in measured]
+    print_table("Metrics", HEADER, rows, numbers=2)
+    if json is not None:
+        write_json({"trials": [as_entry(result) for _, result in measured], "versions": versions()}, json)
+        say(f"Written to {json}")
+
+
+def _measured(path: Path) -> list[tuple[str, Result]]:
+    if path.is_dir():
+        folder = read_human_folder(path)
+        for note in folder.notes:
+            say(note)
+        return [(trial.source, result_of_human(trial, compatible=True)) for trial in folder.trials]
+    if path.suffix == ".npz":
+        return [(path.name, result_of_trial(load_trial(path), compatible=True))]
+    if path.suffix == ".csv":
+        return [(path.name, result_of_human(read_human_file(path), compatible=True))]
+    raise InputError(f"{path} is neither a .npz trial, nor a .csv human file, nor a folder; give one of these")
+
+
+def _row(name: str, result: Result) -> tuple[str, ...]:
+    m = result.metrics
+    rotation = f"{m.rotation_max_deg:.1f}" if m.rotation_max_deg == m.rotation_max_deg else "unknown"
+    labels = "-" if result.labels is None else ", ".join(result.labels) or "none"
+    values = (f"{m.distance_mm:.1f}", f"{m.lateral_max_mm:.1f}", rotation, f"{m.efficiency:.2f}", f"{m.frechet_mm:.1f}")
+    return (name, result.direction, *values, labels)

@@ -1,0 +1,23 @@
+"""What the commands print."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+
+def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 1) -> None:
+    """Print a table; columns from index `numbers` on are aligned to the right."""
+    table = Table(title=title, title_justify="left")
+    for i, name in enumerate(header):
+        table.add_column(name, justify="right" if i >= numbers else "left")
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+def say(text: str) -> None:
+    """Print one line without markup or wrapping."""
+    Console(soft_wrap=True).print(text, markup=False, highlight=False)

@@ -1,0 +1,25 @@
+"""`inhand view`: a trial in MuJoCo's own viewer."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from inhand.errors import InputError
+from inhand.sim.viewer import play
+from inhand.trials.trial import load_trial
+
+
+def run_view(path: Path, speed: float) -> None:
+    """Play a trial until the viewer's window is closed.
+
+    Raises:
+        InputError: no trial, a speed that is not positive, no display, or the extra `viewer` is not installed.
+    """
+    if not speed > 0:
+        raise InputError(f"--speed {speed:g}: give a positive number; 1 is real time")
+    trial = load_trial(path)
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise InputError("no display here: `inhand view` needs a screen; a run's figures/replay.gif needs none")
+    play(trial.passport.hand, trial.passport.object, trial.joint_angles, trial.object_pose, trial.time / speed)

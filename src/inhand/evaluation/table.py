@@ -1,0 +1,77 @@
+"""The table of a run: one row for each direction, for the terminal and the report alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from inhand.evaluation.results import Result, by_direction, result_of_human
+from inhand.trials.human_trial import HumanTrial
+from inhand.trials.trial import NO_GRASP, REACHED
+
+HEADER = (
+    "Direction",
+    "Distance [mm]",
+    "Human [mm]",
+    "Lateral",
+    "Turn",
+    "Eff.",
+    "Contact",
+    "Gap",
+    "Outcome",
+)
+
+
+def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
+    """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
+    recorded = [result_of_human(t) for t in people if t.angle_deg is not None and t.twist_deg == 0]
+    human = by_direction(recorded)
+    return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
+
+
+def failures(results: Sequence[Result]) -> list[str]:
+    """Return one sentence for every direction in which a trial let the object go: how often, which finger, where."""
+    sentences = []
+    for name, group in by_direction(results).items():
+        bad = [result for result in group if not result.kept]
+        if not bad:
+            continue
+        fingers = sorted({result.first_lost for result in bad if result.first_lost})
+        counted = ", ".join(f"{result.metrics.distance_mm:.0f}" for result in bad)
+        carried = ", ".join(f"{result.carried_mm:.0f}" for result in bad)
+        why = "; ".join(sorted({result.outcome for result in bad}))
+        held = (
+            ""
+            if all(r.outcome == NO_GRASP for r in bad)
+            else (f" after {counted} mm ({carried} mm with lost and regained contacts allowed)")
+        )
+        finger = f", first by {' or '.join(fingers)}" if fingers else ""
+        sentences.append(f"{name}: {why} in {len(bad)} of {len(group)} trials{held}{finger}.")
+    return sentences
+
+
+def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]:
+    kept = sum(result.outcome == REACHED for result in group)
+    worst = "reached" if kept == len(group) else next(r.outcome for r in group if r.outcome != REACHED)
+    metrics = [result.metrics for result in group]
+    contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
+    gaps = [m.longest_gap_steps for m in metrics if m.longest_gap_steps is not None]
+    return (
+        name,
+        _spread([m.distance_mm for m in metrics]),
+        _spread([result.metrics.distance_mm for result in human]),
+        f"{max(m.lateral_max_mm for m in metrics):.1f}",
+        f"{max(m.rotation_max_deg for m in metrics):.1f}",
+        f"{np.mean([m.efficiency for m in metrics]):.2f}",
+        f"{min(contact):.3f}" if contact else "-",
+        f"{max(gaps)}" if gaps else "-",
+        f"{worst} {kept}/{len(group)}",
+    )
+
+
+def _spread(values: Sequence[float]) -> str:
+    if not values:
+        return "-"
+    mean = f"{np.mean(values):.1f}"
+    return f"{mean} ± {np.std(values, ddof=1):.1f}" if len(values) > 1 else mean

@@ -1,0 +1,146 @@
+"""The report of a run: figures, a replay and a Markdown page, from its trials and results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import Result, by_direction, result_of_human
+from inhand.report.asterisk import asterisk_figure
+from inhand.report.curves import PathCurve
+from inhand.report.page import Picture, page
+from inhand.report.panels import Panel, panels_figure
+from inhand.report.path import path_figure
+from inhand.report.radar import radar_figure
+from inhand.report.replay import write_replay
+from inhand.report.save import save_figure
+from inhand.report.scenes import average_curve, human_curves, radar_series, scene_at, start_scene, trial_path
+from inhand.trials.human_trial import HumanTrial
+from inhand.trials.trial import Trial
+
+FRAME_STEPS = 2
+"""Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished run."""
+
+    config: AsteriskConfig
+    """What was run."""
+    trials: tuple[Trial, ...]
+    """Its trials."""
+    results: tuple[Result, ...]
+    """Their results, in the same order."""
+    people: tuple[HumanTrial, ...] = ()
+    """Human trials to set beside them."""
+    notes: tuple[str, ...] = ()
+    """What a reader should know, a sentence each."""
+
+
+def file_name(name: str) -> str:
+    """Return a primitive's name as part of a file name: `In'-Right'` is `in1-right1`, apart from `in-right`."""
+    return name.lower().replace("'", "1").replace(" ", "_")
+
+
+def write_report(run: Run, folder: Path) -> None:
+    """Write figures, replay and `report.md` of a run into its folder."""
+    figures = folder / "figures"
+    (figures / "paths").mkdir(parents=True)
+    pictures = [_asterisk(run, figures), _radar(run, figures)]
+    if run.people:
+        pictures.insert(1, _panels(run, figures))
+    pictures += _replay(run, figures)
+    paths = _paths(run, figures)
+    (folder / "report.md").write_text(page(run.config, run.results, run.people, run.notes, (pictures, paths)))
+
+
+def direction_curves(run: Run) -> list[PathCurve]:
+    """Return the mean path of every direction that translates."""
+    groups: dict[str, list[int]] = {}
+    for i, trial in enumerate(run.trials):
+        if trial.passport.angle_deg is not None:
+            groups.setdefault(trial.passport.primitive, []).append(i)
+    return [average_curve([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
+
+
+def _title(run: Run) -> str:
+    config = run.config
+    return f"{config.controller}, {config.paths} paths"
+
+
+def _subtitle(run: Run) -> str:
+    count = len({result.trial for result in run.results})
+    return f"{run.config.hand}, {run.config.object}; mean of {count} trial{'s' if count > 1 else ''} a direction"
+
+
+def _asterisk(run: Run, figures: Path) -> Picture:
+    figure = asterisk_figure(
+        direction_curves(run), outline=start_scene(run.trials[0]), title=_title(run), subtitle=_subtitle(run)
+    )
+    save_figure(figure, figures / "asterisk.png")
+    return Picture("Asterisk: mean object paths, counted up to the first loss of contact [mm]", "figures/asterisk.png")
+
+
+def _panels(run: Run, figures: Path) -> Picture:
+    curves = direction_curves(run)
+    people = human_curves(run.people, [curve.name for curve in curves])
+    panels = (
+        Panel("Human", f"{len(run.people)} recorded trials", tuple(people)),
+        Panel(run.config.controller, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0])),
+    )
+    save_figure(panels_figure(panels, "People and controller"), figures / "panels.png")
+    return Picture("Human trials and the controller on one scale", "figures/panels.png")
+
+
+def _radar(run: Run, figures: Path) -> Picture:
+    directions = {r.direction: r.angle_deg for r in run.results if r.angle_deg is not None}
+    names = list(directions)
+    series = [radar_series(run.config.controller, by_direction(run.results), names)]
+    if run.people:
+        people = [result_of_human(t) for t in run.people if t.angle_deg is not None and t.twist_deg == 0]
+        series.insert(0, radar_series("human", by_direction(people), names))
+    save_figure(radar_figure(list(directions.items()), series, "Distance and efficiency"), figures / "radar.png")
+    return Picture("Farthest progress [mm] and efficiency by direction", "figures/radar.png")
+
+
+def _replay(run: Run, figures: Path) -> list[Picture]:
+    """Draw the trial that went farthest; none where no grasp held."""
+    best = int(np.argmax([result.metrics.max_distance_mm for result in run.results]))
+    trial, result = run.trials[best], run.results[best]
+    rows = range(0, len(trial.time), FRAME_STEPS)
+    first = min(trial.manipulation.start, len(trial.time) - 1)
+    origin = trial.object_pose[first, :2]
+    trail = 1e3 * (trial.object_pose[list(rows), :2] - origin)
+    target = 1e3 * trial.reference[:, :2]
+    along = np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)
+    write_replay(
+        [scene_at(trial, row, origin) for row in rows],
+        trail,
+        figures / "replay.gif",
+        title=f"{result.direction}, trial {result.trial}",
+        target_angle_deg=trial.passport.angle_deg,
+        target_path_mm=target[along],
+        contact=trial.touching[list(rows)],
+    )
+    return [Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")]
+
+
+def _paths(run: Run, figures: Path) -> list[Picture]:
+    """Draw the first trial of every direction that translates."""
+    pictures: list[Picture] = []
+    for trial, result in zip(run.trials, run.results, strict=True):
+        if result.trial != 1 or result.angle_deg is None:
+            continue
+        name = f"figures/paths/{file_name(result.direction)}.png"
+        text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
+        subtitle = f"{run.config.controller}, trial 1, {result.outcome}"
+        figure = path_figure(
+            trial_path(trial, result), outline=start_scene(trial), title=result.direction, subtitle=subtitle
+        )
+        save_figure(figure, figures / "paths" / f"{file_name(result.direction)}.png")
+        pictures.append(Picture(text, name))
+    return pictures

@@ -1,0 +1,103 @@
+"""The Markdown page of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import Result
+from inhand.evaluation.table import HEADER, failures, table_rows
+from inhand.evaluation.versions import versions
+from inhand.trials.human_trial import HumanTrial
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the page."""
+
+    text: str
+    """What it shows."""
+    path: str
+    """Where it lies, seen from the page."""
+
+
+def page(
+    config: AsteriskConfig,
+    results: Sequence[Result],
+    people: Sequence[HumanTrial],
+    notes: Sequence[str],
+    pictures: tuple[Sequence[Picture], Sequence[Picture]],
+) -> str:
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    lines = [
+        f"# Asterisk Test: {config.controller} on {config.object} with {config.hand}",
+        "",
+        f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
+        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        "",
+        "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
+        " Lateral (largest distance from the line, mm), Turn (largest rotation, deg), Contact (share of steps with both"
+        " fingers touching) and Gap (longest without, in simulation steps of 4 ms) are the worst trial's; Eff. is the"
+        " mean efficiency.",
+        "",
+        *_table(table_rows(results, people)),
+        "",
+        *_failed(results),
+        *_human(people),
+        *[f"* {note}" for note in notes],
+        "",
+        "## Figures",
+        "",
+        *_shown(pictures[0]),
+        "## First trial of every direction",
+        "",
+        *_shown(pictures[1]),
+        "## Run it again",
+        "",
+        f"    {command(config)}",
+        "",
+        "Versions: " + ", ".join(f"{name} {version}" for name, version in versions().items()) + ".",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def command(config: AsteriskConfig) -> str:
+    """Return the command line that repeats a run."""
+    human = f" --human {config.human}" if config.human is not None else ""
+    return (
+        f"inhand asterisk --hand {config.hand} --object {config.object} --controller {config.controller} --paths"
+        f' {config.paths}{human} --directions "{config.directions}" --trials {config.trials} --seed {config.seed}'
+        f" --noise-mm {config.noise_mm:g} --noise-deg {config.noise_deg:g} --out {config.out}"
+    )
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    shown = [HEADER, tuple("---" for _ in HEADER), *rows]
+    return ["| " + " | ".join(row) + " |" for row in shown]
+
+
+def _failed(results: Sequence[Result]) -> list[str]:
+    sentences = failures(results)
+    if not sentences:
+        return ["Every trial kept the object to the end of its path or of the grip's reach.", ""]
+    return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]
+
+
+def _human(people: Sequence[HumanTrial]) -> list[str]:
+    if not people:
+        return []
+    units = sorted({trial.unit for trial in people})
+    return [
+        f"People: {len(people)} recorded trials ({'; '.join(units)}). Their x and y are written in the moving object's"
+        " frame: distances along a direction compare well (about 3 mm), lateral ones do not (up to 14 mm).",
+        "",
+    ]
+
+
+def _shown(pictures: Sequence[Picture]) -> list[str]:
+    lines = []
+    for picture in pictures:
+        lines += [f"![{picture.text}]({picture.path})", "", f"*{picture.text}*", ""]
+    return lines

@@ -1,0 +1,121 @@
+"""From trials and results to what the figures draw: outlines in mm, curves, series."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from inhand.evaluation.averages import average_path
+from inhand.evaluation.metrics import measure_human
+from inhand.evaluation.results import Result
+from inhand.geometry import Array, planar, rotate, transform
+from inhand.report.curves import PathCurve
+from inhand.report.path import TrialPath
+from inhand.report.radar import RadarSeries
+from inhand.report.shapes import SceneOutline
+from inhand.sim.hands import FINGER_NAMES
+from inhand.sim.kinematics import hand_positions
+from inhand.sim.objects import polygon
+from inhand.sim.shapes import link_polygons, palm_outline
+from inhand.trials.human_trial import HumanTrial
+from inhand.trials.trial import Trial
+
+
+def scene_at(trial: Trial, row: int, origin: Array) -> SceneOutline:
+    """Return hand and object of one row, drawn around `origin` `(2,)` [m] in the palm frame."""
+    hand, joints = trial.passport.hand, trial.joint_angles[row]
+    links: list[Array] = []
+    for finger, place in zip(hand.fingers, hand.slices, strict=True):
+        links += link_polygons(hand, finger, joints[place])
+    body = transform(planar(trial.object_pose[row]), polygon(trial.passport.object))
+    return SceneOutline(
+        links=tuple(1e3 * link for link in links),
+        palm=1e3 * palm_outline(hand),
+        object=1e3 * body,
+        joints=1e3 * hand_positions(hand, joints),
+        origin_mm=1e3 * origin,
+    )
+
+
+def start_scene(trial: Trial) -> SceneOutline:
+    """Return hand and object at the start of manipulation."""
+    row = min(trial.manipulation.start, len(trial.time) - 1)
+    return scene_at(trial, row, trial.object_pose[row, :2])
+
+
+def counted_rows(trial: Trial) -> int:
+    """Return how many rows of manipulation, from its start, come before the first loss of contact."""
+    held = np.asarray(trial.manipulated_path()[2].all(axis=-1))
+    return len(held) if held.all() else max(int(np.argmin(held)), 1)
+
+
+def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
+    """Return the mean path of one direction's trials, up to their first loss of contact."""
+    passport = trials[0].passport
+    angle = passport.angle_deg or 0.0
+    paths, turns = [], []
+    for trial in trials:
+        path, rotation, _ = trial.manipulated_path()
+        count = counted_rows(trial)
+        paths.append(path[:count])
+        turns.append(rotation[:count])
+    mean = average_path(paths, turns, angle)
+    return PathCurve(
+        angle_deg=angle,
+        name=passport.primitive,
+        points_mm=mean.points_mm,
+        label_mm=float(np.mean([result.metrics.max_distance_mm for result in results])),
+        band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
+        failed=not all(result.kept for result in results),
+    )
+
+
+def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:
+    """Return the mean paths of people's trials without a twist, for the named directions they have."""
+    curves = []
+    for name in names:
+        trials = [t for t in people if t.primitive == name and t.angle_deg is not None and t.twist_deg == 0]
+        if not trials:
+            continue
+        paths = [t.filtered_mm[slice(*t.moving)] - t.filtered_mm[t.moving[0]] for t in trials]
+        angle = trials[0].angle_deg or 0.0
+        mean = average_path(paths, None, angle)
+        distance = float(np.mean([measure_human(t).max_distance_mm for t in trials]))
+        band = mean.lateral_sd_mm if len(trials) > 1 else None
+        curves.append(PathCurve(angle, name, mean.points_mm, distance, band))
+    return curves
+
+
+def trial_path(trial: Trial, result: Result) -> TrialPath:
+    """Return one trial as its path figure takes it."""
+    path, rotation, touching = trial.manipulated_path()
+    angle = trial.passport.angle_deg or 0.0
+    target = 1e3 * trial.reference[:, :2]
+    along = rotate(np.full(len(target), -np.deg2rad(angle)), target)[:, 0]
+    shown = max(result.metrics.max_distance_mm, 10.0)
+    return TrialPath(
+        name=trial.passport.primitive,
+        angle_deg=angle,
+        points_mm=path,
+        rotation_deg=rotation,
+        contact=touching,
+        fingers=FINGER_NAMES,
+        target_mm=target[along <= shown],
+        target_rotation_deg=trial.passport.rotation_deg,
+        failed=not result.kept,
+    )
+
+
+def radar_series(name: str, groups: dict[str, list[Result]], directions: Sequence[str]) -> RadarSeries:
+    """Return distance and efficiency of every direction, NaN where a direction has no trial."""
+
+    def mean(direction: str, key: str) -> float:
+        values = [getattr(result.metrics, key) for result in groups.get(direction, [])]
+        return float(np.mean(values)) if values else np.nan
+
+    return RadarSeries(
+        name,
+        np.array([mean(direction, "max_distance_mm") for direction in directions]),
+        np.array([mean(direction, "efficiency") for direction in directions]),
+    )

@@ -1,0 +1,40 @@
+# Two commands do all the set-up: `make demo` and `make test`. They need Python 3.11 or newer and make.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+INPUTS := pyproject.toml requirements/build.in
+
+.PHONY: demo test bench lock
+
+demo: .venv/.run
+	$(BIN)/inhand asterisk --out results/demo --overwrite
+
+test: .venv/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest
+
+bench: .venv/.dev
+	$(BIN)/python benchmarks/stepping.py
+	$(BIN)/python benchmarks/decisions.py
+	$(BIN)/python benchmarks/report_time.py
+
+.venv/.run: pyproject.toml requirements/run.txt
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "inhand needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(PIP) --no-deps --require-hashes -r requirements/run.txt
+	$(PIP) --no-deps --no-build-isolation --editable .
+	touch $@
+
+.venv/.dev: .venv/.run requirements/dev.txt
+	$(PIP) --no-deps --require-hashes -r requirements/dev.txt
+	touch $@
+
+# Needs uv. mink asks for the full `mujoco`; the lock leaves that and its viewers out (docs/design.md).
+LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
+lock:
+	$(LOCK) $(INPUTS) --output-file requirements/run.txt
+	$(LOCK) $(INPUTS) --extra dev --extra bullet --constraints requirements/run.txt --overrides requirements/overrides.txt \
+		$(addprefix --no-emit-package ,mujoco mujoco-studio glfw pyopengl websockets) --output-file requirements/dev.txt

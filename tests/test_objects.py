@@ -1,0 +1,150 @@
+"""Objects: outlines, names and what is refused."""
+
+import re
+from dataclasses import FrozenInstanceError, fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from inhand.errors import InputError
+from inhand.geometry import Array, cross
+from inhand.sim.objects import CATALOGUE, ObjectSpec, outline, parse_object_name, polygon
+
+SPECS = list(CATALOGUE.values())
+by_name = pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.name)
+
+
+def area(corners: Array) -> float:
+    """Signed area of a polygon, positive where its corners run counter-clockwise."""
+    return float(cross(corners, np.roll(corners, -1, axis=0)).sum() / 2)
+
+
+@by_name
+def test_catalogue_objects_have_the_laboratory_numbers(spec: ObjectSpec) -> None:
+    assert spec.height == spec.size[2]
+    assert 0.096 <= spec.height <= 0.105
+    assert 0.015 <= spec.mass <= 0.045
+    assert spec.friction == 1.0
+    assert CATALOGUE[spec.name] is parse_object_name(spec.name) is spec
+
+
+@by_name
+def test_outline_points_lie_on_the_outline_with_unit_normals_outwards(spec: ObjectSpec) -> None:
+    points, normals = outline(spec)
+    half = np.array(spec.size[:2]) / 2
+    scaled = points / half
+    on_outline = np.abs(scaled).max(-1) if spec.shape == "box" else np.linalg.norm(scaled, axis=-1)
+    np.testing.assert_allclose(on_outline, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=-1), 1.0)
+    # On a convex outline every other point lies behind the tangent.
+    assert ((points[:, None] - points) * normals[:, None]).sum(-1).min() > -1e-12
+    assert area(points) > 0
+
+
+@by_name
+@pytest.mark.parametrize("step", [0.0005, 0.004])
+def test_outline_points_are_no_farther_apart_than_asked(spec: ObjectSpec, step: float) -> None:
+    points, _ = outline(spec, step)
+    assert np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=-1).max() <= step * (1 + 1e-9)
+    assert len(outline(spec, step / 2)[0]) >= 1.5 * len(points)
+
+
+@by_name
+def test_outlines_are_their_own_mirror_images(spec: ObjectSpec) -> None:
+    points, normals = outline(spec)
+    for mirror in ((-1, 1), (1, -1)):
+        apart = np.linalg.norm(points[:, None] * mirror - points, axis=-1)
+        assert apart.min(axis=1).max() < 1e-12
+        np.testing.assert_allclose((normals * mirror), normals[apart.argmin(axis=1)], atol=1e-9)
+
+
+def test_a_box_gives_no_point_on_its_corners() -> None:
+    points, normals = outline(parse_object_name("box_30x45"))
+    assert not ((np.abs(points[:, 0]) > 0.0149999) & (np.abs(points[:, 1]) > 0.0224999)).any()
+    assert sorted(set(map(tuple, normals.tolist()))) == [(-1.0, 0.0), (0.0, -1.0), (0.0, 1.0), (1.0, 0.0)]
+
+
+@by_name
+def test_the_polygon_is_inscribed_and_counter_clockwise(spec: ObjectSpec) -> None:
+    corners = polygon(spec)
+    half = np.array(spec.size[:2]) / 2
+    full = 4 * half.prod() if spec.shape == "box" else np.pi * half.prod()
+    assert 0.997 * full < area(corners) <= full * (1 + 1e-12)
+    assert (cross(np.roll(corners, -1, 0) - corners, np.roll(corners, -2, 0) - np.roll(corners, -1, 0)) > 0).all()
+    assert (np.abs(corners) <= half * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "size"),
+    [
+        ("box_30x45", "box", (30, 45, 100)),
+        ("rectangle_20.5x40", "box", (20.5, 40, 100)),
+        ("cube_37", "box", (37, 37, 100)),
+        ("square_12", "box", (12, 12, 100)),
+        ("cylinder_50.8", "cylinder", (50.8, 50.8, 100)),
+        ("ellipse_45x20", "ellipse", (45, 20, 100)),
+    ],
+)
+def test_any_size_has_a_name(name: str, shape: str, size: tuple[float, float, float]) -> None:
+    spec = parse_object_name(name)
+    assert (spec.name, spec.shape) == (name, shape)
+    np.testing.assert_allclose(spec.size, np.array(size) / 1e3)
+
+
+@pytest.mark.parametrize("name", ["cube39", "banana", "", "box_", "cube_3e1", "cube_-39", "box_30x45x60", "cube_39 "])
+def test_an_unknown_object_says_what_is_allowed(name: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_object_name(name)
+    text = str(caught.value)
+    assert text.startswith(f"unknown object {name!r}")
+    assert "shape_SIZE or shape_XxY in mm (box_30x45, cylinder_40, ellipse_40x25), or a TOML file" in text
+    assert "`inhand objects`" in text
+
+
+def test_an_unknown_object_offers_near_matches() -> None:
+    with pytest.raises(InputError, match=r"unknown object 'cubes_39'; did you mean cube_39 or "):
+        parse_object_name("cubes_39")
+    with pytest.raises(InputError) as caught:
+        parse_object_name("banana")
+    assert "did you mean" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"shape": "bax"},
+            "object 'thing': unknown shape 'bax'; allowed are box, cylinder, ellipse; did you mean box?",
+        ),
+        ({"size": (0.0, 0.04, 0.1)}, "size [0, 40, 100] mm; size needs three positive lengths, x, y and height"),
+        ({"size": (0.04, -0.04, 0.1)}, "size [40, -40, 100] mm; size needs three positive lengths"),
+        ({"size": (0.04, 0.04, np.nan)}, "size [40, 40, nan] mm; size needs three positive lengths"),
+        ({"size": (0.04, 0.04, np.inf)}, "size [40, 40, inf] mm; size needs three positive lengths"),
+        ({"size": (0.04, 0.04)}, "size [40, 40] mm; size needs three positive lengths"),
+        ({"mass": 0.0}, "object 'thing': mass 0 kg; the mass must be positive"),
+        ({"mass": -0.03}, "mass -0.03 kg; the mass must be positive"),
+        ({"mass": np.nan}, "mass nan kg; the mass must be positive"),
+        ({"friction": -0.1}, "object 'thing': friction -0.1; friction must be 0 or more"),
+        ({"friction": np.inf}, "friction inf; friction must be 0 or more"),
+        ({"shape": "cylinder", "size": (0.04, 0.03, 0.1)}, "a cylinder of 40 x 30 mm; give both diameters alike"),
+    ],
+)
+def test_numbers_that_no_object_has_are_refused(changes: dict[str, Any], text: str) -> None:
+    spec = ObjectSpec("thing", "box", (0.04, 0.04, 0.1))
+    with pytest.raises(InputError, match=re.escape(text)):
+        replace(spec, **changes)
+
+
+def test_names_of_no_size_are_refused() -> None:
+    with pytest.raises(InputError, match=re.escape("object 'cube_0': size [0, 0, 100] mm")):
+        parse_object_name("cube_0")
+    with pytest.raises(InputError, match="shape = 'ellipse'"):
+        parse_object_name("cylinder_40x30")
+
+
+def test_an_object_is_frozen_and_may_be_frictionless() -> None:
+    spec = ObjectSpec("ice", "box", (0.04, 0.04, 0.1), friction=0.0)
+    for field in fields(spec):
+        with pytest.raises(FrozenInstanceError):
+            setattr(spec, field.name, None)

@@ -121,7 +121,7 @@ def test_an_unknown_hand_offers_near_matches() -> None:
 
 def test_near_matches_ignore_case_and_join_with_or() -> None:
     assert near_matches("CUBE_39", ["cube_39", "ball"]) == "; did you mean cube_39?"
-    assert near_matches("cube_3", ["Cube_39", "cube_35"]) == "; did you mean cube_35 or Cube_39?"
+    assert near_matches("cube_39", ["CUBE_3", "Cube_39", "ball"]) == "; did you mean Cube_39 or CUBE_3?"
     assert near_matches("zzz", ["cube_39"]) == ""
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter
+from scipy.ndimage import minimum_filter, uniform_filter
 
 from inhand.errors import InputError
 from inhand.geometry import Array, rotate, transform
@@ -22,6 +22,10 @@ from inhand.sim.polygons import separation
 from inhand.sim.rolling import Starts, Tracks, roll
 from inhand.sim.shapes import link_polygons
 from inhand.sim.touch import Touches, touch
+
+
+NEIGHBOURS = 7
+"""Start contacts along each finger's outline that count as neighbours."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,8 @@ class SearchConfig:
     """Share of the friction coefficient that the line between the contacts may use."""
     tilt_cost: float = 0.012
     """Progress given up for a grip line that starts at the edge of the cone, not along the normals [m]."""
+    company: float = 0.2
+    """Weight of the neighbours' progress: a start whose neighbours reach as far forgives noise."""
     opening: float = 0.010
     """How far the fingertips stand off the object before they close [m]."""
     squeeze: float = 0.002
@@ -167,14 +173,16 @@ def _best(
 
 
 def _score(reach: NDArray[np.int64], poses: Array, tracks: tuple[Tracks, Tracks], config: SearchConfig) -> Array:
-    """Return the progress [m] each pair reaches, less what a tilted start costs `(K, K)`."""
+    """Return the progress [m] each pair reaches, less what a tilted or a lonely start costs `(K, K)`."""
     steps = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=-1) + np.abs(np.diff(poses[:, 2])) * 0.02
     progress = np.concatenate([[0.0], np.cumsum(steps)])
     left, right = tracks
     line = right.points[None, :, 0] - left.points[:, None, 0]
     line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
     cosine = np.minimum(-(line * left.normals[:, None, 0]).sum(-1), (line * right.normals[None, :, 0]).sum(-1))
-    value = progress[np.maximum(reach - 1, 0)] - config.tilt_cost * (1 - cosine) / 0.1
+    reached = np.where(reach > 0, progress[np.maximum(reach - 1, 0)], 0.0)
+    around = uniform_filter(reached, size=NEIGHBOURS, mode="constant")
+    value = reached + config.company * (around - reached) - config.tilt_cost * (1 - cosine) / 0.1
     return np.where(reach > 0, value, -np.inf)
 
 

@@ -26,8 +26,8 @@ class PidConfig:
     """Largest integral part [rad]."""
     speed: float = 1.2
     """Speed of the moving set point [rad/s]."""
-    tolerance: float = 0.02
-    """A joint has arrived within this of its goal [rad]."""
+    rest: float = 0.05
+    """A joint slower than this is at rest [rad/s]."""
 
 
 class JointPid:
@@ -52,7 +52,7 @@ class JointPid:
         way = self._goal - self._set_point
         longest = np.abs(way).max(axis=-1, keepdims=True)
         share = np.minimum(1.0, config.speed * self._period / np.maximum(longest, 1e-12))
-        self._set_point = self._set_point + share * way
+        self._set_point = np.where(share == 1.0, self._goal, self._set_point + share * way)
         error = self._set_point - state.joint_angles
         limit = config.integral_limit
         self._integral = np.clip(self._integral + config.integral * self._period * error, -limit, limit)
@@ -60,5 +60,10 @@ class JointPid:
         return np.asarray(state.joint_angles + config.proportional * error + self._integral - damped)
 
     def finished(self, state: State) -> NDArray[np.bool_]:
-        """Return which worlds have every joint at its goal `(B,)`."""
-        return np.asarray((np.abs(self._goal - state.joint_angles) < self.config.tolerance).all(axis=-1))
+        """Return which worlds have their set point at the goal and every joint at rest `(B,)`.
+
+        The joints need not be at the goal: a goal inside the object is how fingers press on it.
+        """
+        arrived = (self._set_point == self._goal).all(axis=-1)
+        resting = (np.abs(state.joint_velocities) < self.config.rest).all(axis=-1)
+        return np.asarray(arrived & resting)

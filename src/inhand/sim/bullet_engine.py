@@ -1,0 +1,181 @@
+"""The witness engine: PyBullet, the thesis's, behind the same interface as MuJoCo.
+
+Solver, contact model and servos differ from MuJoCo's, so that what a controller does in both engines is no artefact
+of one. PyBullet's servo is a velocity constraint, not a spring: in each physics step it asks a joint for the speed
+
+    w* = POSITION_GAIN (target - q) / timestep + (1 - VELOCITY_GAIN) w
+
+with at most the hand's torque. A blocked joint therefore pushes with up to the whole torque however small its error
+is, where MuJoCo's pushes with stiffness (target - q).
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Sequence
+from types import ModuleType
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.geometry import Array, spatial
+from inhand.sim.bullet_model import BASE, World, build_world, load_pybullet
+from inhand.sim.engine import check_targets
+from inhand.sim.hands import HandSpec
+from inhand.sim.model import FAR, SceneSpec
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.state import State
+
+POSITION_GAIN = 0.1
+"""Share of its error that a servo closes in one physics step (PyBullet's default)."""
+VELOCITY_GAIN = 1.0
+"""Share of its speed that a servo takes away in one physics step (PyBullet's default)."""
+
+Reading = tuple[list[float], list[float], list[float], list[float], list[tuple[float, ...]]]
+"""Of one world: joint angles and velocities, object pose and velocity; of each link its distance to the object and
+the nearest points of both."""
+
+
+class BulletSimulator:
+    """B worlds of one hand, each with its own object and surroundings, stepped one after another on one thread.
+
+    Distances are queries made after the last physics step, so that everything in `State` belongs to one instant.
+    """
+
+    def __init__(
+        self,
+        hand: HandSpec,
+        objects: Sequence[ObjectSpec],
+        scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    ) -> None:
+        """Open a connection for each object; it closes with the simulator.
+
+        Args:
+            hand: the hand of every world.
+            objects: the object of each world; shapes, sizes and masses may differ.
+            scenes: what surrounds them, one for all or one for each world.
+
+        Raises:
+            InputError: PyBullet is not installed, no objects are given, or not as many scenes as objects.
+        """
+        if not objects:
+            raise InputError("no objects given; a simulator needs one object for each world")
+        scene = SceneSpec() if scenes is None else scenes
+        self._scenes = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
+        if len(self._scenes) != len(objects):
+            raise InputError(f"{len(self._scenes)} scenes for {len(objects)} objects; give one for all or one each")
+        self.hand = hand
+        self.objects = tuple(objects)
+        self.timestep = self._scenes[0].timestep
+        self._engine = load_pybullet()
+        self._clients = [self._engine.connect(self._engine.DIRECT) for _ in objects]
+        weakref.finalize(self, _disconnect, self._engine, self._clients)
+        self._worlds: list[World] = []
+        self._steps = 0
+        self._targets = np.zeros((len(objects), hand.n_joints))
+
+    def reset(self, object_pose: Array, joint_angles: Array) -> State:
+        """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
+
+        The worlds are built anew: contacts that PyBullet remembers would change the next episode.
+        """
+        check_targets(joint_angles, len(self.objects), self.hand.n_joints)
+        check_targets(object_pose, len(self.objects), 3)
+        settings = zip(self._clients, self.objects, self._scenes, strict=True)
+        self._worlds = [build_world(self._engine, client, self.hand, *setting) for client, *setting in settings]
+        for world, spec, pose, angles in zip(self._worlds, self.objects, object_pose, joint_angles, strict=True):
+            _place(self._engine, world, spatial(pose, spec.height / 2), angles)
+        self._steps = 0
+        self._targets = np.array(joint_angles, dtype=float)
+        return self._measure()
+
+    def step(self, targets: Array, substeps: int) -> State:
+        """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
+
+        Raises:
+            InputError: a target is not finite (the text names world and joint), or nothing was reset yet.
+            RuntimeError: a world diverged.
+        """
+        check_targets(targets, len(self.objects), self.hand.n_joints)
+        if not self._worlds:
+            raise InputError("step() before reset(): place objects and joints with reset() first")
+        for world, wanted in zip(self._worlds, targets, strict=True):
+            _command(self._engine, world, self.hand, wanted)
+            for _ in range(substeps):
+                self._engine.stepSimulation(world.client)
+        self._steps += substeps
+        self._targets = np.array(targets, dtype=float)
+        return self._measure()
+
+    def _measure(self) -> State:
+        rows = [_read(self._engine, world, self.hand) for world in self._worlds]
+        return _state_from(rows, self.hand, self._steps * self.timestep, self._targets)
+
+
+def _disconnect(engine: ModuleType, clients: list[int]) -> None:
+    for client in clients:
+        engine.disconnect(client)
+
+
+def _place(engine: ModuleType, world: World, pose: Array, joint_angles: Array) -> None:
+    """Put the object at a full pose `(7,)` and the joints at angles `(n,)` [rad], all at rest."""
+    position, quaternion = pose[:3], [*pose[4:], pose[3]]  # PyBullet's quaternions end with w
+    engine.resetBasePositionAndOrientation(world.object, position, quaternion, physicsClientId=world.client)
+    for joint, angle in enumerate(joint_angles):
+        engine.resetJointState(world.hand, joint, angle, 0.0, physicsClientId=world.client)
+
+
+def _command(engine: ModuleType, world: World, hand: HandSpec, targets: Array) -> None:
+    n = hand.n_joints
+    engine.setJointMotorControlArray(
+        world.hand,
+        range(n),
+        engine.POSITION_CONTROL,
+        targetPositions=targets,
+        forces=[hand.torque] * n,
+        positionGains=[POSITION_GAIN] * n,
+        velocityGains=[VELOCITY_GAIN] * n,
+        physicsClientId=world.client,
+    )
+
+
+def _read(engine: ModuleType, world: World, hand: HandSpec) -> Reading:
+    client, n = world.client, hand.n_joints
+    joints = engine.getJointStates(world.hand, range(n), physicsClientId=client)
+    position, (x, y, z, w) = engine.getBasePositionAndOrientation(world.object, physicsClientId=client)
+    linear, angular = engine.getBaseVelocity(world.object, physicsClientId=client)
+    links = [_distance(engine, world, link) for link in range(n)]
+    return [j[0] for j in joints], [j[1] for j in joints], [*position, w, x, y, z], [*linear, *angular], links
+
+
+def _distance(engine: ModuleType, world: World, link: int) -> tuple[float, ...]:
+    """Return a link's distance to the object [m] and the nearest points x, y of link and object [m]."""
+    found = engine.getClosestPoints(world.hand, world.object, FAR, link, BASE, physicsClientId=world.client)
+    if not found:
+        return FAR, 0.0, 0.0, 0.0, 0.0
+    nearest = min(found, key=lambda point: point[8])
+    return nearest[8], *nearest[5][:2], *nearest[6][:2]
+
+
+def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array) -> State:
+    joints, velocities, poses, object_velocities, links = (np.array(part) for part in zip(*rows, strict=True))
+    if not np.isfinite(poses).all():
+        world = int(np.argwhere(~np.isfinite(poses))[0, 0])
+        raise RuntimeError(f"the simulation of world {world} diverged; lower the torque or the physics step")
+    n_left = len(hand.left.links)
+    gaps = links[..., 0]
+    nearest = np.stack([gaps[:, :n_left].argmin(axis=1), gaps[:, n_left:].argmin(axis=1)], axis=1)
+    chosen = links[np.arange(len(rows))[:, None], nearest + [0, n_left]]
+    return State(
+        time=np.full(len(rows), time),
+        object_pose=poses,
+        object_velocity=object_velocities,
+        joint_angles=joints,
+        joint_velocities=velocities,
+        targets=targets.copy(),
+        link_gaps=gaps,
+        contact_links=nearest,
+        finger_points=chosen[..., 1:3],
+        object_points=chosen[..., 3:5],
+        gaps=chosen[..., 0],
+    )

@@ -1,0 +1,169 @@
+"""A PyBullet world of a hand and an object, built from the same specs and outlines as the MuJoCo model.
+
+Frames, heights and the pairs of bodies that can touch are those of `inhand.sim.model`. PyBullet multiplies the
+friction coefficients of two bodies by itself. The spec's stiffness, damping and armature have no counterpart here.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.sim.hands import HandSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.shapes import link_outline, palm_outline
+
+BASE = -1
+"""PyBullet's number of a body's base; its links count from 0."""
+
+Part = tuple[int, int]
+"""PyBullet's numbers of a body and of a link of it."""
+
+
+@dataclass(frozen=True)
+class World:
+    """PyBullet's numbers of one world's connection and of the bodies in it."""
+
+    client: int
+    """The connection."""
+    hand: int
+    """The hand: its base is the palm, its links have the joints' order."""
+    object: int
+    """The object."""
+    floor: int
+    """The plane it stands on."""
+
+
+def load_pybullet() -> ModuleType:
+    """Return the module `pybullet`.
+
+    Raises:
+        InputError: it is not installed; the text names the extra that brings it.
+    """
+    try:
+        return importlib.import_module("pybullet")
+    except ImportError as error:
+        raise InputError(
+            'the engine PyBullet is not installed; install it with pip install "inhand[bullet]", or use MuJoCo'
+        ) from error
+
+
+def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> World:
+    """Empty a connection, build plane, hand and object in it and return their numbers."""
+    engine.resetSimulation(physicsClientId=client)
+    engine.setPhysicsEngineParameter(
+        fixedTimeStep=scene.timestep, deterministicOverlappingPairs=1, physicsClientId=client
+    )
+    engine.setGravity(0, 0, -scene.gravity, physicsClientId=client)
+    plane = engine.createCollisionShape(engine.GEOM_PLANE, physicsClientId=client)
+    floor = engine.createMultiBody(0, plane, physicsClientId=client)
+    palm = _add_hand(engine, client, hand, spec.height / 2)
+    shape, _ = _prism(engine, client, polygon(spec), spec.height)
+    thing = engine.createMultiBody(spec.mass, shape, basePosition=[0, 0.1, spec.height / 2], physicsClientId=client)
+    world = World(client, palm, thing, floor)
+    _finish(engine, client, (floor, BASE), scene.floor_friction)
+    _finish(engine, client, (thing, BASE), spec.friction)
+    for link in range(BASE, hand.n_joints):
+        _finish(engine, client, (palm, link), hand.friction)
+    for link, (low, high) in enumerate(hand.limits):
+        engine.changeDynamics(palm, link, jointLowerLimit=low, jointUpperLimit=high, physicsClientId=client)
+    for (first, link), (second, other) in touching_pairs(world, hand):
+        engine.setCollisionFilterPair(first, second, link, other, 1, physicsClientId=client)
+    return world
+
+
+def touching_pairs(world: World, hand: HandSpec) -> Iterator[tuple[Part, Part]]:
+    """Yield the pairs of parts that can touch: those that the MuJoCo model declares."""
+    left, right = ([(world.hand, link) for link in range(hand.n_joints)][place] for place in hand.slices)
+    palm, thing = (world.hand, BASE), (world.object, BASE)
+    for finger in (left, right):
+        yield from ((link, thing) for link in finger)
+        yield from ((link, palm) for link in finger[1:])
+    yield from ((one, other) for one in left for other in right)
+    yield palm, thing
+    yield (world.floor, BASE), thing
+
+
+def _add_hand(engine: ModuleType, client: int, hand: HandSpec, height: float) -> int:
+    """Add the palm at a height [m] and the fingers on it; link frames are the joints', masses at outlines' centres."""
+    shapes, centres, joints, parents = [], [], [], []
+    for finger in hand.fingers:
+        parent, joint = 0, [*finger.base, 0.0]
+        for i, length in enumerate(finger.links):
+            outline = link_outline(hand, length, tip=i == len(finger.links) - 1)
+            shape, centre = _prism(engine, client, outline, hand.thickness)
+            shapes.append(shape)
+            centres.append(centre)
+            joints.append(joint)
+            parents.append(parent)
+            parent, joint = len(shapes), [0.0, length, 0.0]
+    n, upright = hand.n_joints, [[0, 0, 0, 1]] * hand.n_joints
+    palm, palm_centre = _prism(engine, client, palm_outline(hand), hand.thickness)
+    return int(
+        engine.createMultiBody(
+            0,
+            palm,
+            basePosition=[0, 0, height],
+            baseInertialFramePosition=palm_centre,
+            linkMasses=[hand.link_mass] * n,
+            linkCollisionShapeIndices=shapes,
+            linkVisualShapeIndices=[-1] * n,
+            linkPositions=joints,
+            linkOrientations=upright,
+            linkInertialFramePositions=centres,
+            linkInertialFrameOrientations=upright,
+            linkParentIndices=parents,
+            linkJointTypes=[engine.JOINT_REVOLUTE] * n,
+            linkJointAxis=[[0, 0, 1]] * n,
+            flags=engine.URDF_USE_SELF_COLLISION,
+            physicsClientId=client,
+        )
+    )
+
+
+def _prism(engine: ModuleType, client: int, corners: Array, height: float) -> tuple[int, list[float]]:
+    """Return the shape of an upright prism over a convex outline `(K, 2)` [m], and its centre of mass [m]."""
+    centre = _centroid(corners)
+    place = [*centre, 0.0]
+    if len(corners) == 4:
+        half = [*np.ptp(corners, axis=0) / 2, height / 2]
+        box = engine.createCollisionShape(
+            engine.GEOM_BOX, halfExtents=half, collisionFramePosition=place, physicsClientId=client
+        )
+        return box, place
+    ends = [np.column_stack([corners - centre, np.full(len(corners), z)]) for z in (-height / 2, height / 2)]
+    vertices = np.concatenate(ends).tolist()
+    hull = engine.createCollisionShape(
+        engine.GEOM_MESH, vertices=vertices, collisionFramePosition=place, physicsClientId=client
+    )
+    return hull, place
+
+
+def _centroid(corners: Array) -> Array:
+    """Return the centre of area `(2,)` of a polygon `(K, 2)`, counter-clockwise."""
+    after = np.roll(corners, -1, axis=0)
+    area = corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1]
+    return np.asarray((area[:, None] * (corners + after)).sum(axis=0) / (3 * area.sum()))
+
+
+def _finish(engine: ModuleType, client: int, part: Part, friction: float) -> None:
+    """Give a part its friction, take away PyBullet's air drag and let it touch nothing but declared partners."""
+    body, link = part
+    engine.changeDynamics(
+        body,
+        link,
+        lateralFriction=friction,
+        linearDamping=0.0,
+        angularDamping=0.0,
+        jointDamping=0.0,
+        collisionMargin=0.0,  # by default convex meshes grow by 1 mm on every side
+        physicsClientId=client,
+    )
+    engine.setCollisionFilterGroupMask(body, link, 0, 0, physicsClientId=client)

@@ -1,0 +1,186 @@
+"""Hands and objects from TOML files, and what is refused in them."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from inhand.errors import InputError
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.objects import ObjectSpec, parse_object_name
+from inhand.sim.spec_files import load_hand, load_object
+
+HAND = """
+name = "long fingers"
+palm_width_mm = 60
+link_width_mm = 20
+joint_gap_mm = 0
+link_mass_kg = 0.05
+friction = 0.6
+stiffness = 4
+damping = 0.2
+torque_nm = 0.3
+[left]
+links_mm = [80, 60.5]
+limits_deg = [[-90, 90], [-120, 0]]
+[right]
+links_mm = [50, 50, 40]
+"""
+BLOCK = """
+name = "block"
+shape = "box"
+size_mm = [30, 45, 96]
+mass_kg = 0.045
+friction = 0.8
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "spec.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_hand_file_gives_every_number_in_si(tmp_path: Path) -> None:
+    hand = load_hand(write(tmp_path, HAND))
+    assert hand.name == "long fingers"
+    np.testing.assert_allclose(hand.left.links, (0.08, 0.0605))
+    np.testing.assert_allclose(hand.right.links, (0.05, 0.05, 0.04))
+    np.testing.assert_allclose(hand.left.limits, np.deg2rad([(-90, 90), (-120, 0)]))
+    np.testing.assert_allclose(hand.right.limits, np.tile([-np.pi, np.pi], (3, 1)))
+    assert (hand.palm_width, hand.link_width, hand.joint_gap) == (0.06, 0.02, 0.0)
+    assert (hand.link_mass, hand.friction, hand.stiffness) == (0.05, 0.6, 4.0)
+    assert (hand.damping, hand.torque, hand.palm_depth) == (0.2, 0.3, 0.053)
+
+
+def test_a_short_hand_file_is_the_named_hand(tmp_path: Path) -> None:
+    fingers = "[left]\nlinks_mm = [72, 72]\n[right]\nlinks_mm = [72, 72]"
+    path = write(tmp_path, f'name = "2v2_50.50_50.50_1.1_53"\npalm_width_mm = 53.5\n{fingers}')
+    assert load_hand(path) == load_hand(str(path)) == parse_hand_name("2v2_50.50_50.50_1.1_53")
+
+
+def test_an_object_file_gives_every_number_in_si(tmp_path: Path) -> None:
+    expected = ObjectSpec("block", "box", (0.03, 0.045, 0.096), mass=0.045, friction=0.8)
+    assert load_object(write(tmp_path, BLOCK)) == load_object(str(write(tmp_path, BLOCK))) == expected
+
+
+def test_an_object_file_may_leave_mass_and_friction_out(tmp_path: Path) -> None:
+    spec = load_object(write(tmp_path, 'name = "e"\nshape = "ellipse"\nsize_mm = [40, 25, 100]'))
+    assert spec == ObjectSpec("e", "ellipse", (0.04, 0.025, 0.1), mass=0.03, friction=1.0)
+
+
+@pytest.mark.parametrize("name", ["2v2_50.50_50.50_1.1_53", "2v3_25.75_25.35.40_1.1_53:lab-limits"])
+def test_a_hand_name_is_not_taken_for_a_file(name: str) -> None:
+    assert load_hand(name) == parse_hand_name(name)
+
+
+@pytest.mark.parametrize("name", ["cube_39", "cylinder_50.8", "box_30x45.5"])
+def test_an_object_name_is_not_taken_for_a_file(name: str) -> None:
+    assert load_object(name) == parse_object_name(name)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"no hand file nowhere\.toml: give the path of a TOML file, or a name without"
+    ):
+        load_hand("nowhere.toml")
+    with pytest.raises(InputError, match=r"no object file .*missing.*: give the path of a TOML file"):
+        load_object(tmp_path / "missing")
+    with pytest.raises(InputError, match="no object file some/cube_39: "):
+        load_object("some/cube_39")
+
+
+def test_syntax_that_is_not_toml_says_where(tmp_path: Path) -> None:
+    path = write(tmp_path, 'name = "h"\npalm_width_mm = = 3')
+    with pytest.raises(InputError, match=re.escape(f"{path} is not a TOML file: ") + r".*line 2.*; mend the file"):
+        load_hand(path)
+    path.write_bytes(b'name = "\xff"')
+    with pytest.raises(InputError, match=r"is not a TOML file: .*utf-8.*; mend the file"):
+        load_object(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("palm_width_mm", "palm_with_mm", ": unknown key 'palm_with_mm'; did you mean palm_width_mm"),
+        ("damping = 0.2", "colour = 3", ": unknown key 'colour'; allowed are name, palm_width_mm, left, right, "),
+        ("limits_deg", "limit_deg", " [left]: unknown key 'limit_deg'; did you mean limits_deg?; allowed are links_mm"),
+        ('name = "long fingers"', "", ": no 'name'; it must give name, palm_width_mm, left, right"),
+        ("[right]\nlinks_mm = [50, 50, 40]", "", ": no 'right'; it must give name, palm_width_mm, left, right"),
+        ("links_mm = [80, 60.5]", "", " [left]: no 'links_mm'; it must give links_mm"),
+        ("palm_width_mm = 60", 'palm_width_mm = "60"', ": palm_width_mm = '60'; it must be a finite number"),
+        ("palm_width_mm = 60", "palm_width_mm = true", ": palm_width_mm = True; it must be a finite number"),
+        ("palm_width_mm = 60", "palm_width_mm = nan", ": palm_width_mm = nan; it must be a finite number"),
+        ("friction = 0.6", "friction = inf", ": friction = inf; it must be a finite number"),
+        ("links_mm = [80, 60.5]", "links_mm = 80", " [left]: links_mm = 80; it must be a list of numbers"),
+        ("links_mm = [80, 60.5]", "links_mm = []", " [left]: links_mm = []; it must be a list of numbers"),
+        ("links_mm = [80, 60.5]", 'links_mm = [80, "a"]', " [left]: links_mm = 'a'; it must be a finite number"),
+        (
+            "[-120, 0]]",
+            "[20, 20]]",
+            " [left]: limits_deg of joint 1 is [20.0, 20.0]; it must be [low, high], low < high",
+        ),
+        ("[-120, 0]]", "[20]]", " [left]: limits_deg of joint 1 is [20.0]; it must be [low, high]"),
+        ("[-120, 0]]", "20]", " [left]: limits_deg = 20; it must be a list of numbers"),
+        (", [-120, 0]]", "]", " [left]: limits_deg must give [low, high] for each of the 2 joints"),
+        ("link_mass_kg = 0.05", "link_mass_kg = 0", ": link_mass is 0; it must be positive"),
+        ("link_mass_kg = 0.05", "link_mass_kg = -1", ": link_mass is -1; it must be positive"),
+        ("friction = 0.6", "friction = -0.6", ": friction is -0.6; it must be positive"),
+        ("torque_nm = 0.3", "torque_nm = 0", ": torque is 0; it must be positive"),
+        ("link_width_mm = 20", "link_width_mm = -20", ": link_width is -0.02; it must be positive"),
+    ],
+)
+def test_what_a_hand_file_may_not_say(tmp_path: Path, old: str, new: str, text: str) -> None:
+    assert old in HAND
+    path = write(tmp_path, HAND.replace(old, new))
+    with pytest.raises(InputError, match=re.escape(f"hand file {path}{text}")):
+        load_hand(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        (
+            "[80, 60.5]",
+            "[80, 0]",
+            "hand 'long fingers': a link of the left finger is 0 mm; it must be a positive length",
+        ),
+        ("[50, 50, 40]", "[50, 50, -40]", "hand 'long fingers': a link of the right finger is -40 mm"),
+        ("[50, 50, 40]", "[90]", "hand 'long fingers': the right finger has 1 links; a finger has 2 or 3 links"),
+        ("palm_width_mm = 60", "palm_width_mm = 0", "hand 'long fingers': the palm width is 0 mm"),
+    ],
+)
+def test_lengths_of_a_hand_file_are_checked_as_any_hand(tmp_path: Path, old: str, new: str, text: str) -> None:
+    with pytest.raises(InputError, match=re.escape(text)):
+        load_hand(write(tmp_path, HAND.replace(old, new)))
+
+
+@pytest.mark.parametrize("line", ["joint_gap_mm = 90", "joint_gap_mm = 30\ntip_length_mm = 35", "tip_length_mm = 70"])
+def test_a_gap_and_a_cap_longer_than_the_link_are_refused(tmp_path: Path, line: str) -> None:
+    with pytest.raises(InputError, match="longer"):
+        load_hand(write(tmp_path, HAND.replace("joint_gap_mm = 0", line)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("mass_kg", "mas_kg", "object file {}: unknown key 'mas_kg'; did you mean mass_kg?; allowed are name, shape, "),
+        ('shape = "box"', "", "object file {}: no 'shape'; it must give name, shape, size_mm"),
+        ("[30, 45, 96]", "[30, 45]", "object file {}: size_mm = [30.0, 45.0]; it must be [x, y, height] in mm"),
+        ("[30, 45, 96]", '"30x45"', "object file {}: size_mm = '30x45'; it must be a list of numbers"),
+        ("[30, 45, 96]", "[30, 45, false]", "object file {}: size_mm = False; it must be a finite number"),
+        ("0.045", '"heavy"', "object file {}: mass_kg = 'heavy'; it must be a finite number"),
+        ("0.8", "nan", "object file {}: friction = nan; it must be a finite number"),
+        ("box", "bax", "object 'block': unknown shape 'bax'; allowed are box, cylinder, ellipse; did you mean box?"),
+        ("[30, 45, 96]", "[30, 0, 96]", "object 'block': size [30, 0, 96] mm; size needs three positive lengths"),
+        ("0.045", "-0.045", "object 'block': mass -0.045 kg; the mass must be positive"),
+        ("0.8", "-0.8", "object 'block': friction -0.8; friction must be 0 or more"),
+        ("box", "cylinder", "object 'block': a cylinder of 30 x 45 mm; give both diameters alike"),
+    ],
+)
+def test_what_an_object_file_may_not_say(tmp_path: Path, old: str, new: str, text: str) -> None:
+    assert old in BLOCK
+    path = write(tmp_path, BLOCK.replace(old, new))
+    with pytest.raises(InputError, match=re.escape(text.format(path))):
+        load_object(path)

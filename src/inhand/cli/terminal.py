@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
+PIPED_WIDTH = 120
+"""Columns of a table that is written to a file or a pipe."""
+
 
 def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 1) -> None:
     """Print a table; columns from index `numbers` on are aligned to the right."""
@@ -15,7 +18,10 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
         table.add_column(name, justify="right" if i >= numbers else "left")
     for row in rows:
         table.add_row(*row)
-    Console().print(table)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=PIPED_WIDTH)
+    console.print(table)
 
 
 def say(text: str) -> None:

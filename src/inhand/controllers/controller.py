@@ -25,7 +25,7 @@ class Task:
     paths: Array
     """Object poses relative to where manipulation starts, in palm axes `(B, S, 3)` [m, m, rad]."""
     progress: Array
-    """Progress of each of those poses along its path `(B, S)` [m; rad for a path that only turns]."""
+    """Way along the path to each of those poses `(B, S)` [m]; turning counts as an arc at a fixed arm."""
     control_period: float
     """Time between two decisions [s]."""
     timestep: float

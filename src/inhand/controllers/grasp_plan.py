@@ -23,7 +23,6 @@ from inhand.sim.rolling import Starts, Tracks, roll
 from inhand.sim.shapes import link_polygons
 from inhand.sim.touch import Touches, touch
 
-
 NEIGHBOURS = 7
 """Start contacts along each finger's outline that count as neighbours."""
 
@@ -36,7 +35,7 @@ class SearchConfig:
     """Distance between tried points of the outline [m]."""
     edge: float = 0.002
     """Contacts start this far from the corners of a face [m]."""
-    cone: float = 0.75
+    cone: float = 0.65
     """Share of the friction coefficient that the line between the contacts may use."""
     tilt_cost: float = 0.012
     """Progress given up for a grip line that starts at the edge of the cone, not along the normals [m]."""

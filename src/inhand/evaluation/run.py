@@ -29,6 +29,8 @@ from inhand.trials.trial import Passport, Trial
 
 SUBSTEPS = 5
 """Physics steps for one decision of a controller."""
+TURN_ARM = 0.025
+"""Arm at which a turn counts as a way along a path [m]: about the half width of the objects."""
 SPREAD = 0.2
 """How far the proximal joints start outside the opened grasp [rad]."""
 
@@ -145,10 +147,12 @@ def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanT
 
 
 def _stacked(paths: Sequence[ReferencePath]) -> tuple[Array, Array]:
-    """Return poses `(B, S, 3)` and progress `(B, S)`, shorter paths held at their last waypoint."""
+    """Return poses `(B, S, 3)` and the way along them `(B, S)` [m], shorter paths held at their last waypoint."""
     longest = max(len(path.progress) for path in paths)
 
     def padded(values: Array) -> Array:
         return np.concatenate([values, np.repeat(values[-1:], longest - len(values), axis=0)])
 
-    return np.stack([padded(path.poses) for path in paths]), np.stack([padded(path.progress) for path in paths])
+    poses = np.stack([padded(path.poses) for path in paths])
+    steps = np.linalg.norm(np.diff(poses[..., :2], axis=1), axis=-1) + TURN_ARM * np.abs(np.diff(poses[..., 2], axis=1))
+    return poses, np.concatenate([np.zeros((len(paths), 1)), np.cumsum(steps, axis=1)], axis=1)

@@ -25,7 +25,7 @@ HEADER = (
 
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
     """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
-    recorded = [result_of_human(t) for t in people if t.angle_deg is not None and t.twist_deg == 0]
+    recorded = [result_of_human(t) for t in people if t.angle_deg is None or t.twist_deg == 0]
     human = by_direction(recorded)
     return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
 
@@ -59,8 +59,8 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     gaps = [m.longest_gap_steps for m in metrics if m.longest_gap_steps is not None]
     return (
         name,
-        _spread([m.distance_mm for m in metrics]),
-        _spread([result.metrics.distance_mm for result in human]),
+        _reached(group),
+        _reached(human),
         f"{max(m.lateral_max_mm for m in metrics):.1f}",
         f"{max(m.rotation_max_deg for m in metrics):.1f}",
         f"{np.mean([m.efficiency for m in metrics]):.2f}",
@@ -68,6 +68,13 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
         f"{max(gaps)}" if gaps else "-",
         f"{worst} {kept}/{len(group)}",
     )
+
+
+def _reached(group: Sequence[Result]) -> str:
+    """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
+    if group and group[0].angle_deg is None:
+        return _spread([result.metrics.rotation_final_deg for result in group]) + " deg"
+    return _spread([result.metrics.distance_mm for result in group])
 
 
 def _spread(values: Sequence[float]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,22 @@ from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import Result, by_direction, result_of_human
 from inhand.report.asterisk import asterisk_figure
 from inhand.report.curves import PathCurve
+from inhand.report.donut import donut_figure
 from inhand.report.page import Picture, page
 from inhand.report.panels import Panel, panels_figure
 from inhand.report.path import path_figure
 from inhand.report.radar import radar_figure
 from inhand.report.replay import write_replay
 from inhand.report.save import save_figure
-from inhand.report.scenes import average_curve, human_curves, radar_series, scene_at, start_scene, trial_path
+from inhand.report.scenes import (
+    average_curve,
+    human_curves,
+    radar_series,
+    scene_at,
+    start_scene,
+    trial_path,
+    turn_series,
+)
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Trial
 
@@ -50,10 +59,12 @@ def write_report(run: Run, folder: Path) -> None:
     """Write figures, replay and `report.md` of a run into its folder."""
     figures = folder / "figures"
     (figures / "paths").mkdir(parents=True)
-    pictures = [_asterisk(run, figures), _radar(run, figures)]
-    if run.people:
-        pictures.insert(1, _panels(run, figures))
-    pictures += _replay(run, figures)
+    pictures: list[Picture] = []
+    if any(result.angle_deg is not None for result in run.results):
+        pictures += [*_asterisks(run, figures), *_panels(run, figures), _radar(run, figures)]
+    if any(result.angle_deg is None for result in run.results):
+        pictures.append(_donut(run, figures))
+    pictures.append(_replay(run, figures))
     paths = _paths(run, figures)
     (folder / "report.md").write_text(page(run.config, run.results, run.people, run.notes, (pictures, paths)))
 
@@ -77,15 +88,28 @@ def _subtitle(run: Run) -> str:
     return f"{run.config.hand}, {run.config.object}; mean of {count} trial{'s' if count > 1 else ''} a direction"
 
 
-def _asterisk(run: Run, figures: Path) -> Picture:
-    figure = asterisk_figure(
-        direction_curves(run), outline=start_scene(run.trials[0]), title=_title(run), subtitle=_subtitle(run)
-    )
+def _asterisks(run: Run, figures: Path) -> list[Picture]:
+    """Draw the mean of all trials and, where there are several, the first trial alone."""
+    scene = start_scene(run.trials[0])
+    figure = asterisk_figure(direction_curves(run), outline=scene, title=_title(run), subtitle=_subtitle(run))
     save_figure(figure, figures / "asterisk.png")
-    return Picture("Asterisk: mean object paths, counted up to the first loss of contact [mm]", "figures/asterisk.png")
+    text = "Asterisk: mean object paths, counted up to the first loss of contact [mm]"
+    pictures = [Picture(text, "figures/asterisk.png")]
+    first = [i for i, result in enumerate(run.results) if result.trial == 1]
+    if len(first) < len(run.results):
+        single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))
+        figure = asterisk_figure(
+            direction_curves(single), outline=scene, title=_title(run), subtitle="first trial of every direction"
+        )
+        save_figure(figure, figures / "asterisk_single.png")
+        pictures.append(Picture("Asterisk: the first trial of every direction [mm]", "figures/asterisk_single.png"))
+    return pictures
 
 
-def _panels(run: Run, figures: Path) -> Picture:
+def _panels(run: Run, figures: Path) -> list[Picture]:
+    """Draw people and controller side by side, where there are people."""
+    if not run.people:
+        return []
     curves = direction_curves(run)
     people = human_curves(run.people, [curve.name for curve in curves])
     panels = (
@@ -93,7 +117,16 @@ def _panels(run: Run, figures: Path) -> Picture:
         Panel(run.config.controller, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0])),
     )
     save_figure(panels_figure(panels, "People and controller"), figures / "panels.png")
-    return Picture("Human trials and the controller on one scale", "figures/panels.png")
+    return [Picture("Human trials and the controller on one scale", "figures/panels.png")]
+
+
+def _donut(run: Run, figures: Path) -> Picture:
+    series = [turn_series(run.config.controller, run.results)]
+    people = [result_of_human(trial) for trial in run.people if trial.angle_deg is None]
+    if people:
+        series.insert(0, turn_series("human", people))
+    save_figure(donut_figure(series, "Rotation in the hand", _subtitle(run)), figures / "donut.png")
+    return Picture("Angle reached each way [deg]", "figures/donut.png")
 
 
 def _radar(run: Run, figures: Path) -> Picture:
@@ -107,9 +140,9 @@ def _radar(run: Run, figures: Path) -> Picture:
     return Picture("Farthest progress [mm] and efficiency by direction", "figures/radar.png")
 
 
-def _replay(run: Run, figures: Path) -> list[Picture]:
-    """Draw the trial that went farthest; none where no grasp held."""
-    best = int(np.argmax([result.metrics.max_distance_mm for result in run.results]))
+def _replay(run: Run, figures: Path) -> Picture:
+    """Draw the trial that went farthest."""
+    best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial, result = run.trials[best], run.results[best]
     rows = range(0, len(trial.time), FRAME_STEPS)
     first = min(trial.manipulation.start, len(trial.time) - 1)
@@ -126,7 +159,7 @@ def _replay(run: Run, figures: Path) -> list[Picture]:
         target_path_mm=target[along],
         contact=trial.touching[list(rows)],
     )
-    return [Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")]
+    return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 
 
 def _paths(run: Run, figures: Path) -> list[Picture]:

@@ -11,6 +11,7 @@ from inhand.evaluation.metrics import measure_human
 from inhand.evaluation.results import Result
 from inhand.geometry import Array, planar, rotate, transform
 from inhand.report.curves import PathCurve
+from inhand.report.donut import DonutSeries
 from inhand.report.path import TrialPath
 from inhand.report.radar import RadarSeries
 from inhand.report.shapes import SceneOutline
@@ -119,3 +120,14 @@ def radar_series(name: str, groups: dict[str, list[Result]], directions: Sequenc
         np.array([mean(direction, "max_distance_mm") for direction in directions]),
         np.array([mean(direction, "efficiency") for direction in directions]),
     )
+
+
+def turn_series(name: str, results: Sequence[Result]) -> DonutSeries:
+    """Return the mean angle turned each way [deg] and its range; NaN where a way has no trial."""
+    turned = {
+        way: [result.metrics.rotation_final_deg for result in results if result.direction == way]
+        for way in ("cw", "ccw")
+    }
+    mean = {way: float(np.mean(values)) if values else np.nan for way, values in turned.items()}
+    spread = {way: (min(values), max(values)) if len(values) > 1 else None for way, values in turned.items()}
+    return DonutSeries(name, mean["cw"], mean["ccw"], spread["cw"], spread["ccw"])

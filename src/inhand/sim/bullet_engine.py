@@ -81,8 +81,10 @@ class BulletSimulator:
         """
         check_targets(joint_angles, len(self.objects), self.hand.n_joints)
         check_targets(object_pose, len(self.objects), 3)
-        settings = zip(self._clients, self.objects, self._scenes, strict=True)
-        self._worlds = [build_world(self._engine, client, self.hand, *setting) for client, *setting in settings]
+        self._worlds = [
+            build_world(self._engine, client, self.hand, spec, scene)
+            for client, spec, scene in zip(self._clients, self.objects, self._scenes, strict=True)
+        ]
         for world, spec, pose, angles in zip(self._worlds, self.objects, object_pose, joint_angles, strict=True):
             _place(self._engine, world, spatial(pose, spec.height / 2), angles)
         self._steps = 0
@@ -164,8 +166,8 @@ def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array
         raise RuntimeError(f"the simulation of world {world} diverged; lower the torque or the physics step")
     n_left = len(hand.left.links)
     gaps = links[..., 0]
-    nearest = np.stack([gaps[:, :n_left].argmin(axis=1), gaps[:, n_left:].argmin(axis=1)], axis=1)
-    chosen = links[np.arange(len(rows))[:, None], nearest + [0, n_left]]
+    left, right = gaps[:, :n_left].argmin(axis=1), gaps[:, n_left:].argmin(axis=1)
+    chosen = links[np.arange(len(rows))[:, None], np.stack([left, right + n_left], axis=1)]
     return State(
         time=np.full(len(rows), time),
         object_pose=poses,
@@ -174,7 +176,7 @@ def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array
         joint_velocities=velocities,
         targets=targets.copy(),
         link_gaps=gaps,
-        contact_links=nearest,
+        contact_links=np.stack([left, right], axis=1),
         finger_points=chosen[..., 1:3],
         object_points=chosen[..., 3:5],
         gaps=chosen[..., 0],

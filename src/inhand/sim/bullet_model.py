@@ -18,10 +18,14 @@ from inhand.geometry import Array
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
 from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.polygons import edge_normals
 from inhand.sim.shapes import link_outline, palm_outline
 
 BASE = -1
 """PyBullet's number of a body's base; its links count from 0."""
+
+HULL_MARGIN = 1e-3
+"""PyBullet grows convex meshes by this on every side, with round corners [m]; its default, fixed for links."""
 
 Part = tuple[int, int]
 """PyBullet's numbers of a body and of a link of it."""
@@ -129,7 +133,10 @@ def _add_hand(engine: ModuleType, client: int, hand: HandSpec, height: float) ->
 
 
 def _prism(engine: ModuleType, client: int, corners: Array, height: float) -> tuple[int, list[float]]:
-    """Return the shape of an upright prism over a convex outline `(K, 2)` [m], and its centre of mass [m]."""
+    """Return the shape of an upright prism over a convex outline `(K, 2)` [m] and its centre of mass [m].
+
+    Box shapes keep their size in PyBullet; other prisms are made smaller by the margin that it adds.
+    """
     centre = _centroid(corners)
     place = [*centre, 0.0]
     if len(corners) == 4:
@@ -138,12 +145,19 @@ def _prism(engine: ModuleType, client: int, corners: Array, height: float) -> tu
             engine.GEOM_BOX, halfExtents=half, collisionFramePosition=place, physicsClientId=client
         )
         return box, place
-    ends = [np.column_stack([corners - centre, np.full(len(corners), z)]) for z in (-height / 2, height / 2)]
-    vertices = np.concatenate(ends).tolist()
+    inner, top = _inset(corners, HULL_MARGIN) - centre, height / 2 - HULL_MARGIN
+    vertices = np.concatenate([np.column_stack([inner, np.full(len(inner), z)]) for z in (-top, top)])
     hull = engine.createCollisionShape(
-        engine.GEOM_MESH, vertices=vertices, collisionFramePosition=place, physicsClientId=client
+        engine.GEOM_MESH, vertices=vertices.tolist(), collisionFramePosition=place, physicsClientId=client
     )
     return hull, place
+
+
+def _inset(corners: Array, distance: float) -> Array:
+    """Return a convex polygon `(K, 2)`, counter-clockwise, with every edge moved inwards by a distance [m]."""
+    after = edge_normals(corners)
+    before = np.roll(after, 1, axis=0)
+    return corners - distance * (before + after) / (1 + (before * after).sum(axis=-1, keepdims=True))
 
 
 def _centroid(corners: Array) -> Array:
@@ -163,7 +177,6 @@ def _finish(engine: ModuleType, client: int, part: Part, friction: float) -> Non
         linearDamping=0.0,
         angularDamping=0.0,
         jointDamping=0.0,
-        collisionMargin=0.0,  # by default convex meshes grow by 1 mm on every side
         physicsClientId=client,
     )
     engine.setCollisionFilterGroupMask(body, link, 0, 0, physicsClientId=client)

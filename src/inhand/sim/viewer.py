@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from importlib import import_module
 
+import mujoco
 import numpy as np
 
 from inhand.errors import InputError
@@ -20,12 +22,15 @@ def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Arr
         InputError: the viewer is not installed.
     """
     try:
-        import mujoco.viewer
+        viewer = import_module("mujoco.viewer")
     except ImportError as error:
         raise InputError(f'the viewer is not installed ({error}): pip install "inhand[viewer]"') from error
     model = build_model(hand, spec, SceneSpec())
+    _light(model)
     data = mujoco.MjData(model)
-    with mujoco.viewer.launch_passive(model, data) as window:
+    with viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False) as window:
+        window.cam.lookat[:] = [0.0, hand.finger_length / 2, spec.height / 2]
+        window.cam.distance, window.cam.azimuth, window.cam.elevation = 0.55, 90.0, -65.0
         start = time.monotonic()
         while window.is_running():
             shown = (time.monotonic() - start) % (when[-1] - when[0] + 1.0)
@@ -34,3 +39,12 @@ def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Arr
             mujoco.mj_forward(model, data)
             window.sync()
             time.sleep(0.01)
+
+
+def _light(model: mujoco.MjModel) -> None:
+    """Give floor, hand and object colours, and the scene enough light to see them."""
+    model.vis.headlight.ambient[:] = 0.45
+    model.vis.headlight.diffuse[:] = 0.5
+    colours = {"floor": (0.93, 0.94, 0.95, 1), "palm": (0.45, 0.5, 0.56, 1), "object": (0.95, 0.6, 0.2, 1)}
+    for geom in range(model.ngeom):
+        model.geom_rgba[geom] = colours.get(model.geom(geom).name, (0.6, 0.65, 0.7, 1))

@@ -1,0 +1,56 @@
+"""The scene of the benchmarks: the 39 mm cube held by the 2v2 hand with the contacts searched for 'Right'."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inhand.controllers.catalogue import Grasp, planned_grasp
+from inhand.controllers.controller import Task
+from inhand.controllers.joint import JointPid
+from inhand.geometry import Array
+from inhand.sim.engine import Simulator
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import ObjectSpec, parse_object_name
+from inhand.sim.state import State
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import parse_directions
+
+SUBSTEPS = 5
+"""Physics steps for one decision, as in the Asterisk Test's runs."""
+CLOSING_DECISIONS = 60
+"""Decisions for which the fingers close before anything is timed: 1.2 s."""
+
+
+def scene() -> tuple[HandSpec, ObjectSpec]:
+    """Return hand and object."""
+    return parse_hand_name("2v2_50.50_50.50_1.1_53"), parse_object_name("cube_39")
+
+
+def task_right(simulator: Simulator) -> tuple[Task, Grasp]:
+    """Return the task of carrying every world's object along 'Right', and the grasp planned for it."""
+    hand, count = simulator.hand, len(simulator.objects)
+    path = straight_path(parse_directions("Right")[0])
+    origin = np.array([*hand.start_position, 0.0])
+    grasp = planned_grasp(hand, simulator.objects[0], np.tile(origin + path.poses, (count, 1, 1)))
+    period = SUBSTEPS * simulator.timestep
+    paths, progress = np.tile(path.poses, (count, 1, 1)), np.tile(path.progress, (count, 1))
+    return Task(hand, simulator.objects, paths, progress, period, simulator.timestep), grasp
+
+
+def hold(simulator: Simulator) -> tuple[State, Array]:
+    """Close the fingers on the object of every world; return the state and the targets that hold it.
+
+    Raises:
+        RuntimeError: a finger does not touch.
+    """
+    task, grasp = task_right(simulator)
+    origin = np.tile([*simulator.hand.start_position, 0.0], (task.n_worlds, 1))
+    state = simulator.reset(origin, grasp.opened)
+    controller = JointPid(task, grasp.closed)
+    controller.begin(state)
+    for _ in range(CLOSING_DECISIONS):
+        state = simulator.step(controller.act(state), SUBSTEPS)
+    if not state.touching.all():
+        raise RuntimeError("the grip does not hold; the benchmark would time falling objects")
+    return state, state.targets

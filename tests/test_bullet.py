@@ -1,0 +1,207 @@
+"""PyBullet behind the same interface: same numbers where physics is plain, the same grip, and the expert survives."""
+
+import sys
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from inhand.controllers.catalogue import find_controller, rough_grasp
+from inhand.controllers.controller import Task
+from inhand.episodes.loop import Recording, run_episodes
+from inhand.episodes.phases import standard_phases
+from inhand.errors import InputError
+from inhand.sim.bullet_engine import BulletSimulator
+from inhand.sim.bullet_model import build_world, load_pybullet, touching_pairs
+from inhand.sim.engine import Simulator
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.hands import HandSpec, lab_limits
+from inhand.sim.model import FAR, SceneSpec, build_model
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import parse_object_name
+from inhand.sim.state import State
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import parse_directions
+
+pytest.importorskip("pybullet", reason='PyBullet is an extra: pip install "inhand[bullet]"')
+
+HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
+THREE_LINKS = parse_hand_name("3v3_25.40.35_40.35.25_1.1_63")
+CUBE = parse_object_name("cube_39")
+ORIGIN = np.array([*HAND.start_position, 0.0])
+OPEN = np.array([0.9, -0.4, -0.8, 0.3])
+
+
+def squeezed(simulator: Simulator, seconds: float) -> list[State]:
+    """Close on the middle of the object's sides in 0.4 s, hold those targets, and return the states while held."""
+    grasp = rough_grasp(HAND, CUBE, ORIGIN[None, None])
+    simulator.reset(ORIGIN[None], grasp.opened)
+    for share in np.linspace(0.05, 1.0, 20):
+        simulator.step(grasp.opened + share * (grasp.closed - grasp.opened), 5)
+    return [simulator.step(grasp.closed, 5) for _ in range(round(seconds / 0.02))]
+
+
+def expert_right(simulator: Simulator) -> Recording:
+    """Run the expert's episode towards the right in one world."""
+    entry, path = find_controller("ik"), straight_path(parse_directions("Right")[0])
+    grasp = entry.grasp(HAND, CUBE, (ORIGIN + path.poses)[None])
+    task = Task(HAND, simulator.objects, path.poses[None], path.progress[None], 0.02, simulator.timestep)
+    start = simulator.reset(ORIGIN[None], grasp.opened)
+    return run_episodes(simulator, task, standard_phases(grasp, entry.manipulate), start)
+
+
+@pytest.mark.parametrize("hand", [HAND, THREE_LINKS], ids=lambda hand: hand.name)
+@pytest.mark.parametrize("name", ["cube_39", "cylinder_40", "ellipse_25x40"])
+def test_both_engines_measure_the_same_at_rest(hand: HandSpec, name: str) -> None:
+    spec = parse_object_name(name)
+    poses = np.array([[0.003, 0.095, 0.3], [-0.01, 0.11, -0.2]])
+    bends = [[0.9] + [-0.4] * (len(hand.left.links) - 1) + [-0.8] + [0.3] * (len(hand.right.links) - 1)]
+    joints = np.array([bends[0], [0.7 * angle for angle in bends[0]]])
+    ours, witness = (engine(hand, [spec, spec]).reset(poses, joints) for engine in (MujocoSimulator, BulletSimulator))
+    for field in fields(State):
+        expected, found = getattr(ours, field.name), getattr(witness, field.name)
+        assert (found.shape, found.dtype) == (expected.shape, expected.dtype), field.name
+        np.testing.assert_allclose(found, expected, atol=5e-5, err_msg=field.name)
+
+
+def test_a_step_advances_time_and_keeps_the_targets() -> None:
+    simulator = BulletSimulator(HAND, [CUBE])
+    before = simulator.reset(ORIGIN[None], OPEN[None])
+    targets = OPEN[None] + 0.1
+    after = simulator.step(targets, 5)
+    assert (before.time[0], after.time[0]) == (0.0, pytest.approx(0.02))
+    np.testing.assert_array_equal(after.targets, OPEN[None] + 0.1)
+    assert not np.shares_memory(after.targets, targets)
+    assert (after.joint_velocities > 0.1).all()
+    np.testing.assert_array_equal(before.joint_angles, OPEN[None])
+
+
+def test_servos_reach_their_targets_and_stop_at_the_joint_limits() -> None:
+    hand = lab_limits(HAND)
+    simulator = BulletSimulator(hand, [CUBE])
+    state = simulator.reset(ORIGIN[None], OPEN[None])
+    for _ in range(50):
+        state = simulator.step(np.array([[1.2, 0.5, -1.2, -0.5]]), 5)  # outwards beyond straight distal joints
+    np.testing.assert_allclose(state.joint_angles[0], [1.2, 0.0, -1.2, 0.0], atol=2e-3)
+
+
+def test_the_object_rests_on_the_plane() -> None:
+    simulator = BulletSimulator(HAND, [CUBE])
+    simulator.reset(ORIGIN[None], OPEN[None])
+    state = simulator.step(OPEN[None], 125)
+    np.testing.assert_allclose(state.object_pose[0, :3], [*HAND.start_position, CUBE.height / 2], atol=5e-4)
+    np.testing.assert_allclose(state.object_pose[0, 3:], [1, 0, 0, 0], atol=2e-3)
+    assert np.abs(state.object_velocity).max() < 5e-3
+
+
+def test_the_gripped_cube_is_held_alike_in_both_engines() -> None:
+    ours, witness = (squeezed(engine(HAND, [CUBE]), 0.5) for engine in (MujocoSimulator, BulletSimulator))
+    assert all(state.touching.all() for state in ours + witness)
+    np.testing.assert_allclose(witness[-1].pose[0, :2], ours[-1].pose[0, :2], atol=2e-3)
+    assert abs(witness[-1].pose[0, 2] - ours[-1].pose[0, 2]) < np.deg2rad(2)
+    np.testing.assert_array_equal(witness[-1].contact_links, [[1, 1]])
+
+
+def test_friction_is_the_product_of_both_bodies() -> None:
+    slippery = BulletSimulator(HAND, [replace(CUBE, friction=0.0)])
+    rough = BulletSimulator(HAND, [CUBE])
+    pulled = []
+    for simulator in (slippery, rough):
+        held = squeezed(simulator, 0.1)[-1]
+        back = held.targets + np.array([[-0.35, 0.6, 0.35, -0.6]])  # both tips towards the palm
+        pulled.append(simulator.step(back, 20).pose[0, 1] - held.pose[0, 1])
+    assert abs(pulled[0]) < 2e-3
+    assert pulled[1] < -5e-3
+
+
+def test_the_expert_carries_the_object_without_letting_go() -> None:
+    recording = expert_right(BulletSimulator(HAND, [CUBE]))
+    manipulated = [state for state, phase in zip(recording.states, recording.phase, strict=True) if phase == 2]
+    moved = manipulated[-1].pose[0] - manipulated[0].pose[0]
+    assert recording.outcomes == ("reached",)
+    assert moved[0] > 0.08
+    assert abs(moved[1]) < 0.01
+    assert np.mean([state.touching.all() for state in manipulated]) > 0.95
+
+
+def test_the_same_start_gives_the_same_bytes_also_after_another_episode() -> None:
+    simulator = BulletSimulator(HAND, [CUBE, CUBE])
+    first: list[State] = []
+    second: list[State] = []
+    grasp = rough_grasp(HAND, CUBE, np.tile(ORIGIN, (2, 1, 1)))
+    for run in (first, second):
+        run.append(simulator.reset(np.tile(ORIGIN, (2, 1)), grasp.opened))
+        run.extend(simulator.step(grasp.closed, 5) for _ in range(20))
+    for one, other in zip(first, second, strict=True):
+        for field in fields(State):
+            assert getattr(one, field.name).tobytes() == getattr(other, field.name).tobytes(), field.name
+
+
+def test_worlds_do_not_disturb_each_other() -> None:
+    heavy = replace(CUBE, mass=0.045)
+    together = squeezed_pair(BulletSimulator(HAND, [CUBE, heavy]))
+    alone = squeezed_pair(BulletSimulator(HAND, [heavy]))
+    np.testing.assert_array_equal(together.object_pose[1], alone.object_pose[0])
+    np.testing.assert_array_equal(together.joint_angles[1], alone.joint_angles[0])
+
+
+def squeezed_pair(simulator: Simulator) -> State:
+    """Squeeze the object of every world for 0.2 s."""
+    count = len(simulator.objects)
+    grasp = rough_grasp(HAND, CUBE, np.tile(ORIGIN, (count, 1, 1)))
+    simulator.reset(np.tile(ORIGIN, (count, 1)), grasp.opened)
+    return simulator.step(grasp.closed, 50)
+
+
+@pytest.mark.parametrize("hand", [HAND, THREE_LINKS], ids=lambda hand: hand.name)
+def test_the_same_pairs_can_touch_as_in_mujoco(hand: HandSpec) -> None:
+    engine = load_pybullet()
+    client = engine.connect(engine.DIRECT)
+    world = build_world(engine, client, hand, CUBE, SceneSpec())
+    engine.disconnect(client)
+    names = {(world.hand, -1): "palm", (world.object, -1): "object", (world.floor, -1): "floor"}
+    links = [
+        f"{side}_{i}"
+        for side, finger in zip(("left", "right"), hand.fingers, strict=True)
+        for i, _ in enumerate(finger.links)
+    ]
+    names |= {(world.hand, i): name for i, name in enumerate(links)}
+    model = build_model(hand, CUBE, SceneSpec())
+    geoms = zip(model.pair_geom1, model.pair_geom2, strict=True)
+    expected = {frozenset((model.geom(one).name, model.geom(other).name)) for one, other in geoms}
+    assert {frozenset((names[one], names[other])) for one, other in touching_pairs(world, hand)} == expected
+
+
+def test_a_far_object_reads_as_far() -> None:
+    state = BulletSimulator(HAND, [CUBE]).reset(np.array([[0.0, 3.0, 0.0]]), OPEN[None])
+    np.testing.assert_array_equal(state.link_gaps, np.full((1, 4), FAR))
+    assert not state.touching.any()
+
+
+def test_connections_close_with_the_simulator() -> None:
+    engine = load_pybullet()
+    simulator = BulletSimulator(HAND, [CUBE])
+    newest = max(client for client in range(64) if engine.isConnected(client))
+    del simulator
+    assert not engine.isConnected(newest)
+
+
+def test_bad_input_is_refused() -> None:
+    simulator = BulletSimulator(HAND, [CUBE])
+    with pytest.raises(InputError, match=r"step\(\) before reset\(\): place objects and joints with reset\(\) first"):
+        simulator.step(OPEN[None], 5)
+    simulator.reset(ORIGIN[None], OPEN[None])
+    with pytest.raises(InputError, match=r"the target of joint 1 in world 0 is nan; commands must be finite"):
+        simulator.step(np.array([[0.0, np.nan, 0.0, 0.0]]), 5)
+    with pytest.raises(InputError, match=r"joint targets of shape \(1, 3\); 1 worlds need \(1, 4\)"):
+        simulator.step(OPEN[None, :3], 5)
+    with pytest.raises(InputError, match=r"no objects given; a simulator needs one object for each world"):
+        BulletSimulator(HAND, [])
+    with pytest.raises(InputError, match=r"2 scenes for 1 objects; give one for all or one each"):
+        BulletSimulator(HAND, [CUBE], [SceneSpec(), SceneSpec()])
+
+
+def test_a_missing_engine_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    with pytest.raises(InputError, match=r'PyBullet is not installed; install it with pip install "inhand\[bullet\]"'):
+        BulletSimulator(HAND, [CUBE])

@@ -1,0 +1,162 @@
+"""The search for contact points: force closure, what a plan promises, and objects no grasp can hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from inhand.controllers.grasp_plan import GraspPlan, SearchConfig, fingers_clear, force_closure, plan_grasps
+from inhand.errors import InputError
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import result_of_trial
+from inhand.evaluation.run import prepare, simulate
+from inhand.geometry import Array, inverse_transform, unit
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.polygons import contact, separation
+from inhand.sim.shapes import link_polygons
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import primitive_at
+
+STANDARD = "2v2_50.50_50.50_1.1_53"
+PAIRS = [
+    (STANDARD, "cube_39"),
+    ("2v2_65.35_65.35_1.1_53:lab-limits", "cylinder_40"),
+    ("2v3_25.75_25.35.40_1.1_53", "ellipse_40x25"),
+]
+STEP = 0.003
+"""Spacing of the planned poses [m]."""
+
+
+def poses_along(hand: HandSpec, *angles_deg: float, length: float = 0.15) -> Array:
+    """Return object poses `(P, S, 3)` in the palm frame along straight lines."""
+    origin = np.array([*hand.start_position, 0.0])
+    return np.stack([origin + straight_path(primitive_at(a), length, STEP).poses for a in angles_deg])
+
+
+def plans_for(hand: str, thing: str, *angles_deg: float) -> tuple[HandSpec, ObjectSpec, list[GraspPlan]]:
+    spec = parse_hand_name(hand)
+    return spec, OBJECTS[thing], plan_grasps(spec, OBJECTS[thing], poses_along(spec, *angles_deg))
+
+
+def inside_cone(friction: float, normal: Array, force: Array) -> bool:
+    """Return whether a force presses against a surface and its tangential part is within friction (Coulomb)."""
+    pressing = -float(force @ normal)
+    sideways = abs(float(force @ np.array([-normal[1], normal[0]])))
+    return pressing > 0 and sideways <= friction * pressing
+
+
+def test_force_closure_is_its_definition() -> None:
+    rng = np.random.default_rng(1)
+    count = 4000
+    points, angles = rng.normal(size=(2, count, 2)), rng.uniform(-np.pi, np.pi, (2, count))
+    angles[0, ::2] = np.pi + rng.normal(0, 0.4, count // 2)
+    angles[1, ::2] = rng.normal(0, 0.4, count // 2)
+    points[:, ::2] = rng.normal(0, 0.2, (2, count // 2, 2)) + np.array([[[-1, 0]], [[1, 0]]])
+    normals = unit(angles)
+    found = force_closure(0.5, (points[0], normals[0]), (points[1], normals[1]))
+    line = points[1] - points[0]
+    expected = [
+        inside_cone(0.5, normals[0, k], line[k]) and inside_cone(0.5, normals[1, k], -line[k]) for k in range(count)
+    ]
+    np.testing.assert_array_equal(found, expected)
+    assert 0.1 < np.mean(found) < 0.9
+
+
+def test_more_friction_never_loses_a_grip_and_axes_broadcast() -> None:
+    rng = np.random.default_rng(2)
+    left = (rng.normal(size=(7, 1, 2)) - (3, 0), unit(np.pi + rng.normal(0, 0.5, (7, 1))))
+    right = (rng.normal(size=(1, 5, 2)) + (3, 0), unit(rng.normal(0, 0.5, (1, 5))))
+    held = np.stack([force_closure(friction, left, right) for friction in (0.0, 0.2, 0.4, 0.8, 1e3)])
+    assert held.shape == (5, 7, 5)
+    assert (np.diff(held.astype(int), axis=0) >= 0).all()
+    assert held[-1].all()
+    assert not held[0].any()
+    each = force_closure(np.array([0.0, 1e3])[:, None], (left[0][:1], left[1][:1]), (right[0], right[1]))
+    np.testing.assert_array_equal(each[1], held[-1, 0])
+
+
+def test_two_fingers_on_one_side_hold_nothing() -> None:
+    normal = np.array([0.0, 1.0])
+    points = np.array([(-0.01, 0.02), (0.01, 0.02)])
+    assert not force_closure(10.0, (points[0], normal), (points[1], normal))
+
+
+@pytest.mark.parametrize(("hand", "thing"), PAIRS)
+def test_plans_stand_off_then_press_within_limits_and_clear_of_each_other(hand: str, thing: str) -> None:
+    config = SearchConfig()
+    spec, body, plans = plans_for(hand, thing, 90.0, 0.0, -120.0)
+    outline = polygon(body) + np.array(spec.start_position)
+    for plan in plans:
+        assert plan.reach >= 2
+        for joints in (plan.opened, plan.closed):
+            assert ((joints >= spec.limits[:, 0]) & (joints <= spec.limits[:, 1])).all()
+        assert fingers_clear(spec, plan.closed[spec.slices[0]], plan.closed[spec.slices[1]])
+        for i, (finger, place) in enumerate(zip(spec.fingers, spec.slices, strict=True)):
+            away = separation(link_polygons(spec, finger, plan.opened[place])[-1], outline)
+            gap, point, _ = contact(link_polygons(spec, finger, plan.closed[place])[-1], outline)
+            assert away > config.opening / 2, i
+            assert -1.5 * config.squeeze < gap < 0, i
+            start = inverse_transform(np.array([*spec.start_position, 0.0]), point)
+            assert np.linalg.norm(start - plan.contacts[i]) < 0.004, i
+        assert plan.contacts[0, 0] < plan.contacts[1, 0]
+
+
+def test_starts_keep_off_the_corners() -> None:
+    config = SearchConfig(edge=0.006)
+    spec = parse_hand_name(STANDARD)
+    plans = plan_grasps(spec, OBJECTS["cube_39"], poses_along(spec, 180.0, -135.0, 90.0), config)
+    for plan in plans:
+        assert np.abs(plan.contacts).min(axis=-1).max() <= 0.0195 - config.edge
+
+
+def test_a_longer_path_changes_nothing_on_its_way() -> None:
+    spec = parse_hand_name(STANDARD)
+    (short,) = plan_grasps(spec, OBJECTS["cube_39"], poses_along(spec, 90.0, length=0.03))
+    assert short.reach == 11
+
+
+def test_a_plan_for_one_path_does_not_depend_on_the_others() -> None:
+    _, _, together = plans_for(STANDARD, "cube_39", 90.0, 0.0)
+    _, _, alone = plans_for(STANDARD, "cube_39", 0.0)
+    assert together[1].reach == alone[0].reach
+    np.testing.assert_allclose(together[1].closed, alone[0].closed, atol=1e-9)
+
+
+def test_the_simulation_reaches_what_was_planned() -> None:
+    config = AsteriskConfig(directions="Out,Right,In-Left,22.5", trials=1, noise_mm=0, noise_deg=0)
+    setup = prepare(config)
+    angles = [each.primitive.angle_deg or 0.0 for each in setup.assignments]
+    plans = plan_grasps(setup.hand, setup.object, poses_along(setup.hand, *angles))
+    for plan, trial in zip(plans, simulate(config, setup), strict=True):
+        planned = 1e3 * STEP * (plan.reach - 1)
+        assert result_of_trial(trial).metrics.max_distance_mm == pytest.approx(planned, abs=8), trial.passport.primitive
+
+
+@pytest.mark.parametrize("thing", ["cylinder_40", "ellipse_40x25", "cube_39"])
+def test_an_object_without_friction_cannot_be_held(thing: str) -> None:
+    spec, slippery = parse_hand_name(STANDARD), replace(OBJECTS[thing], friction=0.0)
+    with pytest.raises(
+        InputError,
+        match=rf"no start grasp holds object '{thing}' with hand '{STANDARD}': no two reachable points have their line"
+        r" inside both friction cones; use another object, hand or start",
+    ):
+        plan_grasps(spec, slippery, poses_along(spec, 90.0))
+
+
+def test_fingers_that_would_cross_are_no_grasp() -> None:
+    """The one pair inside such a narrow cone has the left finger on the right side and the right on the left."""
+    spec, slippery = parse_hand_name(STANDARD), replace(OBJECTS["ellipse_40x25"], friction=0.05)
+    with pytest.raises(InputError, match=r"no start grasp holds .*: .*fingers"):
+        plan_grasps(spec, slippery, poses_along(spec, 0.0))
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_finger_that_cannot_reach_is_named(side: str) -> None:
+    spec = parse_hand_name(STANDARD)
+    finger = getattr(spec, side)
+    stiff = replace(finger, limits=((-0.01, 0.01), (-0.01, 0.01)))
+    with pytest.raises(InputError, match=rf"the {side} finger reaches no point of it within its joint limits"):
+        plan_grasps(replace(spec, **{side: stiff}), OBJECTS["cube_39"], poses_along(spec, 90.0))

@@ -1,0 +1,110 @@
+"""The folder of a run: nothing overwritten by accident, nothing left half written."""
+
+from pathlib import Path
+
+import pytest
+
+from inhand.errors import InputError
+from inhand.evaluation.folder import MARK, check_folder, run_folder
+
+
+def a_run(out: Path, text: str = "old") -> None:
+    out.mkdir(parents=True)
+    (out / MARK).write_text(text)
+    (out / "figures").mkdir()
+    (out / "figures" / "asterisk.png").write_text(text)
+
+
+def written_to(out: Path, text: str, failure: BaseException | None = None) -> None:
+    """Write a run and, if asked, fail before it is complete."""
+    with run_folder(out) as folder:
+        (folder / MARK).write_text(text)
+        if failure is not None:
+            raise failure
+
+
+def everything(folder: Path) -> dict[str, str]:
+    return {str(each.relative_to(folder)): each.read_text() for each in folder.rglob("*") if each.is_file()}
+
+
+def test_new_and_empty_folders_are_fine(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    check_folder(tmp_path / "new" / "deep", overwrite=False)
+    check_folder(tmp_path / "empty", overwrite=False)
+
+
+def test_another_run_is_kept_unless_told_otherwise(tmp_path: Path) -> None:
+    a_run(tmp_path / "run")
+    with pytest.raises(InputError, match=r"--out .*run holds the results of a run; give another folder, or --overwri"):
+        check_folder(tmp_path / "run", overwrite=False)
+    check_folder(tmp_path / "run", overwrite=True)
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_folder_that_is_no_run_is_never_replaced(overwrite: bool, tmp_path: Path) -> None:
+    (tmp_path / "letters.txt").write_text("dear")
+    with pytest.raises(InputError, match=r"--out .* holds files that are no run of inhand; give another folder"):
+        check_folder(tmp_path, overwrite=overwrite)
+
+
+def test_a_file_is_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("text")
+    with pytest.raises(InputError, match=r"--out .*file is a file; give a folder that does not exist yet"):
+        check_folder(tmp_path / "file", overwrite=True)
+
+
+def test_a_folder_below_a_file_is_refused_before_anything_is_run(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("text")
+    with pytest.raises(InputError, match=r"--out .*is a file"):
+        check_folder(tmp_path / "file" / "run", overwrite=False)
+
+
+def test_the_current_folder_is_replaced_or_refused_but_never_a_crash(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    message = ""
+    try:
+        check_folder(Path(), overwrite=False)
+        written_to(Path(), "new")
+    except InputError as error:
+        message = str(error)
+    assert message.startswith("--out") if message else (tmp_path / "here" / MARK).read_text() == "new"
+
+
+def test_success_puts_the_new_run_in_place(tmp_path: Path) -> None:
+    out = tmp_path / "results" / "run"
+    with run_folder(out) as folder:
+        (folder / MARK).write_text("new")
+        assert not out.exists()
+    assert everything(out) == {MARK: "new"}
+    assert [each.name for each in out.parent.iterdir()] == ["run"]
+
+
+def test_success_replaces_all_of_the_old_run(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    a_run(out)
+    with run_folder(out) as folder:
+        (folder / MARK).write_text("new")
+        assert everything(out)[MARK] == "old"
+    assert everything(out) == {MARK: "new"}
+
+
+@pytest.mark.parametrize("failure", [RuntimeError("no"), KeyboardInterrupt(), InputError("no")])
+def test_a_failure_leaves_the_old_run_untouched_and_nothing_else(tmp_path: Path, failure: BaseException) -> None:
+    out = tmp_path / "run"
+    a_run(out)
+    before = everything(out)
+    with pytest.raises(type(failure)):
+        written_to(out, "half", failure)
+    assert everything(out) == before
+    assert [each.name for each in tmp_path.iterdir()] == ["run"]
+
+
+def test_what_a_killed_run_left_is_cleared(tmp_path: Path) -> None:
+    (tmp_path / "run.part").mkdir()
+    (tmp_path / "run.part" / "stale.txt").write_text("stale")
+    with run_folder(tmp_path / "run") as folder:
+        (folder / MARK).write_text("new")
+    assert everything(tmp_path) == {f"run/{MARK}": "new"}

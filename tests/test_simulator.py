@@ -1,0 +1,497 @@
+"""Laws of the simulator, over every hand and object of the catalogues."""
+
+import re
+from dataclasses import FrozenInstanceError, fields, replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from inhand.errors import InputError
+from inhand.geometry import Array, planar, transform
+from inhand.sim.engine import Simulator
+from inhand.sim.hand_names import CATALOGUE as HAND_NAMES
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec
+from inhand.sim.kinematics import joint_positions
+from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.state import CONTACT_TOLERANCE, State, select
+from inhand.sim.touch import touch
+
+every_hand = pytest.mark.parametrize("hand_name", HAND_NAMES)
+every_object = pytest.mark.parametrize("spec", OBJECTS.values(), ids=OBJECTS.keys())
+HAND = parse_hand_name(HAND_NAMES[0])
+CUBE = OBJECTS["cube_39"]
+BOXES = [spec for spec in OBJECTS.values() if spec.shape == "box"][:7]
+
+
+def start_pose(hand: HandSpec, turn: float = 0.0) -> Array:
+    return np.array([*hand.start_position, turn])
+
+
+def open_hand(hand: HandSpec) -> Array:
+    """Joint angles that hold both fingers away from the object, `(n,)`."""
+    angles = np.zeros(hand.n_joints)
+    for finger, place in zip(hand.fingers, hand.slices, strict=True):
+        angles[place.start] = -finger.bend * 1.2
+    return angles
+
+
+def grip(hand: HandSpec, spec: ObjectSpec, squeeze: float = 0.0) -> Array:
+    """Joint angles that put the tips on the sides of the object at its start, or `squeeze` [m] inside, `(n,)`."""
+    angles = []
+    for finger in hand.fingers:
+        side = transform(start_pose(hand), np.array([finger.bend * (spec.size[0] / 2 - squeeze), 0.0]))
+        angles.append(touch(hand, finger, side, np.array([float(finger.bend), 0.0])).joints)
+    return np.concatenate(angles)
+
+
+def shaken(hand: HandSpec, spec: ObjectSpec, steps: int, seed: int) -> Array:
+    """Targets that grip the object and move it about, `(steps, n)`."""
+    amplitude = np.random.default_rng(seed).uniform(-0.15, 0.15, hand.n_joints)
+    phase = 2 * np.pi * np.arange(steps)[:, None] / steps
+    return np.asarray(grip(hand, spec, 0.003) + amplitude * np.sin(phase))
+
+
+def run(simulator: MujocoSimulator, targets: Array, substeps: int = 6, turn: float = 0.0) -> list[State]:
+    """Grip in every world, then follow targets `(S, n)` or `(S, B, n)`; return all states, the start first."""
+    hand, count = simulator.hand, len(simulator.objects)
+    poses = np.tile(start_pose(hand, turn), (count, 1))
+    start = simulator.reset(poses, np.stack([grip(hand, spec) for spec in simulator.objects]))
+    commands = [np.broadcast_to(target, (count, hand.n_joints)) for target in targets]
+    return [start, *(simulator.step(command, substeps) for command in commands)]
+
+
+def assert_same(states: list[State], others: list[State], worlds: slice = slice(None)) -> None:
+    """Every array of both runs is the same to the last bit, `worlds` of the second against all of the first."""
+    for state, other in zip(states, others, strict=True):
+        for field in fields(State):
+            np.testing.assert_array_equal(getattr(state, field.name), getattr(select(other, worlds), field.name))
+
+
+def tilt(state: State) -> Array:
+    """Angle of the object's axis from the vertical [rad] `(B,)`."""
+    x, y = state.object_pose[:, 4], state.object_pose[:, 5]
+    return np.asarray(2 * np.arcsin(np.hypot(x, y)))
+
+
+def other_side(hand: HandSpec) -> HandSpec:
+    """The hand's mirror image."""
+
+    def mirrored(finger: FingerSpec) -> FingerSpec:
+        limits = tuple((-high, -low) for low, high in finger.limits)
+        return FingerSpec((-finger.base[0], finger.base[1]), finger.links, limits, -finger.bend)
+
+    return replace(hand, left=mirrored(hand.right), right=mirrored(hand.left))
+
+
+def mirrored_joints(hand: HandSpec, angles: Array) -> Array:
+    left, right = hand.slices
+    return np.concatenate([-angles[..., right], -angles[..., left]], axis=-1)
+
+
+@every_hand
+@every_object
+def test_mirrored_worlds_move_as_mirror_images(hand_name: str, spec: ObjectSpec) -> None:
+    hand = parse_hand_name(hand_name)
+    targets = shaken(hand, spec, 30, seed=20)
+    states = run(MujocoSimulator(hand, [spec], threads=1), targets)
+    mirror = run(MujocoSimulator(other_side(hand), [spec], threads=1), mirrored_joints(hand, targets))
+    poses = np.concatenate([state.pose for state in states])
+    images = np.concatenate([state.pose for state in mirror]) * (-1, 1, -1)
+    # Boxes are exact; of the prisms, MuJoCo's contact points depend on the order of the mesh's corners.
+    lengths, angles = (1e-9, 1e-8) if spec.shape == "box" else (5e-4, np.deg2rad(1.5))
+    np.testing.assert_allclose(images[:, :2], poses[:, :2], atol=lengths)
+    np.testing.assert_allclose(images[:, 2], poses[:, 2], atol=angles)
+    joints = np.concatenate([state.joint_angles for state in states])
+    theirs = np.concatenate([state.joint_angles for state in mirror])
+    np.testing.assert_allclose(mirrored_joints(hand, joints), theirs, atol=1e-8 if spec.shape == "box" else 0.03)
+    assert np.abs(poses - poses[0]).max() > 2e-4
+
+
+@every_hand
+@every_object
+def test_everything_in_a_state_is_of_one_instant(hand_name: str, spec: ObjectSpec) -> None:
+    hand = parse_hand_name(hand_name)
+    simulator = MujocoSimulator(hand, [spec], threads=1)
+    opened, closed = open_hand(hand)[None], grip(hand, spec, 0.003)[None]
+    simulator.reset(start_pose(hand, 0.1)[None], opened)
+    model = build_model(hand, spec, SceneSpec())
+    data = mujoco.MjData(model)
+    speeds = []
+    for k in range(8):
+        state = simulator.step(closed if k % 4 < 2 else opened, 5)
+        speeds.append(float(np.abs(state.joint_velocities).max()))
+        data.qpos[:] = np.concatenate([state.joint_angles[0], state.object_pose[0]])
+        mujoco.mj_forward(model, data)
+        _check_positions(hand, state, data)
+        _check_distances(hand, state, model, data)
+    # At this speed a tip crosses 1 mm in one physics step: a state that lags by one would be seen.
+    assert max(speeds) > 2.0
+
+
+def _check_positions(hand: HandSpec, state: State, data: mujoco.MjData) -> None:
+    for finger, side, place in zip(hand.fingers, FINGER_NAMES, hand.slices, strict=True):
+        joints = joint_positions(finger, state.joint_angles[0, place])
+        for i in range(len(finger.links)):
+            np.testing.assert_allclose(data.body(f"{side}_{i}").xpos[:2], joints[i], atol=1e-12)
+        last = data.body(f"{side}_{len(finger.links) - 1}")
+        tip = last.xpos + last.xmat.reshape(3, 3) @ [0, finger.links[-1], 0]
+        np.testing.assert_allclose(tip[:2], joints[-1], atol=1e-12)
+
+
+def _check_distances(hand: HandSpec, state: State, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    for f, (side, place) in enumerate(zip(FINGER_NAMES, hand.slices, strict=True)):
+        ends = np.zeros((place.stop - place.start, 6))
+        gaps = [
+            mujoco.mj_geomDistance(model, data, model.geom(f"{side}_{i}").id, model.geom("object").id, 1.0, ends[i])
+            for i in range(len(ends))
+        ]
+        np.testing.assert_allclose(state.link_gaps[0, place], gaps, atol=1e-9)
+        nearest = int(np.argmin(gaps))
+        assert state.contact_links[0, f] == nearest
+        np.testing.assert_allclose(state.gaps[0, f], gaps[nearest], atol=1e-9)
+        np.testing.assert_allclose(state.finger_points[0, f], ends[nearest, :2], atol=1e-9)
+        np.testing.assert_allclose(state.object_points[0, f], ends[nearest, 3:5], atol=1e-9)
+
+
+@every_object
+def test_an_object_stands_where_it_is_put(spec: ObjectSpec) -> None:
+    simulator = MujocoSimulator(HAND, [spec], threads=1)
+    pose, angles = start_pose(HAND, 0.3)[None], open_hand(HAND)[None]
+    start = simulator.reset(pose, angles)
+    np.testing.assert_allclose(start.object_pose[:, 2], spec.height / 2)
+    np.testing.assert_allclose(start.pose, pose)
+    state = simulator.step(angles, round(1.0 / simulator.timestep))
+    assert abs(state.object_pose[0, 2] - spec.height / 2) < 5e-4
+    assert np.rad2deg(tilt(state)[0]) < 0.1
+    np.testing.assert_allclose(state.pose, pose, atol=1e-5)
+    assert np.abs(state.object_velocity[:, :3]).max() < 1e-3
+    assert np.abs(state.object_velocity[:, 3:]).max() < 1e-2
+
+
+@pytest.mark.parametrize("size", [(0.002, 0.002, 0.1), (0.2, 0.1, 0.01), (0.04, 0.04, 0.5)])
+@pytest.mark.parametrize("mass", [1e-3, 5.0])
+def test_boxes_of_any_size_and_mass_stand(size: tuple[float, float, float], mass: float) -> None:
+    spec = ObjectSpec("block", "box", size, mass)
+    simulator = MujocoSimulator(HAND, [spec], threads=1)
+    angles = open_hand(HAND)[None]
+    simulator.reset(np.array([[0.0, 0.3, 0.0]]), angles)
+    state = simulator.step(angles, 250)
+    assert abs(state.object_pose[0, 2] - spec.height / 2) < 5e-4
+    assert np.rad2deg(tilt(state)[0]) < 0.1
+
+
+def test_same_inputs_give_the_same_bytes() -> None:
+    targets = shaken(HAND, CUBE, 30, seed=21)
+    simulator = MujocoSimulator(HAND, [CUBE], threads=1)
+    first = run(simulator, targets)
+    assert_same(first, run(MujocoSimulator(HAND, [CUBE], threads=1), targets))
+    assert_same(first, run(simulator, targets))  # a reset leaves nothing of the last run behind
+
+
+@pytest.mark.parametrize("hand_name", [HAND_NAMES[0], HAND_NAMES[-1]])
+def test_a_world_does_not_depend_on_its_batch_or_on_threads(hand_name: str) -> None:
+    hand = parse_hand_name(hand_name)
+    targets = np.stack([shaken(hand, spec, 20, seed) for seed, spec in enumerate(BOXES)], axis=1)
+    together = run(MujocoSimulator(hand, BOXES, threads=1), targets)
+    assert_same(together, run(MujocoSimulator(hand, BOXES, threads=2), targets))
+    assert_same(together, run(MujocoSimulator(hand, BOXES), targets))
+    for world, spec in enumerate(BOXES):
+        alone = run(MujocoSimulator(hand, [spec], threads=1), targets[:, world])
+        assert_same(alone, together, slice(world, world + 1))
+
+
+def test_states_do_not_change_when_the_simulator_goes_on() -> None:
+    simulator = MujocoSimulator(HAND, BOXES, threads=2)
+    targets = shaken(HAND, CUBE, 10, seed=22)
+    kept: list[tuple[State, dict[str, Array]]] = []
+    simulator.reset(np.tile(start_pose(HAND), (7, 1)), np.tile(grip(HAND, CUBE), (7, 1)))
+    for target in targets:
+        state = simulator.step(np.tile(target, (7, 1)), 3)
+        kept.append((state, {field.name: getattr(state, field.name).copy() for field in fields(State)}))
+    simulator.reset(np.tile([0.0, 0.1, 0.0], (7, 1)), np.zeros((7, 4)))
+    for state, copies in kept:
+        for name, copy in copies.items():
+            np.testing.assert_array_equal(getattr(state, name), copy)
+    moved = np.abs(kept[0][0].joint_angles - kept[-1][0].joint_angles).max()
+    assert moved > 1e-3
+
+
+def test_writing_into_a_state_or_the_targets_changes_no_later_step() -> None:
+    targets = shaken(HAND, CUBE, 10, seed=23)
+    untouched = run(MujocoSimulator(HAND, [CUBE], threads=1), targets)
+    simulator = MujocoSimulator(HAND, [CUBE], threads=1)
+    state = simulator.reset(start_pose(HAND)[None], grip(HAND, CUBE)[None])
+    for k, target in enumerate(targets):
+        for field in fields(State):
+            getattr(state, field.name)[:] = 7
+        command = target[None].copy()
+        state = simulator.step(command, 6)
+        command[:] = 7
+        np.testing.assert_array_equal(state.targets[0], target)
+        assert_same([state], [untouched[k + 1]])
+
+
+def test_a_state_is_frozen() -> None:
+    state = MujocoSimulator(HAND, [CUBE]).reset(start_pose(HAND)[None], open_hand(HAND)[None])
+    for field in fields(State):
+        with pytest.raises(FrozenInstanceError):
+            setattr(state, field.name, None)
+
+
+def test_a_state_has_its_shapes_and_views() -> None:
+    hand = parse_hand_name("2v3_25.75_25.35.40_1.1_53")
+    simulator: Simulator = MujocoSimulator(hand, BOXES)
+    pose = np.tile(start_pose(hand, 0.4), (7, 1))
+    state = simulator.reset(pose, np.stack([grip(hand, spec) for spec in BOXES]))
+    shapes = {field.name: getattr(state, field.name).shape for field in fields(State)}
+    joints = {"joint_angles", "joint_velocities", "targets", "link_gaps"}
+    expected = {"time": (7,), "object_pose": (7, 7), "object_velocity": (7, 6), "contact_links": (7, 2), "gaps": (7, 2)}
+    expected |= dict.fromkeys(joints, (7, 5)) | dict.fromkeys(("finger_points", "object_points"), (7, 2, 2))
+    assert shapes == expected
+    assert state.n_worlds == 7
+    np.testing.assert_allclose(state.pose, pose, atol=1e-12)
+    np.testing.assert_array_equal(state.pose, planar(state.object_pose))
+    left, right = hand.slices
+    nearest = [state.link_gaps[:, left].min(axis=1), state.link_gaps[:, right].min(axis=1)]
+    np.testing.assert_array_equal(state.gaps, np.stack(nearest, axis=1))
+    np.testing.assert_array_equal(state.touching, state.gaps <= CONTACT_TOLERANCE)
+
+
+def test_time_counts_physics_steps() -> None:
+    simulator = MujocoSimulator(HAND, [CUBE] * 2, SceneSpec(timestep=0.002))
+    assert simulator.timestep == 0.002
+    angles = np.tile(open_hand(HAND), (2, 1))
+    assert (simulator.reset(np.tile(start_pose(HAND), (2, 1)), angles).time == 0).all()
+    simulator.step(angles, 5)
+    np.testing.assert_allclose(simulator.step(angles, 3).time, 0.016)
+
+
+def test_many_short_steps_are_one_long_step() -> None:
+    simulator = MujocoSimulator(HAND, [CUBE], threads=1)
+    closed = grip(HAND, CUBE, 0.003)[None]
+    simulator.reset(start_pose(HAND)[None], grip(HAND, CUBE)[None])
+    for _ in range(20):
+        short = simulator.step(closed, 1)
+    simulator.reset(start_pose(HAND)[None], grip(HAND, CUBE)[None])
+    assert_same([short], [simulator.step(closed, 20)])
+
+
+def test_select_takes_worlds_of_a_state() -> None:
+    states = run(MujocoSimulator(HAND, BOXES), shaken(HAND, CUBE, 3, seed=24))
+    state = states[-1]
+    some = select(state, np.array([4, 0]))
+    assert some.n_worlds == 2
+    for field in fields(State):
+        np.testing.assert_array_equal(getattr(some, field.name), getattr(state, field.name)[[4, 0]])
+        assert not np.shares_memory(getattr(some, field.name), getattr(state, field.name))
+    mask = state.object_pose[:, 0] < 1
+    assert select(state, mask).n_worlds == 7
+    assert select(state, slice(2, 4)).n_worlds == 2
+
+
+def test_joints_go_to_their_targets_and_stop_at_their_limits() -> None:
+    limited = replace(HAND, right=replace(HAND.right, limits=((-1.57, 0.3), (-0.2, 2.09))))
+    simulator = MujocoSimulator(limited, [CUBE], threads=1)
+    simulator.reset(np.array([[0.0, 0.3, 0.0]]), np.zeros((1, 4)))
+    state = simulator.step(np.array([[0.5, -0.4, 0.9, -0.8]]), 500)
+    np.testing.assert_allclose(state.joint_angles, [[0.5, -0.4, 0.3, -0.2]], atol=0.02)
+    np.testing.assert_allclose(state.joint_velocities, 0.0, atol=1e-3)
+    np.testing.assert_array_equal(state.targets, [[0.5, -0.4, 0.9, -0.8]])
+
+
+def glide(floor: float, spec: ObjectSpec = CUBE, worlds: int = 1) -> tuple[Array, Array, Array]:
+    """Knock the object outwards with both fingers; return times `(S,)`, poses `(S, B, 3)` and gaps `(S, B)`."""
+    face = transform(start_pose(HAND), np.array([[-0.012, -0.0195], [0.012, -0.0195]]))
+    behind = [touch(HAND, finger, face[i], np.array([0.0, -1.0])).joints for i, finger in enumerate(HAND.fingers)]
+    rest = np.tile(np.concatenate(behind), (worlds, 1))
+    simulator = MujocoSimulator(HAND, [spec] * worlds, SceneSpec(floor_friction=floor), threads=1)
+    simulator.reset(np.tile(start_pose(HAND), (worlds, 1)), rest)
+    knock = np.tile([-0.2, 0.0, 0.2, 0.0], (worlds, 1))
+    states = [simulator.step(knock if k < 12 else rest, 1) for k in range(150)]
+    times = np.array([state.time[0] for state in states])
+    return times, np.stack([state.pose for state in states]), np.stack([state.gaps.min(axis=1) for state in states])
+
+
+@pytest.mark.parametrize("floor", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("mass", [0.015, 0.045])
+def test_a_sliding_object_slows_as_coulomb_says(floor: float, mass: float) -> None:
+    times, poses, gaps = glide(floor, replace(CUBE, mass=mass))
+    speed = np.diff(poses[:, 0, 1]) / np.diff(times)
+    free = (gaps[1:, 0] > 2e-3) & (speed > 0.03)
+    assert free.sum() > 8
+    slowing = -np.polyfit(times[1:][free], speed[free], 1)[0]
+    np.testing.assert_allclose(slowing, floor * 9.81, rtol=0.03)
+
+
+def test_friction_is_a_product_of_both_bodies() -> None:
+    targets = shaken(HAND, CUBE, 30, seed=25)
+    plain = run(MujocoSimulator(HAND, [CUBE], SceneSpec(floor_friction=0.2), threads=1), targets)
+    rough = replace(CUBE, friction=2.0)
+    smooth = replace(HAND, friction=HAND.friction / 2)
+    moved = run(MujocoSimulator(smooth, [rough], SceneSpec(floor_friction=0.1), threads=1), targets)
+    assert_same(plain, moved)
+    other = run(MujocoSimulator(HAND, [rough], SceneSpec(floor_friction=0.2), threads=1), targets)
+    assert np.abs(other[-1].object_pose - plain[-1].object_pose).max() > 1e-6
+
+
+def test_finger_friction_carries_the_object() -> None:
+    """Fingers that hold the sides and move outwards take a rough object along and leave a slippery one."""
+    outwards = []
+    for shift in np.linspace(0, 0.006, 15):
+        joints = []
+        for finger in HAND.fingers:
+            point = transform(start_pose(HAND), np.array([finger.bend * (CUBE.size[0] / 2 - 0.002), shift]))
+            joints.append(touch(HAND, finger, point, np.array([float(finger.bend), 0.0])).joints)
+        outwards.append(np.concatenate(joints))
+    carried = {}
+    for friction in (0.5, 0.0):
+        states = run(MujocoSimulator(replace(HAND, friction=friction), [CUBE], threads=1), np.array(outwards), 5)
+        carried[friction] = float(states[-1].pose[0, 1] - states[0].pose[0, 1])
+    assert carried[0.5] > 0.004
+    assert carried[0.0] < 0.001
+
+
+def test_every_world_has_its_own_floor_mass_and_size() -> None:
+    specs = [CUBE, replace(CUBE, mass=0.3), CUBE, replace(CUBE, friction=0.6), OBJECTS["cube_43"]]
+    scenes = [SceneSpec(), SceneSpec(), SceneSpec(floor_friction=0.9), SceneSpec(), SceneSpec(gravity=3.7)]
+    targets = shaken(HAND, CUBE, 30, seed=26) + 0.08  # both fingers swing to the left
+    together = run(MujocoSimulator(HAND, specs, scenes, threads=2), targets)
+    ends = together[-1].pose
+    for world, (spec, scene) in enumerate(zip(specs, scenes, strict=True)):
+        alone = run(MujocoSimulator(HAND, [spec], scene, threads=1), targets)
+        assert_same(alone, together, slice(world, world + 1))
+        others = np.delete(ends, world, axis=0)
+        assert np.abs(others - ends[world]).max(axis=1).min() > 1e-6
+
+
+@every_hand
+@every_object
+def test_the_model_has_the_masses_sizes_and_frictions_of_its_specs(hand_name: str, spec: ObjectSpec) -> None:
+    hand = replace(parse_hand_name(hand_name), friction=0.4, link_mass=0.05)
+    spec = replace(spec, mass=0.021, friction=0.7)
+    model = build_model(hand, spec, SceneSpec(floor_friction=0.3, gravity=9.0))
+    assert model.nu == hand.n_joints
+    assert model.nq == hand.n_joints + 7
+    np.testing.assert_allclose(model.opt.gravity, (0, 0, -9.0))
+    np.testing.assert_allclose(model.body("object").mass, 0.021)
+    for side, finger in zip(FINGER_NAMES, hand.fingers, strict=True):
+        for i in range(len(finger.links)):
+            np.testing.assert_allclose(model.body(f"{side}_{i}").mass, 0.05)
+    np.testing.assert_allclose(_friction(model, "left_1", "object"), 0.4 * 0.7)
+    np.testing.assert_allclose(_friction(model, "palm", "object"), 0.4 * 0.7)
+    np.testing.assert_allclose(_friction(model, "floor", "object"), 0.3 * 0.7)
+    np.testing.assert_allclose(_friction(model, "left_1", "right_1"), 0.4**2)
+    # A standing prism: (x^2 + y^2) m / 12 about z for a box, a quarter of the squared half axes for an ellipse.
+    a, b, _ = (extent / 2 for extent in spec.size)
+    about_z = 0.021 * (a * a + b * b) / (3 if spec.shape == "box" else 4)
+    inertia = model.body("object").inertia
+    assert np.abs(inertia / about_z - 1).min() < 0.01
+
+
+def _friction(model: mujoco.MjModel, first: str, second: str) -> float:
+    names = {model.geom(first).id, model.geom(second).id}
+    for pair in range(model.npair):
+        if {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])} == names:
+            return float(model.pair_friction[pair, 0])
+    raise AssertionError(f"no contact pair of {first} and {second}")
+
+
+def ready(worlds: int = 2) -> MujocoSimulator:
+    simulator = MujocoSimulator(HAND, [CUBE] * worlds, threads=1)
+    simulator.reset(np.tile(start_pose(HAND), (worlds, 1)), np.tile(open_hand(HAND), (worlds, 1)))
+    return simulator
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_command_that_is_not_finite_names_world_and_joint(bad: float) -> None:
+    simulator = ready(3)
+    targets = np.zeros((3, 4))
+    targets[1, 2] = bad
+    text = f"the target of joint 2 in world 1 is {bad}; commands must be finite joint angles [rad]: look for a division"
+    with pytest.raises(InputError, match=re.escape(text)):
+        simulator.step(targets, 1)
+    state = simulator.step(np.zeros((3, 4)), 1)  # a refused command leaves the simulator as it was
+    np.testing.assert_allclose(state.time, simulator.timestep)
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (1, 4), (4,), (2, 4, 1), (0, 4)])
+def test_commands_of_a_wrong_shape_are_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(InputError, match=re.escape(f"joint targets of shape {shape}; 2 worlds need (2, 4)")):
+        ready().step(np.zeros(shape), 1)
+
+
+@pytest.mark.parametrize(
+    ("pose", "joints", "words"),
+    [
+        (np.zeros((2, 2)), np.zeros((2, 4)), ["object", "(2, 2)", "(2, 3)"]),
+        (np.zeros((2, 3)), np.zeros((2, 5)), ["joint", "(2, 5)", "(2, 4)"]),
+        (np.array([[0, 0.1, 0], [0, np.nan, 0]]), np.zeros((2, 4)), ["object", "world 1", "nan"]),
+        (np.zeros((2, 3)), np.array([[0, 0, 0, np.inf], [0] * 4]), ["joint 3", "world 0", "inf"]),
+    ],
+    ids=["pose shape", "joint shape", "pose not finite", "joint not finite"],
+)
+def test_a_start_that_cannot_be_is_refused(pose: Array, joints: Array, words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        ready().reset(pose, joints)
+    text = str(caught.value)
+    assert all(word in text for word in words), text
+    assert "object" in words or "object" not in text
+
+
+@pytest.mark.parametrize("substeps", [0, -1])
+def test_a_step_of_no_physics_steps_is_refused(substeps: int) -> None:
+    with pytest.raises(InputError, match="substeps"):
+        ready().step(np.zeros((2, 4)), substeps)
+
+
+def test_worlds_that_do_not_fit_together_are_refused() -> None:
+    with pytest.raises(InputError, match="no objects given; a simulator needs one object for each world"):
+        MujocoSimulator(HAND, [])
+    with pytest.raises(InputError, match="objects of different shapes in one simulator; use one simulator for each"):
+        MujocoSimulator(HAND, [CUBE, OBJECTS["cylinder_40"]])
+    with pytest.raises(InputError, match="2 scenes for 3 objects; give one for all or one each"):
+        MujocoSimulator(HAND, [CUBE] * 3, [SceneSpec()] * 2)
+
+
+def test_worlds_of_different_physics_steps_are_refused() -> None:
+    with pytest.raises(InputError, match="timestep"):
+        MujocoSimulator(HAND, [CUBE] * 2, [SceneSpec(timestep=0.002), SceneSpec(timestep=0.004)])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"timestep": 0.0},
+        {"timestep": -0.004},
+        {"floor_friction": -0.2},
+        {"floor_friction": np.nan},
+        {"gravity": np.nan},
+    ],
+)
+def test_surroundings_that_cannot_be_are_refused(changes: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=next(iter(changes))):
+        MujocoSimulator(HAND, [CUBE], SceneSpec(**changes))
+
+
+@pytest.mark.parametrize("changes", [{"link_mass": -0.036}, {"link_mass": 0.0}, {"link_width": -0.02}])
+def test_a_hand_of_numbers_that_cannot_be_is_refused(changes: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=next(iter(changes))):
+        MujocoSimulator(replace(HAND, **changes), [CUBE])
+
+
+def test_a_world_that_diverges_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warnings to a file in the working directory
+    wild = replace(HAND, stiffness=1e9, torque=1e9, damping=0.0)
+    simulator = MujocoSimulator(wild, [CUBE] * 2, threads=1)
+    angles = np.zeros((2, 4))
+    simulator.reset(np.tile([0.0, 0.3, 0.0], (2, 1)), angles)
+    text = "the simulation of world 1 diverged; lower the gains or the physics step"
+    with pytest.raises(RuntimeError, match=text):
+        simulator.step(np.array([[0.0] * 4, [1.0] * 4]), 500)

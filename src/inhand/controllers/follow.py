@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from inhand.controllers.controller import Task
-from inhand.controllers.grasp_plan import fingers_clear, force_closure
+from inhand.controllers.grasp_plan import fingers_clear
 from inhand.geometry import Array, inverse_transform
+from inhand.sim.force_closure import force_closure
 from inhand.sim.objects import polygon
 from inhand.sim.rolling import Starts, roll
 from inhand.sim.state import State

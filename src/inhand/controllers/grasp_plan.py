@@ -16,6 +16,7 @@ from scipy.ndimage import minimum_filter, uniform_filter
 
 from inhand.errors import InputError
 from inhand.geometry import Array, rotate, transform
+from inhand.sim.force_closure import force_closure
 from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.sim.objects import ObjectSpec, outline, polygon
 from inhand.sim.polygons import separation
@@ -90,20 +91,6 @@ def plan_grasps(hand: HandSpec, spec: ObjectSpec, poses: Array, config: SearchCo
         left, right = (Tracks(t.points[p], t.normals[p], t.joints[p], t.held[p]) for t in tracks)
         plans.append(_best(hand, spec, path, ((left, right), friction), config))
     return plans
-
-
-def force_closure(friction: float | Array, left: tuple[Array, Array], right: tuple[Array, Array]) -> NDArray[np.bool_]:
-    """Return whether the line between two contacts lies inside both friction cones.
-
-    Args:
-        friction: coefficient of friction that may be used; broadcasts.
-        left: points `(..., 2)` [m] and outward normals `(..., 2)` of the left contacts in the object frame.
-        right: the same of the right contacts; leading axes broadcast.
-    """
-    line = right[0] - left[0]
-    line = line / np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
-    least = np.cos(np.arctan(friction))
-    return np.asarray((-(line * left[1]).sum(-1) >= least) & ((line * right[1]).sum(-1) >= least))
 
 
 def fingers_clear(hand: HandSpec, left: Array, right: Array) -> NDArray[np.bool_]:

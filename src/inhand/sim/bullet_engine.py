@@ -72,7 +72,6 @@ class BulletSimulator:
         weakref.finalize(self, _disconnect, self._engine, self._clients)
         self._worlds: list[World] = []
         self._steps = 0
-        self._targets = np.zeros((len(objects), hand.n_joints))
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
@@ -88,8 +87,7 @@ class BulletSimulator:
         for world, spec, pose, angles in zip(self._worlds, self.objects, object_pose, joint_angles, strict=True):
             _place(self._engine, world, spatial(pose, spec.height / 2), angles)
         self._steps = 0
-        self._targets = np.array(joint_angles, dtype=float)
-        return self._measure()
+        return self._measure(joint_angles)
 
     def step(self, targets: Array, substeps: int) -> State:
         """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
@@ -106,12 +104,11 @@ class BulletSimulator:
             for _ in range(substeps):
                 self._engine.stepSimulation(world.client)
         self._steps += substeps
-        self._targets = np.array(targets, dtype=float)
-        return self._measure()
+        return self._measure(targets)
 
-    def _measure(self) -> State:
+    def _measure(self, targets: Array) -> State:
         rows = [_read(self._engine, world, self.hand) for world in self._worlds]
-        return _state_from(rows, self.hand, self._steps * self.timestep, self._targets)
+        return _state_from(rows, self.hand, self._steps * self.timestep, targets)
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -174,7 +171,7 @@ def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array
         object_velocity=object_velocities,
         joint_angles=joints,
         joint_velocities=velocities,
-        targets=targets.copy(),
+        targets=np.array(targets, dtype=float),
         link_gaps=gaps,
         contact_links=np.stack([left, right], axis=1),
         finger_points=chosen[..., 1:3],

@@ -111,7 +111,7 @@ class MujocoSimulator:
 
 
 def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
-    # One MjData for each thread, not for each world, stays in the cache: a third faster, and the same bytes.
+    # One MjData for each thread, not for each world, stays in the cache: a seventh faster, and the same bytes.
     batch = Batch(models[0], len(models), threads, persistent=False)
     if any(model is not models[0] for model in models):
         batch.set_models(models)

@@ -1,0 +1,22 @@
+"""Planar two-finger force closure: whether two point contacts with friction can hold an object."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array
+
+
+def force_closure(friction: float | Array, left: tuple[Array, Array], right: tuple[Array, Array]) -> NDArray[np.bool_]:
+    """Return whether the line between two contacts lies inside both friction cones.
+
+    Args:
+        friction: coefficient of friction that may be used; broadcasts.
+        left: points `(..., 2)` [m] and outward normals `(..., 2)` of the left contacts in the object frame.
+        right: the same of the right contacts; leading axes broadcast.
+    """
+    line = right[0] - left[0]
+    line = line / np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
+    least = np.cos(np.arctan(friction))
+    return np.asarray((-(line * left[1]).sum(-1) >= least) & ((line * right[1]).sum(-1) >= least))

@@ -13,12 +13,12 @@ PACKAGES = ("inhand", "mujoco-core", "numpy", "pybullet")
 
 
 def best_times(
-    cases: Mapping[str, Callable[[], object]], clock: Callable[[], float], repeats: int = 25, calls: int = 20
+    cases: Mapping[str, Callable[[], object]], clock: Callable[[], float], repeats: int = 150, calls: int = 3
 ) -> dict[str, float]:
     """Return the shortest mean time of one call of each case [s].
 
-    The cases take turns, so that a busy moment of the machine falls on all of them, and the best of the repeats
-    counts, because other work only ever makes a case slower.
+    The cases take short turns, so that a busy moment of the machine falls on all of them, and the best of the many
+    repeats counts, because other work only ever makes a case slower.
 
     Args:
         cases: what to time.

@@ -15,7 +15,7 @@ from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import build_world, load_pybullet, touching_pairs
 from inhand.sim.engine import Simulator
 from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec, lab_limits
+from inhand.sim.hands import FINGER_NAMES, HandSpec, lab_limits
 from inhand.sim.model import FAR, SceneSpec, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import parse_object_name
@@ -54,14 +54,14 @@ def expert_right(simulator: Simulator) -> Recording:
 @pytest.mark.parametrize("name", ["cube_39", "cylinder_40", "ellipse_25x40"])
 def test_both_engines_measure_the_same_at_rest(hand: HandSpec, name: str) -> None:
     spec = parse_object_name(name)
-    poses = np.array([[0.003, 0.095, 0.3], [-0.01, 0.11, -0.2]])
-    bends = [[0.9] + [-0.4] * (len(hand.left.links) - 1) + [-0.8] + [0.3] * (len(hand.right.links) - 1)]
-    joints = np.array([bends[0], [0.7 * angle for angle in bends[0]]])
+    poses = np.array([[*hand.start_position, 0.0], [0.004, hand.start_position[1] - 0.005, 0.1]])
+    joints = rough_grasp(hand, spec, poses[:1, None]).opened.repeat(2, axis=0)
     ours, witness = (engine(hand, [spec, spec]).reset(poses, joints) for engine in (MujocoSimulator, BulletSimulator))
     for field in fields(State):
         expected, found = getattr(ours, field.name), getattr(witness, field.name)
         assert (found.shape, found.dtype) == (expected.shape, expected.dtype), field.name
-        np.testing.assert_allclose(found, expected, atol=5e-5, err_msg=field.name)
+        tolerance = 5e-4 if field.name == "link_gaps" else 3e-4  # PyBullet rounds corners by 1 mm
+        np.testing.assert_allclose(found, expected, atol=tolerance, err_msg=field.name)
 
 
 def test_a_step_advances_time_and_keeps_the_targets() -> None:
@@ -102,16 +102,35 @@ def test_the_gripped_cube_is_held_alike_in_both_engines() -> None:
     np.testing.assert_array_equal(witness[-1].contact_links, [[1, 1]])
 
 
-def test_friction_is_the_product_of_both_bodies() -> None:
-    slippery = BulletSimulator(HAND, [replace(CUBE, friction=0.0)])
-    rough = BulletSimulator(HAND, [CUBE])
-    pulled = []
-    for simulator in (slippery, rough):
-        held = squeezed(simulator, 0.1)[-1]
-        back = held.targets + np.array([[-0.35, 0.6, 0.35, -0.6]])  # both tips towards the palm
-        pulled.append(simulator.step(back, 20).pose[0, 1] - held.pose[0, 1])
-    assert abs(pulled[0]) < 2e-3
-    assert pulled[1] < -5e-3
+def test_masses_and_frictions_are_those_of_the_specs_after_every_build() -> None:
+    engine = load_pybullet()
+    client = engine.connect(engine.DIRECT)
+    build_world(engine, client, HAND, CUBE, SceneSpec())
+    spec = replace(CUBE, mass=0.042, friction=0.8)
+    world = build_world(engine, client, HAND, spec, SceneSpec(floor_friction=0.15))
+    parts = [(world.floor, -1), (world.object, -1), *((world.hand, link) for link in range(-1, 4))]
+    found = [engine.getDynamicsInfo(*part, physicsClientId=client)[:2] for part in parts]
+    bodies = engine.getNumBodies(physicsClientId=client)
+    engine.disconnect(client)
+    assert found == [(0.0, 0.15), (0.042, 0.8), (0.0, 0.5), *[(0.036, 0.5)] * 4]
+    assert bodies == 3
+
+
+def test_nothing_but_friction_slows_a_sliding_object() -> None:
+    engine = load_pybullet()
+    client = engine.connect(engine.DIRECT)
+    speeds = []
+    for friction in (0.0, 0.1):
+        world = build_world(engine, client, HAND, CUBE, SceneSpec(floor_friction=friction))
+        away = [0.0, 0.5, CUBE.height / 2]
+        engine.resetBasePositionAndOrientation(world.object, away, [0, 0, 0, 1], physicsClientId=client)
+        engine.resetBaseVelocity(world.object, [0.0, 0.5, 0.0], physicsClientId=client)
+        for _ in range(50):
+            engine.stepSimulation(client)
+        speeds.append(engine.getBaseVelocity(world.object, physicsClientId=client)[0][1])
+    engine.disconnect(client)
+    assert speeds[0] == pytest.approx(0.5, abs=1e-3)
+    assert speeds[1] == pytest.approx(0.5 - 0.1 * 9.81 * 0.2, abs=0.02)  # v - mu g t
 
 
 def test_the_expert_carries_the_object_without_letting_go() -> None:
@@ -160,15 +179,13 @@ def test_the_same_pairs_can_touch_as_in_mujoco(hand: HandSpec) -> None:
     world = build_world(engine, client, hand, CUBE, SceneSpec())
     engine.disconnect(client)
     names = {(world.hand, -1): "palm", (world.object, -1): "object", (world.floor, -1): "floor"}
-    links = [
-        f"{side}_{i}"
-        for side, finger in zip(("left", "right"), hand.fingers, strict=True)
-        for i, _ in enumerate(finger.links)
-    ]
-    names |= {(world.hand, i): name for i, name in enumerate(links)}
+    for i, (finger, link) in enumerate((f, k) for f in (0, 1) for k in range(len(hand.fingers[f].links))):
+        names[world.hand, i] = f"{FINGER_NAMES[finger]}_{link}"
     model = build_model(hand, CUBE, SceneSpec())
-    geoms = zip(model.pair_geom1, model.pair_geom2, strict=True)
-    expected = {frozenset((model.geom(one).name, model.geom(other).name)) for one, other in geoms}
+    parts = [  # palm and floor both belong to MuJoCo's world body, 0
+        model.body(body).name if body else model.geom(geom).name for geom, body in enumerate(model.geom_bodyid)
+    ]
+    expected = {frozenset((parts[i], parts[j])) for i, j in zip(model.pair_geom1, model.pair_geom2, strict=True)}
     assert {frozenset((names[one], names[other])) for one, other in touching_pairs(world, hand)} == expected
 
 
@@ -180,10 +197,12 @@ def test_a_far_object_reads_as_far() -> None:
 
 def test_connections_close_with_the_simulator() -> None:
     engine = load_pybullet()
-    simulator = BulletSimulator(HAND, [CUBE])
-    newest = max(client for client in range(64) if engine.isConnected(client))
+    before = {client for client in range(64) if engine.isConnected(client)}
+    simulator = BulletSimulator(HAND, [CUBE, CUBE])
+    opened = {client for client in range(64) if engine.isConnected(client)} - before
     del simulator
-    assert not engine.isConnected(newest)
+    assert len(opened) == 2
+    assert not any(engine.isConnected(client) for client in opened)
 
 
 def test_bad_input_is_refused() -> None:

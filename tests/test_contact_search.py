@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.controllers.grasp_plan import GraspPlan, SearchConfig, fingers_clear, force_closure, plan_grasps
+from inhand.controllers.grasp_plan import GraspPlan, SearchConfig, fingers_clear, plan_grasps
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import result_of_trial
 from inhand.evaluation.run import prepare, simulate
 from inhand.geometry import Array, inverse_transform, unit
+from inhand.sim.force_closure import force_closure
 from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.hands import HandSpec
 from inhand.sim.objects import CATALOGUE as OBJECTS
@@ -67,8 +68,8 @@ def test_force_closure_is_its_definition() -> None:
 
 def test_more_friction_never_loses_a_grip_and_axes_broadcast() -> None:
     rng = np.random.default_rng(2)
-    left = (rng.normal(size=(7, 1, 2)) - (3, 0), unit(np.pi + rng.normal(0, 0.5, (7, 1))))
-    right = (rng.normal(size=(1, 5, 2)) + (3, 0), unit(rng.normal(0, 0.5, (1, 5))))
+    left = (rng.normal(size=(7, 1, 2)) - np.array([3, 0]), unit(np.pi + rng.normal(0, 0.5, (7, 1))))
+    right = (rng.normal(size=(1, 5, 2)) + np.array([3, 0]), unit(rng.normal(0, 0.5, (1, 5))))
     held = np.stack([force_closure(friction, left, right) for friction in (0.0, 0.2, 0.4, 0.8, 1e3)])
     assert held.shape == (5, 7, 5)
     assert (np.diff(held.astype(int), axis=0) >= 0).all()
@@ -112,7 +113,7 @@ def test_starts_keep_off_the_corners() -> None:
         assert np.abs(plan.contacts).min(axis=-1).max() <= 0.0195 - config.edge
 
 
-def test_a_longer_path_changes_nothing_on_its_way() -> None:
+def test_a_plan_covers_the_whole_of_a_short_path() -> None:
     spec = parse_hand_name(STANDARD)
     (short,) = plan_grasps(spec, OBJECTS["cube_39"], poses_along(spec, 90.0, length=0.03))
     assert short.reach == 11

@@ -1,16 +1,29 @@
-"""Hands: the laboratory's names, the catalogue and what is refused."""
+"""Hands: the laboratory's names, the catalogue, what is refused, and what a hand does in the simulator."""
 
 import re
 from dataclasses import FrozenInstanceError, fields, replace
+from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
 from inhand.errors import InputError, near_matches
+from inhand.geometry import Array
 from inhand.sim.hand_names import CATALOGUE, FINGER_LENGTH, parse_hand_name
-from inhand.sim.hands import HandSpec, build_hand, lab_limits
+from inhand.sim.hands import FINGER_NAMES, HandSpec, build_hand, lab_limits
+from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.touch import touch
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
+STANDARD_HAND = parse_hand_name(STANDARD)
+START = np.array(STANDARD_HAND.start_position)
+CUBE = OBJECTS["cube_39"]
+every_hand = pytest.mark.parametrize("hand_name", CATALOGUE)
+every_object = pytest.mark.parametrize("spec", OBJECTS.values(), ids=OBJECTS.keys())
 
 
 @pytest.mark.parametrize(
@@ -134,7 +147,7 @@ def test_near_matches_ignore_case_and_join_with_or() -> None:
         ((0.07, 0.07), (0.07, 0.0), 0.05, "a link of the right finger is 0 mm; it must be a positive length"),
         ((0.07, 0.07), (np.nan, 0.07), 0.05, "a link of the right finger is nan mm; it must be a positive length"),
         ((np.inf, 0.07), (0.07, 0.07), 0.05, "a link of the left finger is inf mm; it must be a positive length"),
-        ((0.07, 0.012), (0.07, 0.07), 0.05, "is 12 mm long; links must be longer than 12.5 mm"),
+        ((0.07, 0.012), (0.07, 0.07), 0.05, "link 1 of the left finger is 12 mm long; it must be longer than 12.5 mm"),
         ((0.07, 0.07), (0.07, 0.07), 0.0, "the palm width is 0 mm; it must be a positive length"),
         ((0.07, 0.07), (0.07, 0.07), -0.05, "the palm width is -50 mm; it must be a positive length"),
     ],
@@ -147,8 +160,8 @@ def test_lengths_that_no_hand_has_are_refused(
 
 
 def test_a_link_shorter_than_its_dead_length_is_refused_by_name_too() -> None:
-    with pytest.raises(InputError, match=r"a link of the left finger is 7\.2 mm long"):
-        parse_hand_name("2v2_5.95_50.50_1.1_53")
+    with pytest.raises(InputError, match=r"link 0 of the left finger is 4\.32 mm long"):
+        parse_hand_name("2v2_3.97_50.50_1.1_53")
 
 
 def mirrored_links(hand: HandSpec) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -171,3 +184,90 @@ def test_mirrored_names_are_mirrored_hands(name: str, mirror: str) -> None:
         limits = lab_limits(lab)
         assert [low for low, _ in limits.left.limits[1:]] == [-2.09] * (len(lab.left.links) - 1)
         assert [high for _, high in limits.right.limits[1:]] == [2.09] * (len(lab.right.links) - 1)
+
+
+def pressed(shift: float = 0.0) -> Array:
+    """Joint angles of the standard hand whose tips press 2 mm into the sides of the cube at its start, `(4,)`."""
+    joints = []
+    for finger in STANDARD_HAND.fingers:
+        side = np.array([finger.bend * (CUBE.size[0] / 2 - 0.002), shift])
+        joints.append(touch(STANDARD_HAND, finger, START + side, np.array([float(finger.bend), 0.0])).joints)
+    return np.concatenate(joints)
+
+
+def held_cube(
+    hand: HandSpec, targets: Array, substeps: int, cube: ObjectSpec = CUBE, floor_friction: float = 0.2
+) -> Array:
+    """Poses of the cube `(S, 3)`, the start first, while the standard grip follows targets `(S, 4)`."""
+    simulator = MujocoSimulator(hand, [cube], SceneSpec(floor_friction=floor_friction), threads=1)
+    start = simulator.reset(np.array([[*hand.start_position, 0.0]]), pressed()[None])
+    return np.concatenate([start.pose, *(simulator.step(target[None], substeps).pose for target in targets)])
+
+
+def test_finger_friction_carries_the_object() -> None:
+    """Fingers that hold the sides and move outwards take the object along."""
+    outwards = np.stack([pressed(shift) for shift in np.linspace(0, 0.006, 15)])
+    poses = held_cube(STANDARD_HAND, outwards, 5)
+    assert poses[-1, 1] - poses[0, 1] > 0.004
+
+
+def test_friction_is_a_product_of_both_bodies() -> None:
+    outwards = np.stack([pressed(shift) for shift in np.linspace(0, 0.006, 15)])
+    plain = held_cube(STANDARD_HAND, outwards, 5)
+    rough, smooth = replace(CUBE, friction=2.0), replace(STANDARD_HAND, friction=STANDARD_HAND.friction / 2)
+    np.testing.assert_array_equal(held_cube(smooth, outwards, 5, rough, floor_friction=0.1), plain)
+    assert np.abs(held_cube(STANDARD_HAND, outwards, 5, rough) - plain).max() > 1e-6
+
+
+def test_fingertips_push_along_the_normal_of_a_flat_face() -> None:
+    """Without friction two tips on opposite faces can move a cube along neither face."""
+    poses = held_cube(replace(STANDARD_HAND, friction=0.0), pressed()[None], 75)
+    np.testing.assert_allclose(poses[-1], poses[0], atol=1e-3)
+
+
+def test_joints_go_to_their_targets_and_stop_at_their_limits() -> None:
+    limited = replace(STANDARD_HAND, right=replace(STANDARD_HAND.right, limits=((-1.57, 0.3), (-0.2, 2.09))))
+    simulator = MujocoSimulator(limited, [CUBE], threads=1)
+    simulator.reset(np.array([[0.0, 0.3, 0.0]]), np.zeros((1, 4)))
+    state = simulator.step(np.array([[0.5, -0.4, 0.9, -0.8]]), 500)
+    np.testing.assert_allclose(state.joint_angles, [[0.5, -0.4, 0.3, -0.2]], atol=0.02)
+    np.testing.assert_allclose(state.joint_velocities, 0.0, atol=1e-3)
+    np.testing.assert_array_equal(state.targets, [[0.5, -0.4, 0.9, -0.8]])
+
+
+@every_hand
+@every_object
+def test_the_model_has_the_masses_sizes_and_frictions_of_its_specs(hand_name: str, spec: ObjectSpec) -> None:
+    hand = replace(parse_hand_name(hand_name), friction=0.4, link_mass=0.05)
+    spec = replace(spec, mass=0.021, friction=0.7)
+    model = build_model(hand, spec, SceneSpec(floor_friction=0.3, gravity=9.0))
+    assert model.nu == hand.n_joints
+    assert model.nq == hand.n_joints + 7
+    np.testing.assert_allclose(model.opt.gravity, (0, 0, -9.0))
+    np.testing.assert_allclose(model.body("object").mass, 0.021)
+    for side, finger in zip(FINGER_NAMES, hand.fingers, strict=True):
+        for i in range(len(finger.links)):
+            np.testing.assert_allclose(model.body(f"{side}_{i}").mass, 0.05)
+    np.testing.assert_allclose(_friction(model, f"left_{len(hand.left.links) - 1}_low", "object"), 0.4 * 0.7)
+    np.testing.assert_allclose(_friction(model, "palm", "object"), 0.4 * 0.7)
+    np.testing.assert_allclose(_friction(model, "floor", "object"), 0.3 * 0.7)
+    np.testing.assert_allclose(_friction(model, "left_1", "right_1"), 0.4**2)
+    # A standing prism: (x^2 + y^2) m / 12 about z for a box, a quarter of the squared half axes for an ellipse.
+    a, b, _ = (extent / 2 for extent in spec.size)
+    about_z = 0.021 * (a * a + b * b) / (3 if spec.shape == "box" else 4)
+    inertia = model.body("object").inertia
+    assert np.abs(inertia / about_z - 1).min() < 0.01
+
+
+def _friction(model: mujoco.MjModel, first: str, second: str) -> float:
+    names = {model.geom(first).id, model.geom(second).id}
+    for pair in range(model.npair):
+        if {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])} == names:
+            return float(model.pair_friction[pair, 0])
+    raise AssertionError(f"no contact pair of {first} and {second}")
+
+
+@pytest.mark.parametrize("changes", [{"link_mass": -0.036}, {"link_mass": 0.0}, {"link_width": -0.02}])
+def test_a_hand_of_numbers_that_cannot_be_is_refused(changes: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=next(iter(changes))):
+        MujocoSimulator(replace(STANDARD_HAND, **changes), [CUBE])

@@ -1,5 +1,6 @@
 """Kinematics of planar fingers, against finite differences and closed forms."""
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from inhand.geometry import Array
 from inhand.sim.hand_names import CATALOGUE, parse_hand_name
-from inhand.sim.hands import FingerSpec
+from inhand.sim.hands import FINGER_NAMES, FingerSpec
 from inhand.sim.kinematics import (
     hand_positions,
     joint_positions,
@@ -16,6 +17,8 @@ from inhand.sim.kinematics import (
     link_jacobian,
     point_jacobian,
 )
+from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.objects import parse_object_name
 
 FINGERS = [finger for name in CATALOGUE for finger in parse_hand_name(name).fingers]
 finger_and_angles = st.sampled_from(FINGERS).flatmap(
@@ -108,3 +111,18 @@ def test_mirrored_joints_give_mirrored_positions(name: str) -> None:
     other = FingerSpec((-finger.base[0], finger.base[1]), finger.links, finger.limits, -finger.bend)
     angles = np.random.default_rng(3).uniform(-2, 2, (20, len(finger.links)))
     np.testing.assert_allclose(joint_positions(other, -angles), joint_positions(finger, angles) * (-1, 1), atol=1e-15)
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_joints_and_tips_are_where_the_simulator_puts_its_bodies(name: str) -> None:
+    hand = parse_hand_name(name)
+    model = build_model(hand, parse_object_name("cube_39"), SceneSpec())
+    data = mujoco.MjData(model)
+    for angles in np.random.default_rng(27).uniform(-2, 2, (10, hand.n_joints)):
+        data.qpos[: hand.n_joints] = angles
+        mujoco.mj_kinematics(model, data)
+        for finger, side, place in zip(hand.fingers, FINGER_NAMES, hand.slices, strict=True):
+            joints = joint_positions(finger, angles[place])
+            bodies = [data.body(f"{side}_{i}") for i in range(len(finger.links))]
+            tip = bodies[-1].xpos + bodies[-1].xmat.reshape(3, 3) @ [0, finger.links[-1], 0]
+            np.testing.assert_allclose([*(body.xpos[:2] for body in bodies), tip[:2]], joints, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Objects: outlines, names and what is refused."""
+"""Objects: outlines, names, what is refused, and how they stand and slide in the simulator."""
 
 import re
 from dataclasses import FrozenInstanceError, fields, replace
@@ -9,7 +9,12 @@ import pytest
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.model import SceneSpec
+from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import CATALOGUE, ObjectSpec, outline, parse_object_name, polygon
+from inhand.sim.state import State
+from inhand.sim.touch import touch
 
 SPECS = list(CATALOGUE.values())
 by_name = pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.name)
@@ -148,3 +153,64 @@ def test_an_object_is_frozen_and_may_be_frictionless() -> None:
     for field in fields(spec):
         with pytest.raises(FrozenInstanceError):
             setattr(spec, field.name, None)
+
+
+HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
+OPENED = np.array([[1.2, 0.0, -1.2, 0.0]])  # both fingers away from the object
+
+
+def tilt(state: State) -> Array:
+    """Angle of the object's axis from the vertical [rad] `(B,)`."""
+    x, y = state.object_pose[:, 4], state.object_pose[:, 5]
+    return np.asarray(2 * np.arcsin(np.hypot(x, y)))
+
+
+@by_name
+def test_an_object_stands_where_it_is_put(spec: ObjectSpec) -> None:
+    simulator = MujocoSimulator(HAND, [spec], threads=1)
+    pose = np.array([[*HAND.start_position, 0.3]])
+    start = simulator.reset(pose, OPENED)
+    np.testing.assert_allclose(start.object_pose[:, 2], spec.height / 2)
+    np.testing.assert_allclose(start.pose, pose)
+    state = simulator.step(OPENED, round(1.0 / simulator.timestep))
+    assert abs(state.object_pose[0, 2] - spec.height / 2) < 5e-4
+    assert np.rad2deg(tilt(state)[0]) < 0.1
+    np.testing.assert_allclose(state.pose, pose, atol=1e-5)
+    assert np.abs(state.object_velocity[:, :3]).max() < 1e-3
+    assert np.abs(state.object_velocity[:, 3:]).max() < 1e-2
+
+
+@pytest.mark.parametrize("size", [(0.002, 0.002, 0.1), (0.2, 0.1, 0.01), (0.04, 0.04, 0.5)])
+@pytest.mark.parametrize("mass", [1e-3, 5.0])
+def test_boxes_of_any_size_and_mass_stand(size: tuple[float, float, float], mass: float) -> None:
+    spec = ObjectSpec("block", "box", size, mass)
+    simulator = MujocoSimulator(HAND, [spec], threads=1)
+    simulator.reset(np.array([[0.0, 0.3, 0.0]]), OPENED)
+    state = simulator.step(OPENED, 250)
+    assert abs(state.object_pose[0, 2] - spec.height / 2) < 5e-4
+    assert np.rad2deg(tilt(state)[0]) < 0.1
+
+
+def glide(floor: float, spec: ObjectSpec) -> tuple[Array, Array, Array]:
+    """Knock a cube outwards with both fingers; return times `(S,)` [s], y `(S,)` [m] and gaps `(S,)` [m]."""
+    face = np.array(HAND.start_position) + np.array([[-0.012, -spec.size[1] / 2], [0.012, -spec.size[1] / 2]])
+    behind = [touch(HAND, finger, face[i], np.array([0.0, -1.0])).joints for i, finger in enumerate(HAND.fingers)]
+    rest = np.concatenate(behind)[None]
+    simulator = MujocoSimulator(HAND, [spec], SceneSpec(floor_friction=floor), threads=1)
+    simulator.reset(np.array([[*HAND.start_position, 0.0]]), rest)
+    knock = np.array([[-0.2, 0.0, 0.2, 0.0]])
+    states = [simulator.step(knock if k < 12 else rest, 1) for k in range(150)]
+    rows = [(state.time[0], state.pose[0, 1], state.gaps[0].min()) for state in states]
+    times, along, gaps = np.array(rows).T
+    return times, along, gaps
+
+
+@pytest.mark.parametrize("floor", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("mass", [0.015, 0.045])
+def test_a_sliding_object_slows_as_coulomb_says(floor: float, mass: float) -> None:
+    times, along, gaps = glide(floor, replace(CATALOGUE["cube_39"], mass=mass))
+    speed = np.diff(along) / np.diff(times)
+    free = (gaps[1:] > 2e-3) & (speed > 0.03)
+    assert free.sum() > 8
+    slowing = -np.polyfit(times[1:][free], speed[free], 1)[0]
+    np.testing.assert_allclose(slowing, floor * 9.81, rtol=0.03)

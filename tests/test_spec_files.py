@@ -124,11 +124,11 @@ def test_syntax_that_is_not_toml_says_where(tmp_path: Path) -> None:
         ("[-120, 0]]", "[20]]", " [left]: limits_deg of joint 1 is [20.0]; it must be [low, high]"),
         ("[-120, 0]]", "20]", " [left]: limits_deg = 20; it must be a list of numbers"),
         (", [-120, 0]]", "]", " [left]: limits_deg must give [low, high] for each of the 2 joints"),
-        ("link_mass_kg = 0.05", "link_mass_kg = 0", ": link_mass is 0; it must be positive"),
-        ("link_mass_kg = 0.05", "link_mass_kg = -1", ": link_mass is -1; it must be positive"),
-        ("friction = 0.6", "friction = -0.6", ": friction is -0.6; it must be positive"),
-        ("torque_nm = 0.3", "torque_nm = 0", ": torque is 0; it must be positive"),
-        ("link_width_mm = 20", "link_width_mm = -20", ": link_width is -0.02; it must be positive"),
+        ("link_mass_kg = 0.05", "link_mass_kg = 0", ": hand 'long fingers': link_mass is 0; it must be positive"),
+        ("link_mass_kg = 0.05", "link_mass_kg = -1", ": hand 'long fingers': link_mass is -1; it must be positive"),
+        ("friction = 0.6", "friction = -0.6", ": hand 'long fingers': friction is -0.6; it must be positive"),
+        ("torque_nm = 0.3", "torque_nm = 0", ": hand 'long fingers': torque is 0; it must be positive"),
+        ("link_width_mm = 20", "link_width_mm = -20", ": hand 'long fingers': link_width is -0.02; it must be positive"),
     ],
 )
 def test_what_a_hand_file_may_not_say(tmp_path: Path, old: str, new: str, text: str) -> None:

@@ -46,7 +46,7 @@ def made_trial(hand: str = HANDS[0], thing: str = "cube_39", rows: int = 12) -> 
         outcome=LOST_CONTACT,
         phases=PHASES,
         phase=np.arange(rows) // 4,
-        time=0.02 * np.arange(rows),
+        time=0.02 * np.arange(rows, dtype=float),
         object_pose=spatial(pose, 0.05),
         joint_angles=rng.normal(size=(rows, spec.n_joints)),
         targets=rng.normal(size=(rows, spec.n_joints)),

@@ -157,7 +157,7 @@ def _inset(corners: Array, distance: float) -> Array:
     """Return a convex polygon `(K, 2)`, counter-clockwise, with every edge moved inwards by a distance [m]."""
     after = edge_normals(corners)
     before = np.roll(after, 1, axis=0)
-    return corners - distance * (before + after) / (1 + (before * after).sum(axis=-1, keepdims=True))
+    return np.asarray(corners - distance * (before + after) / (1 + (before * after).sum(axis=-1, keepdims=True)))
 
 
 def _centroid(corners: Array) -> Array:

@@ -35,6 +35,29 @@ class Simulator(Protocol):
         """Hold joint targets `(B, n)` [rad] for some physics steps and measure the instant after the last."""
 
 
+def check_start(object_pose: Array, n_worlds: int) -> None:
+    """Refuse start poses of the wrong shape or with a value that is not finite.
+
+    Raises:
+        InputError: the text names the world.
+    """
+    if object_pose.shape != (n_worlds, 3):
+        raise InputError(f"object poses of shape {object_pose.shape}; {n_worlds} worlds need {(n_worlds, 3)}")
+    if not np.isfinite(object_pose).all():
+        world = np.argwhere(~np.isfinite(object_pose))[0, 0]
+        raise InputError(f"the object's start pose in world {world} is {object_pose[world]}; give finite x, y, theta")
+
+
+def check_substeps(substeps: int) -> None:
+    """Refuse a control step of no physics steps.
+
+    Raises:
+        InputError: fewer than one.
+    """
+    if substeps < 1:
+        raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
+
+
 def check_targets(targets: Array, n_worlds: int, n_joints: int) -> None:
     """Refuse commands of the wrong shape or with a value that is not finite.
 

@@ -24,9 +24,9 @@ CATALOGUE = (
 )
 """Hands that `inhand hands` lists; any other name of the form is a hand too."""
 
-_RATIO = re.compile(r"(1|0\.\d+)\.(1|0\.\d+)")
+_RATIO = re.compile(r"(1|0\.[0-9]+)\.(1|0\.[0-9]+)")
 _FINGERS = re.compile(r"([23])v([23])")
-_WIDTH = re.compile(r"\d+(\.\d+)?")
+_WIDTH = re.compile(r"[0-9]+(\.[0-9]+)?")
 
 
 def parse_hand_name(name: str) -> HandSpec:
@@ -61,7 +61,7 @@ def parse_hand_name(name: str) -> HandSpec:
 
 
 def _split(name: str, part: str, n_links: int) -> tuple[float, ...]:
-    if not re.fullmatch(r"\d+(\.\d+)*", part):
+    if not re.fullmatch(r"[0-9]+(\.[0-9]+)*", part):
         raise _wrong(name, part, "is not a split in per cent joined by dots, such as 50.50 or 25.35.40")
     percent = [int(p) for p in part.split(".")]
     if len(percent) != n_links:
@@ -75,7 +75,7 @@ def _palm_width(name: str, part: str) -> float:
     """Return the palm width [m]; the laboratory's palm called 53 measures 53.5 mm."""
     if not _WIDTH.fullmatch(part) or float(part) <= 0:
         raise _wrong(name, part, "is not a palm width in mm, such as 53")
-    return 0.0535 if part == "53" else float(part) / 1e3
+    return 0.0535 if float(part) == 53 else float(part) / 1e3
 
 
 def _wrong(name: str, part: str, why: str) -> InputError:

@@ -17,6 +17,9 @@ from inhand.geometry import Array
 
 FINGER_NAMES = ("left", "right")
 
+_POSITIVE = ("palm_width", "palm_depth", "link_width", "thickness", "tip_length", "link_mass", "stiffness", "torque")
+_NOT_NEGATIVE = ("joint_gap", "friction", "damping", "armature")
+
 
 @dataclass(frozen=True)
 class FingerSpec:
@@ -72,6 +75,22 @@ class HandSpec:
     torque: float = 0.35
     """Largest torque of each motor [N m]."""
 
+    def __post_init__(self) -> None:
+        """Refuse numbers that no hand has, and links shorter than their joint gap and cap."""
+        for name in _POSITIVE + _NOT_NEGATIVE:
+            value = getattr(self, name)
+            if not (np.isfinite(value) and (value > 0 or (value == 0 and name in _NOT_NEGATIVE))):
+                zero = " or zero" if name in _NOT_NEGATIVE else ""
+                raise InputError(f"hand {self.name!r}: {name} is {value:g}; it must be positive{zero} (SI units)")
+        for side, finger in zip(FINGER_NAMES, self.fingers, strict=True):
+            for i, length in enumerate(finger.links):
+                dead = self.joint_gap + (self.tip_length if i == len(finger.links) - 1 else 0.0)
+                if length <= dead:
+                    raise InputError(
+                        f"hand {self.name!r}: link {i} of the {side} finger is {1e3 * length:g} mm long; it must be"
+                        f" longer than {1e3 * dead:g} mm, its joint gap and its cap together"
+                    )
+
     @property
     def fingers(self) -> tuple[FingerSpec, FingerSpec]:
         """Left and right finger."""
@@ -126,21 +145,12 @@ def build_hand(
             raise InputError(f"hand {name!r}: the {side} finger has {len(links)} links; a finger has 2 or 3 links")
         for length in links:
             _check_positive(name, f"a link of the {side} finger", length)
-            if length <= LONGEST_DEAD_LENGTH:
-                raise InputError(
-                    f"hand {name!r}: a link of the {side} finger is {1e3 * length:g} mm long; links must be longer"
-                    f" than {1e3 * LONGEST_DEAD_LENGTH:g} mm, the joint gap and the tip's cap together"
-                )
     _check_positive(name, "the palm width", palm_width)
     fingers = [
         FingerSpec((sign * palm_width / 2, 0.0), links, ((-np.pi, np.pi),) * len(links), sign)
         for sign, links in ((-1, left_links), (1, right_links))
     ]
     return HandSpec(name, fingers[0], fingers[1], palm_width)
-
-
-LONGEST_DEAD_LENGTH = 0.0125
-"""Joint gap and tip cap of the shortest possible link [m]."""
 
 
 def lab_limits(hand: HandSpec) -> HandSpec:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.sim.hands import FINGER_NAMES, HandSpec
 from inhand.sim.objects import ObjectSpec, polygon
@@ -32,7 +33,22 @@ class SceneSpec:
     gravity: float = 9.81
     """Gravity along -z [m/s^2]."""
 
+    def __post_init__(self) -> None:
+        """Refuse surroundings that no simulation has."""
+        if not (np.isfinite(self.timestep) and self.timestep > 0):
+            raise InputError(f"timestep {self.timestep:g} s: a physics step must be positive")
+        if not (np.isfinite(self.floor_friction) and self.floor_friction >= 0):
+            raise InputError(f"floor_friction {self.floor_friction:g}: friction must be 0 or more")
+        if not np.isfinite(self.gravity):
+            raise InputError(f"gravity {self.gravity:g} m/s^2: it must be a finite number")
 
+
+RIMS = ("low", "high")
+"""The rims of a fingertip that touch the object."""
+RIM_HEIGHT = 0.003
+"""Half the height of a rim [m], guessed."""
+RIM_TAPER = 0.97
+"""Size of a rim's ends against its middle, guessed: steep enough that only the middle touches."""
 LINK_SENSOR_SIZE = 7
 """Sensor values for every link: its distance to the object, then the nearest points of link and object [m]."""
 
@@ -40,16 +56,20 @@ LINK_SENSOR_SIZE = 7
 def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
     """Return the compiled model for stepping: finger joints in the hand's order, then the object's free joint."""
     mj, links = _bodies(hand, spec, scene)
+    _add_surroundings(mj, hand, spec)
+    for finger, names in zip(hand.fingers, links, strict=True):
+        _add_rims(mj, names[-1], link_outline(hand, finger.links[-1], tip=True), hand.thickness)
     _add_pairs(mj, links, hand, spec, scene)
     return mj.compile()
 
 
 def build_measuring_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
-    """Return the same bodies without contacts but with `LINK_SENSOR_SIZE` distance readings for every link."""
+    """Return the same links and object, no contacts, but `LINK_SENSOR_SIZE` distance readings for every link."""
     mj, links = _bodies(hand, spec, scene)
+    mj.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     for name in links[0] + links[1]:
         for kind in (mujoco.mjtSensor.mjSENS_GEOMDIST, mujoco.mjtSensor.mjSENS_GEOMFROMTO):
-            _add_distance(mj, kind, name)  # neighbours of one pair share one distance query
+            _add_distance(mj, kind, name)
     return mj.compile()
 
 
@@ -62,8 +82,10 @@ def _bodies(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[mujoco.
     mj.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     mj.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     mj.option.impratio = 10
-    mj.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    _add_surroundings(mj, hand, spec)
+    # Several contacts of one pair would be clipped between nearly parallel faces and take a facet's normal, up to
+    # 6 deg off the face it rests on (4.0.1): a frictionless grip shot the cube out. One contact has the true normal.
+    flags = mujoco.mjtDisableBit
+    mj.option.disableflags = int(flags.mjDSBL_AUTORESET) | int(flags.mjDSBL_MULTICCD)
     links = [_add_finger(mj, hand, index, spec.height / 2) for index in range(2)]
     _add_object(mj, spec)
     return mj, links
@@ -121,10 +143,27 @@ def _add_prism(
         _geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, 0])
         return
     mesh = mj.add_mesh(name=name)
-    ends = [np.column_stack([corners, np.full(len(corners), z)]) for z in (-height / 2, height / 2)]
-    mesh.uservert = np.concatenate(ends).ravel()
+    mesh.uservert = np.concatenate([_at_height(corners, z) for z in (-height / 2, height / 2)]).ravel()
     geom = _geom(body, name, mujoco.mjtGeom.mjGEOM_MESH, None, mass=mass)
     geom.meshname = name
+
+
+def _add_rims(mj: mujoco.MjSpec, name: str, corners: Array, thickness: float) -> None:
+    """Add two massless rims to a fingertip, near its top and bottom; one contact each keeps the object upright.
+
+    A rim is the outline with a shrunken copy above and below it, so that it touches at one known height.
+    """
+    inner = corners.mean(axis=0) + RIM_TAPER * (corners - corners.mean(axis=0))
+    for side, height in zip(RIMS, (RIM_HEIGHT - thickness / 2, thickness / 2 - RIM_HEIGHT), strict=True):
+        mesh = mj.add_mesh(name=f"{name}_{side}")
+        layers = ((inner, height - RIM_HEIGHT), (corners, height), (inner, height + RIM_HEIGHT))
+        mesh.uservert = np.concatenate([_at_height(outline, z) for outline, z in layers]).ravel()
+        geom = _geom(mj.body(name), f"{name}_{side}", mujoco.mjtGeom.mjGEOM_MESH, None)
+        geom.meshname = f"{name}_{side}"
+
+
+def _at_height(corners: Array, height: float) -> Array:
+    return np.column_stack([corners, np.full(len(corners), height)])
 
 
 def _geom(
@@ -145,7 +184,7 @@ def _geom(
 def _add_pairs(mj: mujoco.MjSpec, links: list[list[str]], hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> None:
     grip = hand.friction * spec.friction
     for finger in links:
-        for name in finger:
+        for name in (*finger[:-1], *(f"{finger[-1]}_{side}" for side in RIMS)):
             _pair(mj, name, "object", grip, scene)
         for name in finger[1:]:
             _pair(mj, name, "palm", hand.friction**2, scene)

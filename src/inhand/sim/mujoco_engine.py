@@ -12,7 +12,7 @@ from mujoco.batch import Batch
 
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial
-from inhand.sim.engine import check_targets
+from inhand.sim.engine import check_start, check_substeps, check_targets
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
 from inhand.sim.objects import ObjectSpec
@@ -64,6 +64,8 @@ class MujocoSimulator:
         surroundings = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
         if len(surroundings) != len(objects):
             raise InputError(f"{len(surroundings)} scenes for {len(objects)} objects; give one for all or one each")
+        if len({each.timestep for each in surroundings}) > 1:
+            raise InputError("scenes of a different timestep in one simulator; use one simulator for each")
         self.hand = hand
         self.objects = tuple(objects)
         self.timestep = surroundings[0].timestep
@@ -84,7 +86,7 @@ class MujocoSimulator:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state."""
         n = self.hand.n_joints
         check_targets(joint_angles, len(self.objects), n)
-        check_targets(object_pose, len(self.objects), 3)
+        check_start(object_pose, len(self.objects))
         self._stepper.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         self._readings.qpos[:, :n] = joint_angles
         self._readings.qpos[:, n:] = spatial(object_pose, 0.0)
@@ -96,9 +98,10 @@ class MujocoSimulator:
         """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
 
         Raises:
-            InputError: a target is not finite; the text names world and joint.
+            InputError: a target is not finite; the text names world and joint. Or no physics step was asked for.
             RuntimeError: a world diverged.
         """
+        check_substeps(substeps)
         check_targets(targets, len(self.objects), self.hand.n_joints)
         self._readings.ctrl[:] = targets
         self._stepper.step(nstep=substeps)

@@ -18,6 +18,7 @@ from inhand.sim.kinematics import joint_positions, point_jacobian
 from inhand.sim.least_squares import damped_least_squares
 from inhand.sim.polygons import contact, separation
 from inhand.sim.shapes import link_polygons, palm_outline
+from inhand.sim.touch import within_limits
 
 DAMPING = 1e-4
 """Damping of the joint steps [m/rad]; only singular postures feel it."""
@@ -109,7 +110,7 @@ def _follow(
         step = damped_least_squares(jacobian, -gap[..., None] * normals, DAMPING)
         joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
     gap, contacts, normals = contact(link_polygons(hand, finger, joints)[-1], body)
-    return joints, contacts, normals, kept & (np.abs(gap) < TOLERANCE) & _within(finger, joints)
+    return joints, contacts, normals, kept & (np.abs(gap) < TOLERANCE) & within_limits(finger, joints)
 
 
 def _record(tracks: Tracks, s: int, pose: Array, found: tuple[Array, Array, Array, NDArray[np.bool_]]) -> None:
@@ -130,8 +131,3 @@ def _clear(hand: HandSpec, finger: FingerSpec, joints: Array, body: Array) -> ND
     for link in links[1:]:
         clear &= separation(link, palm_outline(hand)) > 0
     return clear
-
-
-def _within(finger: FingerSpec, joints: Array) -> NDArray[np.bool_]:
-    limits = np.array(finger.limits)
-    return np.asarray(((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=-1))

@@ -22,6 +22,7 @@ _HAND_SCALARS = {
     "stiffness": "stiffness",
     "damping": "damping",
     "torque_nm": "torque",
+    "armature_kg_m2": "armature",
 }
 _HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
 _OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
@@ -80,6 +81,13 @@ def _number(table: dict[str, Any], key: str, where: str) -> float:
     return float(value)
 
 
+def _text(table: dict[str, Any], key: str, where: str) -> str:
+    value = table[key]
+    if not isinstance(value, str) or not value:
+        raise InputError(f"{where}: {key} = {value!r}; it must be a text in quotes")
+    return value
+
+
 def _numbers(table: dict[str, Any], key: str, where: str) -> tuple[float, ...]:
     value = table[key]
     if not isinstance(value, list) or not value:
@@ -93,8 +101,8 @@ def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
     size = _numbers(table, "size_mm", where)
     if len(size) != 3:
         raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, height] in mm")
-    shape = cast("Shape", str(table["shape"]))
-    spec = ObjectSpec(str(table["name"]), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+    shape = cast("Shape", _text(table, "shape", where))
+    spec = ObjectSpec(_text(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
     mass = _number(table, "mass_kg", where) if "mass_kg" in table else spec.mass
     friction = _number(table, "friction", where) if "friction" in table else spec.friction
     return replace(spec, mass=mass, friction=friction)
@@ -109,18 +117,18 @@ def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
             raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with links_mm")
         _check_keys(table[side], _FINGER_KEYS, ("links_mm",), f"{where} [{side}]")
         links.append(tuple(length / 1e3 for length in _numbers(table[side], "links_mm", f"{where} [{side}]")))
-    hand = build_hand(str(table["name"]), links[0], links[1], _number(table, "palm_width_mm", where) / 1e3)
+    hand = build_hand(_text(table, "name", where), links[0], links[1], _number(table, "palm_width_mm", where) / 1e3)
     changes: dict[str, Any] = {
         key: _number(table, f"{key}_mm", where) / 1e3 for key in _HAND_LENGTHS if f"{key}_mm" in table
     }
     changes |= {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
-    for field, value in changes.items():
-        if value < 0 or (value == 0 and field not in {"friction", "joint_gap", "damping"}):
-            raise InputError(f"{where}: {field} is {value:g}; it must be positive")
     left, right = (
         _with_limits(f, table[side], f"{where} [{side}]") for f, side in zip(hand.fingers, FINGER_NAMES, strict=True)
     )
-    return replace(hand, left=left, right=right, **changes)
+    try:
+        return replace(hand, left=left, right=right, **changes)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
 
 
 def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:

@@ -55,14 +55,14 @@ def cap_support(hand: HandSpec, angle: Array, direction: Array) -> Array:
 def touch(hand: HandSpec, finger: FingerSpec, points: Array, normals: Array) -> Touches:
     """Return joint angles that rest the fingertip on points `(..., 2)` [m] with outward normals `(..., 2)`.
 
-    Of several postures the one with its elbow outwards is taken; a third link is bent as evenly as the second.
-    Limits of the joints are kept; collisions of other links are not looked at.
+    Of several postures the one that bends inwards most, its elbow outwards, is taken; a third link is bent as
+    evenly as the second. Limits of the joints are kept; collisions of other links are not looked at.
     """
     inward = np.arctan2(normals[..., 0], -normals[..., 1])  # angle of a link along -normal
     if len(finger.links) == 2:
         inclination, reached = _two_link_inclination(hand, finger, points, -normals, inward)
         joints = _joints(hand, finger, points, -normals, inward + inclination)
-        reached &= _within(finger, joints)
+        reached &= within_limits(finger, joints)
     else:
         inclination, joints, reached = _three_link_choice(hand, finger, points, -normals, inward)
     return Touches(np.where(reached[..., None], joints, np.nan), inclination, reached)
@@ -79,14 +79,17 @@ def _two_link_inclination(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Solve |last joint - base| = first link for the inclination, by bracketing and regula falsi."""
 
-    def excess(inclination: Array, points: Array, direction: Array, inward: Array) -> Array:
-        joint = _last_joint(hand, finger, points, direction, inward + inclination)
-        return np.asarray(np.linalg.norm(joint - np.array(finger.base), axis=-1) - finger.links[0])
+    def excess(inclination: Array, points: Array, direction: Array, inward: Array) -> tuple[Array, Array]:
+        """Return the miss of the first link's length [m] and the bend inwards [rad]."""
+        joint = _last_joint(hand, finger, points, direction, inward + inclination) - np.array(finger.base)
+        heading = np.arctan2(-joint[..., 0], joint[..., 1])
+        bend = finger.bend * wrap_angle(inward + inclination - heading)
+        return np.asarray(np.linalg.norm(joint, axis=-1) - finger.links[0]), bend
 
     grid = INCLINATIONS
-    values = excess(grid, points[..., None, :], direction[..., None, :], inward[..., None])
+    values, bends = excess(grid, points[..., None, :], direction[..., None, :], inward[..., None])
     crossing = (values[..., 1:] * values[..., :-1]) <= 0
-    index = _elbow_out(crossing, finger.bend)
+    index = np.where(crossing, bends[..., 1:] + bends[..., :-1], -np.inf).argmax(axis=-1)
     low, high = grid[index], grid[index + 1]
     f_low = np.take_along_axis(values, index[..., None], -1)[..., 0]
     f_high = np.take_along_axis(values, index[..., None] + 1, -1)[..., 0]
@@ -94,19 +97,11 @@ def _two_link_inclination(
     for _ in range(4):
         spread = np.where(f_high == f_low, 1.0, f_high - f_low)
         middle = np.clip(low - f_low * (high - low) / spread, np.minimum(low, high), np.maximum(low, high))
-        f_middle = excess(middle, points, direction, inward)
+        f_middle, _ = excess(middle, points, direction, inward)
         left = f_middle * f_low <= 0
         low, f_low = np.where(left, low, middle), np.where(left, f_low, f_middle)
         high, f_high = np.where(left, middle, high), np.where(left, f_middle, f_high)
     return middle, np.asarray(crossing.any(axis=-1))
-
-
-def _elbow_out(crossing: NDArray[np.bool_], bend: int) -> NDArray[np.int64]:
-    """Return the crossing that belongs to the outward elbow: the largest inclination in the bend's sense."""
-    n = crossing.shape[-1]
-    if bend > 0:
-        return np.asarray(n - 1 - crossing[..., ::-1].argmax(axis=-1))
-    return np.asarray(crossing.argmax(axis=-1))
 
 
 def _joints(hand: HandSpec, finger: FingerSpec, points: Array, direction: Array, angle: Array) -> Array:
@@ -131,14 +126,15 @@ def _three_link_choice(
     """Choose the inclination with the least squared bend of the distal joints."""
     angle = inward[..., None] + INCLINATIONS
     joints = _joints(hand, finger, points[..., None, :], direction[..., None, :], angle)
-    allowed = _within(finger, joints)
+    allowed = within_limits(finger, joints)
     cost = np.where(allowed, (joints[..., 1:] ** 2).sum(-1), np.inf)
     best = cost.argmin(axis=-1)
     chosen = np.take_along_axis(joints, best[..., None, None], axis=-2)[..., 0, :]
     return INCLINATIONS[best], chosen, np.asarray(allowed.any(axis=-1))
 
 
-def _within(finger: FingerSpec, joints: Array) -> NDArray[np.bool_]:
+def within_limits(finger: FingerSpec, joints: Array) -> NDArray[np.bool_]:
+    """Return which joint angles `(..., n)` [rad] keep a finger's limits; NaN does not."""
     limits = np.array(finger.limits)
     with np.errstate(invalid="ignore"):
         return np.asarray(((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=-1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -142,16 +143,16 @@ def load_trial(path: Path) -> Trial:
     if not path.is_file():
         raise InputError(f"no trial file {path}: give a .npz file from the `trials` folder of a run")
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with path.open("rb") as file, zipfile.ZipFile(file), np.load(file, allow_pickle=False) as data:
             head = json.loads(str(data["head"]))
             arrays = {name: data[name] for name in _ARRAYS} if head["format"] == FORMAT else {}
-    except (KeyError, ValueError, OSError, zipfile.BadZipFile) as error:
+        if arrays:
+            return Trial(_passport(head["passport"]), head["outcome"], tuple(head["phases"]), **arrays)
+    except (KeyError, TypeError, ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(
             f"{path} is not a trial: {error}; give a .npz file from the `trials` folder of a run"
         ) from error
-    if head["format"] != FORMAT:
-        raise InputError(f"{path} has trial format {head['format']}; this version reads {FORMAT}: run it again")
-    return Trial(_passport(head["passport"]), head["outcome"], tuple(head["phases"]), **arrays)
+    raise InputError(f"{path} has trial format {head['format']}; this version reads {FORMAT}: run it again")
 
 
 def _passport(entry: dict[str, Any]) -> Passport:

@@ -1,0 +1,301 @@
+"""The command line, end to end."""
+
+import asyncio
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+from PIL import Image
+
+from inhand import cli
+
+STANDARD = "2v2_50.50_50.50_1.1_53"
+SCRIPT = Path(sys.executable).with_name("inhand")
+
+
+class Call(Protocol):
+    """Runs `inhand` in this process; returns its exit code and what it printed on stdout and stderr."""
+
+    def __call__(self, *words: object) -> tuple[int, str, str]:
+        """Run it with the words of a command line."""
+
+
+@pytest.fixture
+def inhand(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+    """Return the command."""
+
+    def call(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["inhand", *(str(word) for word in words)])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+def in_a_process(program: Path | str, *words: Path | str) -> tuple[int, str, str]:
+    """Run a program; return its exit code and what it printed on stdout and stderr."""
+
+    async def run() -> tuple[int, str, str]:
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(program, *words, stdout=pipe, stderr=pipe)
+        out, err = await asyncio.wait_for(process.communicate(), timeout=120)
+        return process.returncode or 0, out.decode(), err.decode()
+
+    return asyncio.run(run())
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a small run, made by the console script in a shell of its own."""
+    out = tmp_path_factory.mktemp("results") / "small run"
+    words = ["asterisk", "--directions", "Right,-112.5", "--trials", "1", "--seed", "4", "--out", out, "--compatible"]
+    code, printed, err = in_a_process(SCRIPT, *words)
+    assert (code, err) == (0, "")
+    (out / "printed.txt").write_text(printed, encoding="utf-8")
+    return out
+
+
+def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
+    names = {str(path.relative_to(run)) for path in run.rglob("*") if path.is_file()}
+    assert names >= {
+        "metrics.json",
+        "report.md",
+        "figures/asterisk.png",
+        "figures/radar.png",
+        "figures/replay.gif",
+        "figures/paths/right.png",
+        "figures/paths/in1.png",
+        "trials/right_1.npz",
+        "trials/in1_1.npz",
+    }
+    assert not [name for name in names if name.endswith(".part")]
+    for path in (*run.rglob("*.png"), *run.rglob("*.gif")):
+        with Image.open(path) as picture:
+            picture.load()
+            assert min(picture.size) > 200, path.name
+
+
+def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
+    content = json.loads((run / "metrics.json").read_text(encoding="utf-8"))
+    assert set(content) >= {"trials", "directions", "config", "versions", "seed"}
+    assert [(each["direction"], each["angle_deg"], each["trial"]) for each in content["trials"]] == [
+        ("Right", 0.0, 1),
+        ("In'", -112.5, 1),
+    ]
+    assert all(each["outcome"] == "reached" and each["distance_mm"] > 30 for each in content["trials"])
+    assert all("mvt_eff" in each["asterisk_test"] for each in content["trials"])
+    assert [each["direction"] for each in content["directions"]] == ["Right", "In'"]
+    assert content["directions"][0]["distance_mm"]["mean"] == content["trials"][0]["distance_mm"]
+    assert content["seed"] == content["config"]["seed"] == 4
+    assert content["config"]["hand"] == STANDARD
+    assert content["versions"]["python"].startswith("3.")
+
+
+def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
+    printed = (run / "printed.txt").read_text(encoding="utf-8")
+    assert f"ik on cube_39, {STANDARD}" in printed
+    for word in ("Direction", "Distance [mm]", "Human [mm]", "Outcome", "Right", "In'", "reached 1/1"):
+        assert word in printed
+    assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+
+
+def test_a_second_run_is_refused_and_overwriting_replaces(tmp_path: Path, inhand: Call) -> None:
+    out = tmp_path / "run"
+    words = ("asterisk", "--controller", "thesis-ik", "--trials", 1, "--out", out, "--directions")
+    assert inhand(*words, "Out")[0] == 0
+    before = (out / "metrics.json").read_bytes()
+    code, _, err = inhand(*words, "Right")
+    assert code == 2
+    assert err == f"inhand: --out {out} holds the results of a run; give another folder, or --overwrite to replace it\n"
+    assert (out / "metrics.json").read_bytes() == before
+    assert inhand(*words, "Right", "--overwrite")[0] == 0
+    assert json.loads((out / "metrics.json").read_text())["trials"][0]["direction"] == "Right"
+    assert not (out / "trials" / "out_1.npz").exists()
+    assert [each.name for each in tmp_path.iterdir()] == ["run"]
+
+
+def a_recording(folder: Path, name: str = "p1_2v2_c_n_1.csv", scale: float = 1.0) -> Path:
+    """Write a recording of 30 mm to the right, at rest before and after."""
+    rows = [*[0.0] * 10, *(scale * row / 10 for row in range(300)), *[30 * scale] * 10]
+    path = folder / name
+    path.write_text("frame,x,y,rmag\n" + "".join(f"{i},{mm:g},0,0\n" for i, mm in enumerate(rows)))
+    return path
+
+
+def test_trials_and_recordings_are_measured_alone(run: Path, tmp_path: Path, inhand: Call) -> None:
+    csv, numbers = a_recording(tmp_path), tmp_path / "numbers.json"
+    code, out, err = inhand("metrics", run / "trials" / "right_1.npz", csv, "--json", numbers)
+    assert (code, err) == (0, "")
+    assert "right_1.npz" in out
+    assert csv.name in out
+    simulated, human = json.loads(numbers.read_text())["trials"]
+    made = json.loads((run / "metrics.json").read_text())["trials"][0]
+    assert simulated == made
+    assert (human["direction"], human["outcome"], human["contact_fraction"]) == ("Right", "recorded", None)
+    assert human["distance_mm"] == pytest.approx(30, abs=0.5)
+    again = inhand("metrics", csv, "--json", numbers)
+    assert again[0] == 2
+    assert again[2] == f"inhand: --json {numbers} exists; give another name, or remove it first\n"
+
+
+def test_a_folder_of_recordings_is_measured(tmp_path: Path, inhand: Call) -> None:
+    a_recording(tmp_path)
+    a_recording(tmp_path, "p2_2v2_a_n_1.csv")
+    code, out, _ = inhand("metrics", tmp_path)
+    assert code == 0
+    assert "p1_2v2_c_n_1.csv" in out
+    assert "p2_2v2_a_n_1.csv" in out
+
+
+def test_the_viewer_needs_a_display(run: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    trial = run / "trials" / "right_1.npz"
+    code, _, err = inhand("view", trial)
+    assert code == 2
+    assert err == "inhand: no display here: `inhand view` needs a screen; a run's figures/replay.gif needs none\n"
+    for speed in ("0", "-1", "nan"):
+        code, _, err = inhand("view", trial, f"--speed={speed}")
+        assert (code, err) == (2, f"inhand: --speed {speed}: give a positive number; 1 is real time\n")
+    code, _, err = inhand("view", run / "nothing.npz")
+    assert code == 2
+    assert "no trial file" in err
+
+
+@pytest.mark.skipif(importlib.util.find_spec("mujoco.viewer") is not None, reason="the extra `viewer` is installed")
+def test_the_viewer_is_an_extra(run: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":99")
+    code, _, err = inhand("view", run / "trials" / "right_1.npz")
+    assert code == 2
+    assert "the viewer is not installed" in err
+    assert 'pip install "inhand[viewer]"' in err
+
+
+def test_hands_and_objects_are_listed_by_their_whole_names(inhand: Call) -> None:
+    code, out, _ = inhand("hands")
+    assert code == 0
+    for name in (STANDARD, "2v3_25.75_25.35.40_1.1_53", "3v3_25.40.35_40.35.25_1.1_63", "AvB_split_split_ratio_width"):
+        assert name in out
+    code, out, _ = inhand("objects")
+    assert code == 0
+    for name in ("cube_39", "cylinder_40", "ellipse_40x25", "39 x 39 x 100", "box_30x45"):
+        assert name in out
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--hand", "2v2_50.50_50.50_1.1"), "unknown hand '2v2_50.50_50.50_1.1'"),
+        (("--hand", "2v2_50.50_50.50_1.1_0"), "malformed hand name"),
+        (("--object", "cub_39"), "unknown object 'cub_39'; did you mean cube_39"),
+        (("--object", "box_300x39"), "opens to"),
+        (("--controller", "ikk"), "unknown controller 'ikk'; did you mean ik"),
+        (("--directions", "Oat"), "unknown direction 'Oat'; did you mean Out"),
+        (("--trials", "0"), "--trials 0: give at least one trial"),
+        (("--seed=-1",), "--seed -1: a seed is 0 or more"),
+        (("--noise-mm=-1",), "--noise-mm -1: noise must be 0 or more"),
+        (("--noise-deg", "nan"), "--noise-deg nan: noise must be 0 or more"),
+        (("--paths", "human"), "--paths human needs the recorded trials to follow: give their folder with --human DIR"),
+        (("--human", "no_such_folder"), "folder no_such_folder is not there"),
+        (("--paths", "upwards"), "invalid choice 'upwards'"),
+        (("--trials", "many"), "invalid literal for int() with base 10: 'many'"),
+        (("--hnad", STANDARD), "--hnad"),
+    ],
+)
+def test_wrong_values_end_with_their_text_before_anything_is_written(
+    words: tuple[str, ...],
+    text: str,
+    tmp_path: Path,
+    inhand: Call,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = inhand("asterisk", "--out", "run", *words)
+    assert code == 2
+    assert text in " ".join(err.split())
+    assert "Traceback" not in err
+    assert out == ""
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("empty", "holds no CSV file; give one that does"),
+        ("unknown", "the unit of this file is unknown"),
+        ("normalised", "the unit of this file is unknown: its name says mm, but the object never moves further"),
+        ("broken", "line 4"),
+    ],
+)
+def test_folders_of_recordings_that_cannot_be_used(name: str, text: str, tmp_path: Path, inhand: Call) -> None:
+    folder = tmp_path / name
+    folder.mkdir()
+    if name == "unknown":
+        a_recording(folder, "recording.csv")
+    elif name == "normalised":
+        a_recording(folder, scale=1 / 170)
+    elif name == "broken":
+        path = a_recording(folder)
+        lines = path.read_text().splitlines()
+        lines[3] = "2,nan,0,0"
+        path.write_text("\n".join(lines))
+    code, _, err = inhand("asterisk", "--human", folder, "--out", tmp_path / "run")
+    assert code == 2
+    assert text in err
+    assert not (tmp_path / "run").exists()
+    assert inhand("metrics", folder)[0] == 2
+
+
+def test_metrics_of_nothing_and_of_something_else(run: Path, inhand: Call) -> None:
+    code, _, err = inhand("metrics")
+    assert (code, err) == (2, "inhand: no files given: give .npz trials, .csv human files, or folders of human files\n")
+    code, _, err = inhand("metrics", run / "report.md")
+    assert code == 2
+    assert "is neither a .npz trial, nor a .csv human file, nor a folder; give one of these" in err
+
+
+def test_stopping_is_no_crash(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("inhand.cli.asterisk.simulate", stopped)
+    code, _, err = inhand("asterisk", "--trials", 1, "--directions", "Out", "--out", tmp_path / "a")
+    assert (code, err) == (130, "inhand: stopped; nothing was overwritten\n")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, inhand: Call) -> None:
+    (tmp_path / "file").write_text("text")
+    words = ("asterisk", "--controller", "thesis-ik", "--trials", 1, "--directions", "Out")
+    code, _, err = inhand(*words, "--out", tmp_path / "file" / "run")
+    assert code == 2
+    assert "--out" in err
+
+
+HELP = """
+import sys
+from inhand.cli import main
+sys.argv = ["inhand", *{words}]
+try:
+    main()
+except SystemExit as stop:
+    assert not stop.code, stop.code
+heavy = {{"mujoco", "matplotlib", "pandas", "scipy", "numpy", "similaritymeasures", "PIL"}}
+sys.exit(f"imported {{sorted(heavy & set(sys.modules))}}" if heavy & set(sys.modules) else 0)
+"""
+
+
+@pytest.mark.parametrize("words", [["--help"], ["asterisk", "--help"], ["metrics", "--help"], ["view", "--help"]])
+def test_help_imports_nothing_heavy(words: list[str]) -> None:
+    code, out, err = in_a_process(sys.executable, "-c", HELP.format(words=words))
+    assert (code, err) == (0, "")
+    assert "usage: inhand" in out

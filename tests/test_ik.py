@@ -1,0 +1,194 @@
+"""The expert: what it must reach on the standard hand, and the laws of its commands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from inhand.controllers.catalogue import planned_grasp
+from inhand.controllers.controller import Task, sample_paths
+from inhand.controllers.follow import follow_limit
+from inhand.controllers.ik import IkConfig, IkController
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import Result, result_of_trial
+from inhand.evaluation.run import prepare, simulate
+from inhand.geometry import Array, inverse_transform, transform
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.kinematics import joint_positions
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.sim.state import State, select
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import TRAIN, UNSEEN, primitive_at
+
+PEOPLE_MM = {
+    "Out": 49.5,
+    "Out-Right": 60.9,
+    "Right": 72.7,
+    "In-Right": 52.5,
+    "In": 44.3,
+    "In-Left": 48.7,
+    "Left": 78.4,
+    "Out-Left": 59.9,
+}
+"""Mean distance of one person's three trials with the 2v2 hand [mm] (asterisk-test.md)."""
+HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
+
+
+@pytest.fixture(scope="module")
+def expert() -> dict[str, Result]:
+    """Return one noisy trial of the default run in each of the 16 directions."""
+    config = AsteriskConfig(trials=1, seed=11)
+    return {trial.passport.primitive: result_of_trial(trial) for trial in simulate(config, prepare(config))}
+
+
+@pytest.mark.parametrize("name", PEOPLE_MM)
+def test_it_carries_as_far_as_a_person(name: str, expert: dict[str, Result]) -> None:
+    assert expert[name].metrics.distance_mm >= PEOPLE_MM[name]
+
+
+@pytest.mark.parametrize("name", [primitive.name for primitive in TRAIN + UNSEEN])
+def test_it_keeps_the_object_straight_upright_and_held(name: str, expert: dict[str, Result]) -> None:
+    metrics = expert[name].metrics
+    assert expert[name].kept
+    assert metrics.lateral_max_mm <= 5
+    assert metrics.rotation_max_deg <= 8
+    assert metrics.contact_fraction is not None
+    assert metrics.contact_fraction >= 0.99
+    assert metrics.longest_gap_steps is not None
+    assert metrics.longest_gap_steps <= 20
+    assert metrics.distance_mm > 25
+
+
+def gripping(
+    *angles_deg: float, length: float = 0.15, turn: float = 0.0, thing: str = "cube_39"
+) -> tuple[MujocoSimulator, Task, State]:
+    """Return worlds whose fingers hold their object at rest, and the task of carrying it along straight lines."""
+    spec = OBJECTS[thing]
+    simulator = MujocoSimulator(HAND, [spec] * len(angles_deg))
+    lines = [straight_path(primitive_at(angle), length) for angle in angles_deg]
+    paths, progress = np.stack([line.poses for line in lines]), np.stack([line.progress for line in lines])
+    paths[..., 2] += turn * np.linspace(0, 1, paths.shape[1])
+    task = Task(HAND, simulator.objects, paths, progress, 0.02, 0.004)
+    origin = np.tile([*HAND.start_position, 0.0], (len(angles_deg), 1))
+    grasp = planned_grasp(HAND, spec, origin[:, None] + paths)
+    state = simulator.reset(origin, grasp.closed)
+    for _ in range(15):
+        state = simulator.step(grasp.closed, 5)
+    assert state.touching.all()
+    return simulator, task, state
+
+
+@pytest.fixture(scope="module")
+def grip() -> tuple[Task, State]:
+    """Return four worlds that hold the cube."""
+    _, task, state = gripping(90.0, 0.0, -90.0, 150.0)
+    return task, state
+
+
+def moved_point(state: State, finger: int, joints: Array) -> Array:
+    """Return where the touching point of a finger `(2,)` [m] goes when its joints change, in the first world."""
+    spec, place, link = HAND.fingers[finger], HAND.slices[finger], int(state.contact_links[0, finger])
+    before, after = (
+        np.array([*joint_positions(spec, angles)[link], angles[: link + 1].sum()])
+        for angles in (state.joint_angles[0, place], joints)
+    )
+    return transform(after, inverse_transform(before, state.finger_points[0, finger]))
+
+
+@pytest.mark.parametrize("finger", [0, 1])
+def test_the_grip_torques_do_the_work_of_the_grip_force(finger: int, grip: tuple[Task, State]) -> None:
+    """Virtual work: torque times a joint's step is grip force times the way of the contact, by finite differences."""
+    task, state = grip
+    commands = []
+    for newtons in (1.0, 2.0):
+        controller = IkController(task, IkConfig(grip=newtons))
+        controller.begin(state)
+        commands.append(controller.act(state))
+    torque = HAND.stiffness * (commands[1] - commands[0])[0, HAND.slices[finger]]
+    line = state.finger_points[0, 1 - finger] - state.finger_points[0, finger]
+    force = line / np.linalg.norm(line)
+    for joint in range(2):
+        step = np.zeros(2)
+        step[joint] = 1e-6
+        way = moved_point(state, finger, state.joint_angles[0, HAND.slices[finger]] + step)
+        back = moved_point(state, finger, state.joint_angles[0, HAND.slices[finger]] - step)
+        assert torque[joint] == pytest.approx(force @ (way - back) / 2e-6, rel=1e-5, abs=1e-9)
+
+
+def test_the_set_point_waits_for_an_object_that_does_not_move(grip: tuple[Task, State]) -> None:
+    task, state = grip
+    controller = IkController(task)
+    controller.begin(state)
+    commands = np.stack([controller.act(state) for _ in range(300)])
+    np.testing.assert_allclose(commands[-1], commands[-2], atol=1e-12)
+    assert np.abs(commands - state.joint_angles).max() < 0.6
+    assert not controller.finished(state).any()
+
+
+def test_worlds_do_not_touch_each_other(grip: tuple[Task, State]) -> None:
+    task, state = grip
+    together = IkController(task)
+    together.begin(state)
+    for _ in range(10):
+        commands = together.act(state)
+    for world in range(state.n_worlds):
+        rows = slice(world, world + 1)
+        alone = IkController(
+            replace(task, objects=task.objects[rows], paths=task.paths[rows], progress=task.progress[rows])
+        )
+        alone.begin(select(state, rows))
+        for _ in range(10):
+            command = alone.act(select(state, rows))
+        np.testing.assert_allclose(command, commands[rows], atol=1e-12)
+
+
+def test_a_short_path_is_carried_to_its_end_and_held_there() -> None:
+    simulator, task, state = gripping(90.0, -30.0, length=0.015)
+    controller = IkController(task)
+    controller.begin(state)
+    start, line, worst = state.pose, task.paths[:, -1, :2] / 0.015, 0.0
+    first = float(state.time[0])
+    while not controller.finished(state).all() and state.time[0] < 3.0:
+        state = simulator.step(controller.act(state), 5)
+        moved = state.pose[:, :2] - start[:, :2]
+        worst = max(worst, float(np.abs(line[:, 0] * moved[:, 1] - line[:, 1] * moved[:, 0]).max()))
+    assert controller.finished(state).all()
+    assert state.time[0] - first > 0.015 / controller.config.speed + controller.config.settle
+    assert worst < 5e-4
+    np.testing.assert_allclose((moved * line).sum(axis=1), 0.015, atol=5e-4)
+
+
+def test_it_turns_the_object_on_its_way() -> None:
+    simulator, task, state = gripping(90.0, length=0.02, turn=np.deg2rad(10))
+    controller = IkController(task)
+    controller.begin(state)
+    start = state.pose
+    for _ in range(120):
+        state = simulator.step(controller.act(state), 5)
+    turned = np.rad2deg(state.pose[0, 2] - start[0, 2])
+    share = (state.pose[0, 1] - start[0, 1]) / 0.02
+    assert share > 0.8
+    assert turned == pytest.approx(10 * share, abs=0.7)
+
+
+def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]) -> None:
+    task, state = grip
+    limit = follow_limit(task, state, friction_share=0.85, every=2)
+    assert limit.shape == (4,)
+    assert (limit > 0.02).all()
+    assert (limit <= task.progress[:, -1]).all()
+    np.testing.assert_allclose(limit, np.round(limit / 0.002) * 0.002, atol=1e-9)
+
+
+def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:
+    task, state = grip
+    limits = np.stack([follow_limit(task, state, share, every=2) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])
+    assert (np.diff(limits, axis=0) >= 0).all()
+    assert (limits[0] < limits[-1]).sum() >= 2
+
+
+def test_paths_are_sampled_between_waypoints_and_held_at_their_ends(grip: tuple[Task, State]) -> None:
+    task, _ = grip
+    found = sample_paths(task, np.array([0.0, 0.0105, 9.0, -1.0]))
+    np.testing.assert_allclose(found, [(0, 0, 0), (0.0105, 0, 0), (0, -0.15, 0), (0, 0, 0)], atol=1e-12)

@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test bench lock
+.PHONY: demo test bench study lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -20,6 +20,9 @@ bench: .venv/.dev
 	$(BIN)/python benchmarks/stepping.py
 	$(BIN)/python benchmarks/decisions.py
 	$(BIN)/python benchmarks/report_time.py
+
+study: .venv/.run
+	$(BIN)/python benchmarks/expert.py
 
 .venv/.run: pyproject.toml requirements/run.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "inhand needs Python 3.11 or newer: make PYTHON=python3.11 ...")'

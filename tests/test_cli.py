@@ -56,7 +56,8 @@ def in_a_process(program: Path | str, *words: Path | str) -> tuple[int, str, str
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small run, made by the console script in a shell of its own."""
     out = tmp_path_factory.mktemp("results") / "small run"
-    words = ["asterisk", "--directions", "Right,-112.5", "--trials", "1", "--seed", "4", "--out", out, "--compatible"]
+    words: list[str | Path] = ["asterisk"]
+    words += ["--directions", "Right,-112.5", "--trials", "1", "--seed", "4", "--out", out, "--compatible"]
     code, printed, err = in_a_process(SCRIPT, *words)
     assert (code, err) == (0, "")
     (out / "printed.txt").write_text(printed, encoding="utf-8")
@@ -107,7 +108,10 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
 
 
-def test_a_second_run_is_refused_and_overwriting_replaces(tmp_path: Path, inhand: Call) -> None:
+def test_a_second_run_is_refused_and_overwriting_replaces(
+    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("inhand.cli.asterisk.write_report", lambda *_: None)
     out = tmp_path / "run"
     words = ("asterisk", "--controller", "thesis-ik", "--trials", 1, "--out", out, "--directions")
     assert inhand(*words, "Out")[0] == 0

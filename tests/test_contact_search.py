@@ -126,6 +126,13 @@ def test_a_plan_for_one_path_does_not_depend_on_the_others() -> None:
     np.testing.assert_allclose(together[1].closed, alone[0].closed, atol=1e-9)
 
 
+@pytest.mark.parametrize("angle_deg", [-90.0, -112.5])
+def test_grips_whose_fingers_meet_do_not_hide_one_whose_fingers_do_not(angle_deg: float) -> None:
+    """The farthest grips on paper cross the fingers here; many must be passed over before one is clear."""
+    _, _, (plan,) = plans_for("2v2_65.35_65.35_1.1_53", "cylinder_40", angle_deg)
+    assert 1e3 * STEP * (plan.reach - 1) > 36
+
+
 def test_the_simulation_reaches_what_was_planned() -> None:
     config = AsteriskConfig(directions="Out,Right,In-Left,22.5", trials=1, noise_mm=0, noise_deg=0)
     setup = prepare(config)

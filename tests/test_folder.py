@@ -108,3 +108,16 @@ def test_what_a_killed_run_left_is_cleared(tmp_path: Path) -> None:
     with run_folder(tmp_path / "run") as folder:
         (folder / MARK).write_text("new")
     assert everything(tmp_path) == {f"run/{MARK}": "new"}
+
+
+def test_a_link_to_a_run_is_followed_or_refused_but_never_a_crash(tmp_path: Path) -> None:
+    a_run(tmp_path / "real")
+    (tmp_path / "link").symlink_to(tmp_path / "real", target_is_directory=True)
+    message = ""
+    try:
+        check_folder(tmp_path / "link", overwrite=True)
+        written_to(tmp_path / "link", "new")
+    except InputError as error:
+        message = str(error)
+    assert message.startswith("--out") if message else (tmp_path / "link" / MARK).read_text() == "new"
+    assert {each.name for each in tmp_path.iterdir()} == {"real", "link"}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from inhand.controllers.catalogue import planned_grasp
-from inhand.controllers.controller import Task, sample_paths
+from inhand.controllers.controller import Task
 from inhand.controllers.follow import follow_limit
-from inhand.controllers.ik import IkConfig, IkController
+from inhand.controllers.ik import IkConfig, IkController, sample_paths
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import Result, result_of_trial
 from inhand.evaluation.run import prepare, simulate
@@ -174,7 +174,7 @@ def test_it_turns_the_object_on_its_way() -> None:
 
 def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]) -> None:
     task, state = grip
-    limit = follow_limit(task, state, friction_share=0.85, every=2)
+    limit = follow_limit(task, state, friction_share=0.85, margin=0.0)
     assert limit.shape == (4,)
     assert (limit > 0.02).all()
     assert (limit <= task.progress[:, -1]).all()
@@ -183,7 +183,7 @@ def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]
 
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:
     task, state = grip
-    limits = np.stack([follow_limit(task, state, share, every=2) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])
+    limits = np.stack([follow_limit(task, state, share, margin=0.0) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])
     assert (np.diff(limits, axis=0) >= 0).all()
     assert (limits[0] < limits[-1]).sum() >= 2
 

@@ -128,7 +128,11 @@ def test_syntax_that_is_not_toml_says_where(tmp_path: Path) -> None:
         ("link_mass_kg = 0.05", "link_mass_kg = -1", ": hand 'long fingers': link_mass is -1; it must be positive"),
         ("friction = 0.6", "friction = -0.6", ": hand 'long fingers': friction is -0.6; it must be positive"),
         ("torque_nm = 0.3", "torque_nm = 0", ": hand 'long fingers': torque is 0; it must be positive"),
-        ("link_width_mm = 20", "link_width_mm = -20", ": hand 'long fingers': link_width is -0.02; it must be positive"),
+        (
+            "link_width_mm = 20",
+            "link_width_mm = -20",
+            ": hand 'long fingers': link_width is -0.02; it must be positive",
+        ),
     ],
 )
 def test_what_a_hand_file_may_not_say(tmp_path: Path, old: str, new: str, text: str) -> None:

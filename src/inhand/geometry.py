@@ -74,6 +74,14 @@ def yaw(quaternion: ArrayLike) -> Array:
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
+def turn(quaternion: Array, vectors: Array) -> Array:
+    """Return vectors `(..., 3)` turned by unit quaternions `(..., 4)` (w, x, y, z): v + 2 u x (u x v + w v)."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    a, b, c = np.moveaxis(vectors, -1, 0)
+    p, q, r = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
+    return np.stack([a + 2 * (y * r - z * q), b + 2 * (z * p - x * r), c + 2 * (x * q - y * p)], axis=-1)
+
+
 def planar(pose: ArrayLike) -> Array:
     """Return the planar view `(..., 3)` of full poses `(..., 7)` (position [m], quaternion w x y z)."""
     pose = np.asarray(pose, dtype=float)

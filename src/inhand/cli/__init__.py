@@ -21,7 +21,7 @@ class MetricsConfig:
     """Measure recorded trials (.npz of a run) or human files (.csv) alone."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """Trial files, human files, or folders of human files."""
+    """Trial files, human files, folders of runs, or folders of human files."""
     json: Path | None = None
     """Write the numbers to this file too; it holds the same `trials` list as a run's metrics.json."""
 

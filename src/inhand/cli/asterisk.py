@@ -22,9 +22,9 @@ from inhand.trials.trial import Trial, save_trial
 
 def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, and put the finished run in its place."""
-    check_folder(config.out, overwrite=config.overwrite)
     people = _people(config)
     setup = prepare(config, people.trials)
+    check_folder(config.out, overwrite=config.overwrite)
     trials = _simulated(config, setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
     run = Run(config, trials, results, people.trials, people.notes)

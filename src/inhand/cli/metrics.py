@@ -39,6 +39,8 @@ def run_metrics(files: Sequence[Path], json: Path | None) -> None:
 
 
 def _measured(path: Path) -> list[tuple[str, Result]]:
+    if (path / "trials").is_dir():
+        return [found for trial in sorted((path / "trials").glob("*.npz")) for found in _measured(trial)]
     if path.is_dir():
         folder = read_human_folder(path)
         for note in folder.notes:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-PIPED_WIDTH = 120
+PIPED_WIDTH = 160
 """Columns of a table that is written to a file or a pipe."""
 
 
@@ -15,9 +16,9 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
     """Print a table; columns from index `numbers` on are aligned to the right."""
     table = Table(title=title, title_justify="left")
     for i, name in enumerate(header):
-        table.add_column(name, justify="right" if i >= numbers else "left")
+        table.add_column(Text(name), justify="right" if i >= numbers else "left", no_wrap=i == 0, overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(Text(cell) for cell in row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=PIPED_WIDTH)

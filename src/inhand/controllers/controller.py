@@ -48,14 +48,3 @@ class Controller(Protocol):
 
     def finished(self, state: State) -> NDArray[np.bool_]:
         """Return which worlds have done what the controller was for `(B,)`."""
-
-
-def sample_paths(task: Task, progress: Array) -> Array:
-    """Return relative poses `(B, 3)` at a progress `(B,)` of every world's path, by linear interpolation."""
-    worlds = np.arange(len(progress))
-    count = task.progress.shape[1]
-    above = np.minimum((task.progress < progress[:, None]).sum(axis=1), count - 1)
-    below = np.maximum(above - 1, 0)
-    low, high = task.progress[worlds, below], task.progress[worlds, above]
-    share = np.clip((progress - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)[:, None]
-    return np.asarray((1 - share) * task.paths[worlds, below] + share * task.paths[worlds, above])

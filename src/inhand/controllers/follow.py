@@ -12,18 +12,23 @@ from inhand.sim.objects import polygon
 from inhand.sim.rolling import Starts, roll
 from inhand.sim.state import State
 
+EVERY = 2
+"""Waypoints of the path from one prediction to the next."""
 
-def follow_limit(task: Task, state: State, friction_share: float, every: int) -> Array:
-    """Return the progress `(B,)` up to which rolling contacts hold, from the measured grip and object pose.
+
+def follow_limit(task: Task, state: State, friction_share: float, margin: float) -> Array:
+    """Return the way `(B,)` [m] up to which rolling contacts hold, from the measured grip and object pose.
 
     Args:
         task: the batch's paths.
         state: the grip.
         friction_share: share of the friction coefficient that the line between the contacts may use.
-        every: look at every so many waypoints of the paths.
+        margin: distance kept from where the grip ends [m]; none is kept from the end of the path.
     """
     hand, start = task.hand, state.pose
-    poses = start[:, None] + task.paths[:, ::every]
+    last = task.progress.shape[1] - 1
+    looked = np.unique([*range(0, last, EVERY), last])
+    poses = start[:, None] + task.paths[:, looked]
     bodies = np.stack([polygon(spec) for spec in task.objects])
     tracks = []
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
@@ -34,4 +39,5 @@ def follow_limit(task: Task, state: State, friction_share: float, every: int) ->
     held = left.held & right.held & fingers_clear(hand, left.joints, right.joints)
     held &= force_closure(friction[:, None], (left.points, left.normals), (right.points, right.normals))
     reach = np.cumprod(held, axis=-1).sum(axis=-1)
-    return np.asarray(task.progress[:, ::every][np.arange(len(reach)), np.maximum(reach - 1, 0)])
+    way = task.progress[:, looked][np.arange(len(reach)), np.maximum(reach - 1, 0)]
+    return np.asarray(np.where(reach == len(looked), way, np.maximum(way - margin, 0.0)))

@@ -46,8 +46,10 @@ class SearchConfig:
     """How far the fingertips stand off the object before they close [m]."""
     squeeze: float = 0.002
     """How far inside the object the fingertips aim when they close, which presses them on [m]."""
-    candidates: int = 24
-    """Pairs whose links are checked against each other."""
+    block: int = 24
+    """Pairs whose fingers are checked against each other at a time."""
+    near_enough: int = 3
+    """Poses by which the best pair so far may fall short of what is still left to check."""
 
 
 @dataclass(frozen=True)
@@ -149,13 +151,33 @@ def _best(
         raise _no_grasp(hand, spec, "no two reachable points have their line inside both friction cones")
     robust = np.minimum(minimum_filter(reach, size=3, mode="nearest") + 1, reach)
     score = _score(np.where(reach > 0, np.maximum(robust, 1), 0), poses, (left, right), config)
-    order = np.argsort(-score, axis=None, kind="stable")[: config.candidates]
-    pairs = np.stack(np.unravel_index(order, score.shape), axis=-1)
-    pairs = pairs[np.isfinite(score[pairs[:, 0], pairs[:, 1]])]
-    clear = fingers_clear(hand, left.joints[pairs[:, 0]], right.joints[pairs[:, 1]])
-    free = np.minimum(np.cumprod(clear, axis=-1).sum(axis=-1), reach[pairs[:, 0], pairs[:, 1]])
-    best = int(np.argmax(free - np.arange(len(free)) * 1e-3))
-    return _plan(hand, poses[0], (left, right), (pairs[best], int(free[best])), config)
+    pair, free = _clear_pair(hand, (left, right), reach, score, config)
+    if free == 0:
+        raise _no_grasp(hand, spec, "the fingers would meet in every grip that holds it")
+    return _plan(hand, poses[0], (left, right), (pair, free), config)
+
+
+def _clear_pair(
+    hand: HandSpec, tracks: tuple[Tracks, Tracks], reach: NDArray[np.int64], score: Array, config: SearchConfig
+) -> tuple[NDArray[np.int64], int]:
+    """Return the pair that goes farthest before its fingers meet, and how many poses that is.
+
+    Pairs are looked at in the order of their scores, a block at a time, until no pair left could go farther.
+    """
+    left, right = tracks
+    order = np.argsort(-score, axis=None, kind="stable")
+    order = order[np.isfinite(score.ravel()[order])]
+    most = reach.ravel()[order]
+    best, farthest = np.zeros(2, dtype=np.int64), 0
+    for start in range(0, len(order), config.block):
+        if start and farthest >= most[start:].max() - config.near_enough:
+            break
+        pairs = np.stack(np.unravel_index(order[start : start + config.block], score.shape), axis=-1)
+        clear = fingers_clear(hand, left.joints[pairs[:, 0]], right.joints[pairs[:, 1]])
+        free = np.minimum(np.cumprod(clear, axis=-1).sum(axis=-1), most[start : start + config.block])
+        if free.max() > farthest:
+            best, farthest = pairs[int(np.argmax(free))], int(free.max())
+    return best, farthest
 
 
 def _score(reach: NDArray[np.int64], poses: Array, tracks: tuple[Tracks, Tracks], config: SearchConfig) -> Array:
@@ -173,7 +195,11 @@ def _score(reach: NDArray[np.int64], poses: Array, tracks: tuple[Tracks, Tracks]
 
 
 def _plan(
-    hand: HandSpec, pose: Array, tracks: tuple[Tracks, Tracks], found: tuple[Array, int], config: SearchConfig
+    hand: HandSpec,
+    pose: Array,
+    tracks: tuple[Tracks, Tracks],
+    found: tuple[NDArray[np.int64], int],
+    config: SearchConfig,
 ) -> GraspPlan:
     pair, reach = found
     contacts = np.stack([track.points[k, 0] for track, k in zip(tracks, pair, strict=True)])

@@ -19,11 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.controllers.controller import Task, sample_paths
+from inhand.controllers.controller import Task
 from inhand.controllers.follow import follow_limit
 from inhand.geometry import Array, compose, rotate, wrap_angle
-from inhand.sim.kinematics import joint_positions, link_jacobian
-from inhand.sim.least_squares import damped_least_squares
+from inhand.sim.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.sim.state import State
 
 
@@ -49,12 +48,10 @@ class IkConfig:
     """Damping of the least squares [m/rad]."""
     posture: float = 0.02
     """Share of the way back to the start posture that a third link is asked to take."""
-    margin: float = 0.003
+    margin: float = 0.004
     """Distance kept from where the grip is predicted to end [m]."""
-    friction_share: float = 0.85
+    friction_share: float = 0.8
     """Share of the friction coefficient that the predicted grip may use."""
-    every: int = 2
-    """Waypoints of the path from one prediction to the next."""
     settle: float = 0.3
     """Time for which the object is held at the end of its path [s]."""
 
@@ -70,8 +67,7 @@ class IkController:
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         config = self.config
-        limit = follow_limit(self._task, state, config.friction_share, config.every)
-        self._limit = np.maximum(limit - config.margin, 0.0)
+        self._limit = follow_limit(self._task, state, config.friction_share, config.margin)
         n = state.n_worlds
         self._start = state.pose
         self._rest = state.joint_angles
@@ -140,3 +136,14 @@ def _towards(state: State, finger: int) -> Array:
     """Return the unit vectors from a finger to the object `(B, 2)`, zero where they touch."""
     way = state.object_points[:, finger] - state.finger_points[:, finger]
     return np.asarray(way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9))
+
+
+def sample_paths(task: Task, progress: Array) -> Array:
+    """Return relative poses `(B, 3)` at a progress `(B,)` of every world's path, by linear interpolation."""
+    worlds = np.arange(len(progress))
+    count = task.progress.shape[1]
+    above = np.minimum((task.progress < progress[:, None]).sum(axis=1), count - 1)
+    below = np.maximum(above - 1, 0)
+    low, high = task.progress[worlds, below], task.progress[worlds, above]
+    share = np.clip((progress - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)[:, None]
+    return np.asarray((1 - share) * task.paths[worlds, below] + share * task.paths[worlds, above])

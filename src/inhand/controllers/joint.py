@@ -19,7 +19,7 @@ class PidConfig:
     proportional: float = 1.0
     """Share of the error commanded to the servo, whose own stiffness turns it into torque."""
     integral: float = 2.0
-    """Growth of the command for each radian of error and second [1/s]."""
+    """Growth of the command for each radian of error and second, once the set point has arrived [1/s]."""
     derivative: float = 0.0
     """Time by which joint velocity is damped beyond the servo's own damping [s]."""
     integral_limit: float = 0.02
@@ -54,8 +54,9 @@ class JointPid:
         share = np.minimum(1.0, config.speed * self._period / np.maximum(longest, 1e-12))
         self._set_point = np.where(share == 1.0, self._goal, self._set_point + share * way)
         error = self._set_point - state.joint_angles
-        limit = config.integral_limit
-        self._integral = np.clip(self._integral + config.integral * self._period * error, -limit, limit)
+        limit, arrived = config.integral_limit, (share == 1.0)
+        grown = self._integral + arrived * config.integral * self._period * error
+        self._integral = np.clip(grown, -limit, limit)
         damped = config.derivative * state.joint_velocities
         return np.asarray(state.joint_angles + config.proportional * error + self._integral - damped)
 

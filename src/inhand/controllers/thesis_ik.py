@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from inhand.controllers.controller import Task
 from inhand.geometry import Array, inverse_transform, transform
-from inhand.sim.kinematics import joint_positions, link_jacobian
-from inhand.sim.least_squares import damped_least_squares
+from inhand.sim.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.sim.state import State
 
 
@@ -31,8 +30,6 @@ class ThesisIkConfig:
     """Damping of the least squares [m/rad], guessed."""
     iterations: int = 10
     """Steps of the least squares for one decision, guessed."""
-    waypoint: float = 0.001
-    """Progress of the path for one decision [m]; the laboratory's straight files have 1 mm."""
     recovery: float = 0.002
     """Step towards the object's centre while a contact is lost [m], guessed."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,35 +71,46 @@ def run_episodes(
     Args:
         simulator: the worlds.
         task: what they have to do.
-        phases: the slices of the episode.
+        phases: the slices of the episode; a world that finishes the last one has reached its end.
         start: the state the simulator was reset to.
         progress: told the phase, the worlds still running and the simulated step, after every step.
     """
-    substeps = round(task.control_period / task.timestep)
     states, phase_of, count = [start], [0], task.n_worlds
     verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
     for number, phase in enumerate(phases):
-        controller = phase.controller(task)
-        controller.begin(states[-1])
-        for _ in range(round(phase.longest / task.control_period)):
-            states.append(control_step(simulator, controller, states[-1], substeps))
+        done = np.zeros(count, dtype=bool)
+        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts):
+            states.append(state)
             phase_of.append(number)
-            done = controller.finished(states[-1])
-            if phase.keep_contact:
-                _judge(verdicts, states[-1], substeps, done, len(states) - 1)
+            index = len(states) - 1
+            verdicts.end(np.asarray(verdicts.lost > LOST_AFTER), index, LOST_CONTACT)
+            if number == len(phases) - 1:
+                verdicts.end(done, index, REACHED)
             if progress is not None:
-                progress(phase.name, int(verdicts.running.sum()), len(states) - 1)
-            if not verdicts.running.any() or bool((done | ~verdicts.running).all()):
-                break
+                progress(phase.name, int(verdicts.running.sum()), index)
         if phase.must_hold:
             verdicts.end(np.asarray(~states[-1].touching.all(axis=-1)), len(states) - 1, NO_GRASP)
+        if phase.keep_contact:
+            verdicts.end(~done, len(states) - 1, TIME_OUT)
         if not verdicts.running.any():
             break
     verdicts.end(verdicts.running, len(states) - 1, TIME_OUT)
     return Recording(tuple(states), np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
 
 
-def _judge(verdicts: _Verdicts, state: State, substeps: int, done: NDArray[np.bool_], index: int) -> None:
-    verdicts.lost = lost_steps(verdicts.lost, state, substeps)
-    verdicts.end(np.asarray(verdicts.lost > LOST_AFTER), index, LOST_CONTACT)
-    verdicts.end(done & (verdicts.lost == 0), index, REACHED)
+def _run_phase(
+    simulator: Simulator, task: Task, phase: Phase, state: State, verdicts: _Verdicts
+) -> Iterator[tuple[State, NDArray[np.bool_]]]:
+    """Give every state of a phase and which worlds are done, until all that run are done or time is up."""
+    substeps = round(task.control_period / task.timestep)
+    controller = phase.controller(task)
+    controller.begin(state)
+    for _ in range(round(phase.longest / task.control_period)):
+        state = control_step(simulator, controller, state, substeps)
+        done = controller.finished(state)
+        if phase.keep_contact:
+            verdicts.lost = lost_steps(verdicts.lost, state, substeps)
+            done = done & (verdicts.lost == 0)
+        yield state, done
+        if bool((done | ~verdicts.running).all()):
+            return

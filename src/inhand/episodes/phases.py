@@ -24,7 +24,7 @@ class Phase:
     must_hold: bool = False
     """Whether a world in which a finger does not touch the object at the end is out."""
     keep_contact: bool = False
-    """Whether a contact that stays lost ends a world's episode, as does finishing or running out of time."""
+    """Whether a contact that stays lost ends a world's episode, and running out of time as well."""
 
 
 def standard_phases(grasp: Grasp, manipulate: Callable[[Task], Controller]) -> tuple[Phase, ...]:

@@ -17,6 +17,8 @@ class AsteriskConfig:
     """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     controller: str = "ik"
     """Controller: ik or thesis-ik."""
+    engine: Literal["mujoco", "bullet"] = "mujoco"
+    """Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
     paths: Literal["straight", "human"] = "straight"
     """Reference paths: straight lines, or paths extracted from the human trials of --human."""
     human: Path | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,10 +18,15 @@ def check_folder(out: Path, *, overwrite: bool) -> None:
     """Refuse an output folder that holds something.
 
     Raises:
-        InputError: the folder holds a run and `overwrite` is off, or holds anything else, or is a file.
+        InputError: the folder holds a run and `overwrite` is off, or holds anything else, or is a file, or holds the
+            current folder.
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file; give a folder that does not exist yet")
+    for place in (out, *out.parents):
+        if place.exists() and not place.is_dir():
+            raise InputError(f"--out {out} is a file; give a folder that does not exist yet")
+    if out.resolve() in (Path.cwd(), *Path.cwd().parents):
+        raise InputError(f"--out {out} holds the folder you are in; give a folder inside it")
+    _check_writable(out)
     if not out.is_dir() or not any(out.iterdir()):
         return
     if not (out / MARK).is_file():
@@ -32,15 +38,26 @@ def check_folder(out: Path, *, overwrite: bool) -> None:
 @contextmanager
 def run_folder(out: Path) -> Iterator[Path]:
     """Give a temporary folder beside `out` to write a run to; it takes the place of `out` once all is written."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    temporary = out.with_name(out.name + ".part")
+    out = out.resolve()
+    temporary, old = out.with_name(out.name + ".part"), out.with_name(out.name + ".old")
     shutil.rmtree(temporary, ignore_errors=True)
-    temporary.mkdir()
+    temporary.mkdir(parents=True)
     try:
         yield temporary
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
     if out.exists():
-        shutil.rmtree(out)
+        out.replace(old)
     temporary.replace(out)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _check_writable(out: Path) -> None:
+    """Refuse a place where no folder can be made, before anything is run."""
+    try:
+        out.resolve().parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=out.resolve().parent):
+            return
+    except OSError as error:
+        raise InputError(f"--out {out} cannot be written: {error.strerror}; give another folder") from error

@@ -52,7 +52,7 @@ class Result:
 
     @property
     def kept(self) -> bool:
-        """Whether the object was never let go for good."""
+        """Whether it came to its end with the object in the hand."""
         return self.outcome in {REACHED, RECORDED}
 
 
@@ -161,8 +161,17 @@ def summary_of(results: Sequence[Result]) -> list[dict[str, Any]]:
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
     temporary = path.with_name(path.name + ".part")
-    temporary.write_text(json.dumps(_finite(content), indent=2, default=str) + "\n", encoding="utf-8")
+    temporary.write_text(json.dumps(_finite(content), indent=2, default=_plain) + "\n", encoding="utf-8")
     temporary.replace(path)
+
+
+def _plain(value: object) -> object:
+    """Return what JSON has no word for: NumPy's numbers as numbers, paths as texts."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Path):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} has no place in JSON")
 
 
 def _finite(value: object) -> object:

@@ -16,9 +16,10 @@ from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.versions import versions
 from inhand.geometry import Array
+from inhand.sim.bullet_engine import BulletSimulator
+from inhand.sim.engine import Simulator
 from inhand.sim.fit import check_fit
 from inhand.sim.hands import HandSpec
-from inhand.sim.model import SceneSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.spec_files import load_hand, load_object
@@ -94,7 +95,7 @@ def simulate(
 ) -> tuple[Trial, ...]:
     """Run every assignment at once and return the trials in the same order."""
     hand, count = setup.hand, len(setup.assignments)
-    simulator = MujocoSimulator(hand, [setup.object] * count, SceneSpec())
+    simulator = _simulator(config, hand, [setup.object] * count)
     origin = np.array([*hand.start_position, 0.0])
     paths, along = _stacked([each.path for each in setup.assignments])
     grasp = setup.controller.grasp(hand, setup.object, origin + paths)
@@ -110,6 +111,10 @@ def simulate(
     phases = standard_phases(grasp, setup.controller.manipulate)
     recording = run_episodes(simulator, task, phases, simulator.reset(start, joints), progress)
     return cut_trials(recording, phases, _passports(config, setup, timestep), paths)
+
+
+def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec]) -> Simulator:
+    return BulletSimulator(hand, objects) if config.engine == "bullet" else MujocoSimulator(hand, objects)
 
 
 def _passports(config: AsteriskConfig, setup: Setup, timestep: float) -> list[Passport]:
@@ -128,6 +133,7 @@ def _passports(config: AsteriskConfig, setup: Setup, timestep: float) -> list[Pa
             substeps=SUBSTEPS,
             timestep=timestep,
             versions=found,
+            engine=config.engine,
         )
         for each in setup.assignments
     ]

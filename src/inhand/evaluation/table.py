@@ -8,7 +8,7 @@ import numpy as np
 
 from inhand.evaluation.results import Result, by_direction, result_of_human
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import NO_GRASP, REACHED
+from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 
 HEADER = (
     "Direction",
@@ -23,6 +23,9 @@ HEADER = (
 )
 
 
+WORST_FIRST = (NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
+
+
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
     """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
     recorded = [result_of_human(t) for t in people if t.angle_deg is None or t.twist_deg == 0]
@@ -31,7 +34,7 @@ def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[
 
 
 def failures(results: Sequence[Result]) -> list[str]:
-    """Return one sentence for every direction in which a trial let the object go: how often, which finger, where."""
+    """Return one sentence for every direction in which a trial did not end well: how often, which finger, where."""
     sentences = []
     for name, group in by_direction(results).items():
         bad = [result for result in group if not result.kept]
@@ -53,7 +56,7 @@ def failures(results: Sequence[Result]) -> list[str]:
 
 def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]:
     kept = sum(result.outcome == REACHED for result in group)
-    worst = "reached" if kept == len(group) else next(r.outcome for r in group if r.outcome != REACHED)
+    worst = min((result.outcome for result in group), key=WORST_FIRST.index)
     metrics = [result.metrics for result in group]
     contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
     gaps = [m.longest_gap_steps for m in metrics if m.longest_gap_steps is not None]

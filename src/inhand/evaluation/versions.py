@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from importlib import metadata
 
-PACKAGES = ("inhand", "mujoco-core", "numpy", "scipy", "similaritymeasures", "matplotlib")
+PACKAGES = ("inhand", "mujoco-core", "pybullet", "numpy", "scipy", "similaritymeasures", "matplotlib")
 
 
 def versions() -> dict[str, str]:

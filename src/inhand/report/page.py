@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import Result
@@ -64,13 +65,16 @@ def page(
 
 
 def command(config: AsteriskConfig) -> str:
-    """Return the command line that repeats a run."""
-    human = f" --human {config.human}" if config.human is not None else ""
-    return (
-        f"inhand asterisk --hand {config.hand} --object {config.object} --controller {config.controller} --paths"
-        f' {config.paths}{human} --directions "{config.directions}" --trials {config.trials} --seed {config.seed}'
-        f" --noise-mm {config.noise_mm:g} --noise-deg {config.noise_deg:g} --out {config.out}"
-    )
+    """Return the command line that repeats a run, quoted for a shell."""
+    words = ["inhand", "asterisk"]
+    for field in fields(config):
+        value = getattr(config, field.name)
+        option = "--" + field.name.replace("_", "-")
+        if isinstance(value, bool):
+            words += [option] if value else []
+        elif value is not None:
+            words += [option, str(value)]
+    return shlex.join(words)
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:

@@ -20,9 +20,9 @@ import numpy as np
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial
 from inhand.sim.bullet_model import BASE, World, build_world, load_pybullet
-from inhand.sim.engine import check_targets
+from inhand.sim.engine import check_start, check_substeps, check_targets
 from inhand.sim.hands import HandSpec
-from inhand.sim.model import FAR, SceneSpec
+from inhand.sim.model import FAR, SceneSpec, scene_of_each
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import State
 
@@ -58,12 +58,7 @@ class BulletSimulator:
         Raises:
             InputError: PyBullet is not installed, no objects are given, or not as many scenes as objects.
         """
-        if not objects:
-            raise InputError("no objects given; a simulator needs one object for each world")
-        scene = SceneSpec() if scenes is None else scenes
-        self._scenes = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
-        if len(self._scenes) != len(objects):
-            raise InputError(f"{len(self._scenes)} scenes for {len(objects)} objects; give one for all or one each")
+        self._scenes = scene_of_each(objects, scenes)
         self.hand = hand
         self.objects = tuple(objects)
         self.timestep = self._scenes[0].timestep
@@ -79,7 +74,7 @@ class BulletSimulator:
         The worlds are built anew: contacts that PyBullet remembers would change the next episode.
         """
         check_targets(joint_angles, len(self.objects), self.hand.n_joints)
-        check_targets(object_pose, len(self.objects), 3)
+        check_start(object_pose, len(self.objects))
         self._worlds = [
             build_world(self._engine, client, self.hand, spec, scene)
             for client, spec, scene in zip(self._clients, self.objects, self._scenes, strict=True)
@@ -96,6 +91,7 @@ class BulletSimulator:
             InputError: a target is not finite (the text names world and joint), or nothing was reset yet.
             RuntimeError: a world diverged.
         """
+        check_substeps(substeps)
         check_targets(targets, len(self.objects), self.hand.n_joints)
         if not self._worlds:
             raise InputError("step() before reset(): place objects and joints with reset() first")

@@ -9,7 +9,7 @@ from inhand.geometry import Array
 
 
 def force_closure(friction: float | Array, left: tuple[Array, Array], right: tuple[Array, Array]) -> NDArray[np.bool_]:
-    """Return whether the line between two contacts lies inside both friction cones.
+    """Return whether the line between two contacts lies inside both friction cones; never without friction.
 
     Args:
         friction: coefficient of friction that may be used; broadcasts.
@@ -19,4 +19,5 @@ def force_closure(friction: float | Array, left: tuple[Array, Array], right: tup
     line = right[0] - left[0]
     line = line / np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
     least = np.cos(np.arctan(friction))
-    return np.asarray((-(line * left[1]).sum(-1) >= least) & ((line * right[1]).sum(-1) >= least))
+    inside = (-(line * left[1]).sum(-1) >= least) & ((line * right[1]).sum(-1) >= least)
+    return np.asarray(inside & (np.asarray(friction) > 0))

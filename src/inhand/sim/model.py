@@ -7,6 +7,7 @@ bodies' friction coefficients, as in the thesis's engine.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -17,6 +18,24 @@ from inhand.geometry import Array
 from inhand.sim.hands import FINGER_NAMES, HandSpec
 from inhand.sim.objects import ObjectSpec, polygon
 from inhand.sim.shapes import link_outline
+
+
+def scene_of_each(objects: Sequence[ObjectSpec], scenes: SceneSpec | Sequence[SceneSpec] | None) -> list[SceneSpec]:
+    """Return what surrounds each object: the standard scene, one scene for all, or one for each.
+
+    Raises:
+        InputError: no objects, another number of scenes, or scenes of different timesteps.
+    """
+    if not objects:
+        raise InputError("no objects given; a simulator needs one object for each world")
+    scene = SceneSpec() if scenes is None else scenes
+    found = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
+    if len(found) != len(objects):
+        raise InputError(f"{len(found)} scenes for {len(objects)} objects; give one for all or one each")
+    if len({each.timestep for each in found}) > 1:
+        raise InputError("scenes of a different timestep in one simulator; use one simulator for each")
+    return found
+
 
 FAR = 1.0
 """Distances beyond this read as this [m]; larger than any hand."""
@@ -127,9 +146,9 @@ def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
     half = [s / 2 for s in spec.size]
     if spec.shape == "box":
         _geom(body, "object", mujoco.mjtGeom.mjGEOM_BOX, half, mass=spec.mass)
+    elif spec.shape == "cylinder":
+        _geom(body, "object", mujoco.mjtGeom.mjGEOM_CYLINDER, [half[0], half[2], 0], mass=spec.mass)
     else:
-        # Round outlines are prisms of many sides: against MuJoCo's own cylinder a gripped fingertip slips from
-        # the first step, at a tenth of the friction given (seen with 4.0.1).
         _add_prism(mj, body, "object", polygon(spec), height=spec.height, mass=spec.mass)
 
 

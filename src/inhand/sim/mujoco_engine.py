@@ -11,10 +11,10 @@ import numpy as np
 from mujoco.batch import Batch
 
 from inhand.errors import InputError
-from inhand.geometry import Array, spatial
+from inhand.geometry import Array, spatial, turn
 from inhand.sim.engine import check_start, check_substeps, check_targets
 from inhand.sim.hands import HandSpec
-from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
+from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import State
 
@@ -56,16 +56,9 @@ class MujocoSimulator:
         Raises:
             InputError: no objects, objects of different shapes, or as many scenes as objects are not given.
         """
-        if not objects:
-            raise InputError("no objects given; a simulator needs one object for each world")
+        surroundings = scene_of_each(objects, scenes)
         if len({spec.shape for spec in objects}) > 1:
             raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
-        scene = SceneSpec() if scenes is None else scenes
-        surroundings = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
-        if len(surroundings) != len(objects):
-            raise InputError(f"{len(surroundings)} scenes for {len(objects)} objects; give one for all or one each")
-        if len({each.timestep for each in surroundings}) > 1:
-            raise InputError("scenes of a different timestep in one simulator; use one simulator for each")
         self.hand = hand
         self.objects = tuple(objects)
         self.timestep = surroundings[0].timestep
@@ -138,7 +131,7 @@ def _state_from(readings: Readings, hand: HandSpec) -> State:
     return State(
         time=readings.time.copy(),
         object_pose=qpos[:, n:],
-        object_velocity=qvel[:, n:],
+        object_velocity=np.concatenate([qvel[:, n : n + 3], turn(qpos[:, n + 3 :], qvel[:, n + 3 :])], axis=-1),
         joint_angles=qpos[:, :n],
         joint_velocities=qvel[:, :n],
         targets=readings.ctrl.copy(),

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from inhand.geometry import Array, inverse_transform, rotate, transform
 from inhand.sim.hands import FingerSpec, HandSpec
-from inhand.sim.kinematics import joint_positions, point_jacobian
-from inhand.sim.least_squares import damped_least_squares
+from inhand.sim.kinematics import damped_least_squares, joint_positions, point_jacobian
 from inhand.sim.polygons import contact, separation
 from inhand.sim.shapes import link_polygons, palm_outline
 from inhand.sim.touch import within_limits

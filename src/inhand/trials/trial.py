@@ -59,6 +59,8 @@ class Passport:
     """Physics step [s]."""
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
+    engine: str = "mujoco"
+    """Physics engine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,10 @@ class Trial:
     @property
     def manipulation(self) -> slice:
         """Rows of the manipulation phase; empty where the grasp failed."""
+        if MANIPULATE not in self.phases:
+            raise InputError(
+                f"no phase is called {MANIPULATE!r}, only {', '.join(self.phases)}; metrics measure that one"
+            )
         rows = np.flatnonzero(self.phase == self.phases.index(MANIPULATE))
         return slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) else slice(len(self.time), len(self.time))
 

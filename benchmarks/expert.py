@@ -1,0 +1,100 @@
+"""How the expert does on several hands and objects: 16 directions, three seeds of three noisy starts each.
+
+Prints one Markdown row for each pair, and for the standard pair one row for each training direction beside the
+human mean of one person's three trials. `make study` runs it; docs/benchmarks.md records what it printed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import Result, by_direction, result_of_trial
+from inhand.evaluation.run import prepare, simulate
+from inhand.evaluation.table import failures
+from inhand.evaluation.versions import versions
+
+SEEDS = (0, 1, 2)
+STANDARD = "2v2_50.50_50.50_1.1_53"
+PAIRS = (
+    (STANDARD, "cube_39"),
+    (f"{STANDARD}:lab-limits", "cube_39"),
+    ("2v2_65.35_65.35_1.1_53", "cube_39"),
+    ("2v2_35.65_35.65_1.1_53", "cube_39"),
+    ("2v2_70.30_50.50_0.9.1_53", "cube_39"),
+    ("2v3_25.75_25.35.40_1.1_53", "cube_39"),
+    ("3v3_25.40.35_40.35.25_1.1_63", "cube_39"),
+    (STANDARD, "cylinder_40"),
+    (STANDARD, "ellipse_40x25"),
+)
+HUMAN_MEANS_MM = {
+    "Out": 49.5, "Out-Right": 60.9, "Right": 72.7, "In-Right": 52.5,
+    "In": 44.3, "In-Left": 48.7, "Left": 78.4, "Out-Left": 59.9,
+}  # fmt: skip
+"""One person, three trials, on the real 2v2 hand [mm]."""
+
+
+def results_of(hand: str, thing: str, seed: int) -> list[Result]:
+    """Return the results of one run."""
+    config = AsteriskConfig(hand=hand, object=thing, seed=seed)
+    return [result_of_trial(trial) for trial in simulate(config, prepare(config))]
+
+
+def row(hand: str, thing: str, runs: list[list[Result]]) -> str:
+    """Return the Markdown row of one pair."""
+    kept = [sum(all(r.kept for r in group) for group in by_direction(run).values()) for run in runs]
+    every = [result for run in runs for result in run]
+    distance = [result.metrics.distance_mm for result in every]
+    cells = (
+        hand,
+        thing,
+        ", ".join(str(count) for count in kept),
+        f"{sum(result.kept for result in every)} of {len(every)}",
+        f"{np.mean(distance):.1f}",
+        f"{max(result.metrics.lateral_max_mm for result in every):.1f}",
+        f"{max(result.metrics.rotation_max_deg for result in every):.1f}",
+        f"{min(result.metrics.contact_fraction or 0.0 for result in every):.3f}",
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def directions(runs: list[list[Result]]) -> list[str]:
+    """Return one Markdown row for each direction of the standard pair."""
+    rows = []
+    for name, group in by_direction([result for run in runs for result in run]).items():
+        values = [result.metrics.distance_mm for result in group]
+        cells = (
+            name,
+            f"{min(values):.1f}",
+            f"{np.mean(values):.1f}",
+            f"{max(values):.1f}",
+            f"{HUMAN_MEANS_MM[name]:.1f}" if name in HUMAN_MEANS_MM else "-",
+            f"{max(result.metrics.lateral_max_mm for result in group):.2f}",
+            f"{max(result.metrics.rotation_max_deg for result in group):.2f}",
+            f"{max(result.metrics.longest_gap_steps or 0 for result in group)}",
+        )
+        rows.append("| " + " | ".join(cells) + " |")
+    return rows
+
+
+def main() -> None:
+    """Run every pair and print the tables."""
+    print(", ".join(f"{name} {version}" for name, version in versions().items()))
+    print("\n| hand | object | directions kept of 16, by seed | trials kept | mean mm | lateral | turn | contact |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    standard: list[list[Result]] = []
+    lost: list[str] = []
+    for hand, thing in PAIRS:
+        runs = [results_of(hand, thing, seed) for seed in SEEDS]
+        standard = standard or runs
+        print(row(hand, thing, runs), flush=True)
+        for seed, run in zip(SEEDS, runs, strict=True):
+            lost += [f"* {hand}, {thing}, seed {seed}: {sentence}" for sentence in failures(run)]
+    print("\nWhat was lost:\n" + "\n".join(lost))
+    print("\n| direction | least mm | mean | most | human mean | lateral | turn | gap |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("\n".join(directions(standard)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""The cut of the project: rooms, sizes, one home for each setting, and how few files a control step needs."""
+
+import ast
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+import pytest
+from importlinter.cli import lint_imports
+
+import inhand
+from inhand.controllers.catalogue import CONTROLLERS
+from inhand.controllers.controller import Task
+from inhand.episodes.loop import control_step
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import TRAIN
+
+SOURCE = Path(inhand.__file__).parent
+ROOT = SOURCE.parents[1]
+FILES = sorted(SOURCE.rglob("*.py"))
+LONGEST_FILE, LONGEST_FUNCTION, MOST_FILES = 350, 40, 8
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def test_each_room_imports_only_what_it_may(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
+    failed = lint_imports(config_filename=str(ROOT / "pyproject.toml"), no_cache=True)
+    assert not failed, capsys.readouterr().out
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+def test_files_and_functions_are_short(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= LONGEST_FILE
+    functions = [node for node in ast.walk(ast.parse(text)) if isinstance(node, Function)]
+    long = {
+        node.name: length
+        for node in functions
+        if (length := (node.end_lineno or 0) - node.lineno + 1) > LONGEST_FUNCTION
+    }
+    assert not long
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_few_files_take_part_in_one_control_step(name: str) -> None:
+    hand, cube, path = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"], straight_path(TRAIN[0])
+    simulator = MujocoSimulator(hand, [cube])
+    task = Task(hand, simulator.objects, path.poses[None], path.progress[None], 0.02, simulator.timestep)
+    start = np.array([[*hand.start_position, 0.0]])
+    grasp = CONTROLLERS[name].grasp(hand, cube, start[:, None] + task.paths)
+    state = simulator.reset(start, grasp.closed)
+    controller = CONTROLLERS[name].manipulate(task)
+    controller.begin(state)
+    seen: Counter[str] = Counter()
+
+    def note(frame: FrameType, event: str, argument: object) -> None:
+        del argument
+        if event == "call" and frame.f_code.co_filename.startswith(str(SOURCE)):
+            seen[str(Path(frame.f_code.co_filename).relative_to(SOURCE))] += 1
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        control_step(simulator, controller, state, 5)
+    finally:
+        sys.setprofile(before)
+    assert {"episodes/loop.py", "sim/mujoco_engine.py"} <= set(seen)
+    assert len(seen) <= MOST_FILES, sorted(seen)
+
+
+def configs() -> Iterator[tuple[str, str]]:
+    """Give class and field of every setting in the project."""
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and node.name.endswith("Config"):
+                for item in node.body:
+                    if isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name):
+                        yield node.name, item.target.id
+
+
+def test_every_setting_is_used() -> None:
+    used = {
+        node.attr
+        for path in FILES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute)
+    }
+    found = list(configs())
+    assert len(found) > 30
+    assert not [f"{name}.{field}" for name, field in found if field not in used]
+
+
+def test_every_module_says_what_it_is() -> None:
+    assert not [str(path) for path in FILES if not ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))]
+
+
+def test_no_linter_is_muted() -> None:
+    words = tuple("# " + word for word in ("noqa", "type: ignore", "pragma"))
+    folders = [folder for folder in (SOURCE, ROOT / "tests", ROOT / "benchmarks") if folder.is_dir()]
+    muted = [
+        f"{path.name}:{number}"
+        for folder in folders
+        for path in sorted(folder.rglob("*.py"))
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if any(word in line for word in words)
+    ]
+    assert not muted

@@ -1,0 +1,40 @@
+"""The Python blocks of README.md and docs/ run as they stand, each page from top to bottom."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+BLOCK = re.compile(r"^```(python[^\n]*)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
+PAGES = [path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if path.is_file()]
+
+
+def blocks(text: str) -> list[tuple[int, str]]:
+    """Return line and code of every Python block that is not marked `python no-run`."""
+    return [
+        (text[: found.start(2)].count("\n") + 1, found[2])
+        for found in BLOCK.finditer(text)
+        if "no-run" not in found[1].split()
+    ]
+
+
+def test_blocks_are_found_and_marked_ones_left_out() -> None:
+    text = "words\n```python\na = 1\n```\n```sh\nls\n```\n```python no-run\nb\n```\n```python\nc\nd\n```\n"
+    assert blocks(text) == [(3, "a = 1\n"), (12, "c\nd\n")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_the_examples_of_a_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = blocks(page.read_text(encoding="utf-8"))
+    if not found:
+        pytest.skip(f"{page.name} holds no Python block")
+    lines: list[str] = []
+    for line, code in found:
+        # The empty lines make a traceback name the line of the page.
+        lines += [""] * (line - 1 - len(lines)) + code.splitlines()
+    script = tmp_path / f"{page.stem}.py"
+    script.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(script), run_name="__main__")

@@ -13,7 +13,7 @@ from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.folder import check_folder, run_folder
 from inhand.evaluation.results import as_entry, result_of_trial, summary_of, write_json
 from inhand.evaluation.run import Setup, prepare, simulate
-from inhand.evaluation.table import HEADER, failures, table_rows
+from inhand.evaluation.table import failures, shown_columns, table_rows
 from inhand.evaluation.versions import versions
 from inhand.report.asterisk_report import Run, file_name, write_report
 from inhand.trials.human import HumanFolder, read_human_folder
@@ -39,7 +39,8 @@ def run_asterisk(config: AsteriskConfig) -> None:
             "seed": config.seed,
         }
         write_json(content, folder / "metrics.json")
-    print_table(f"{config.controller} on {config.object}, {config.hand}", HEADER, table_rows(results, people.trials))
+    header, rows = shown_columns(table_rows(results, people.trials))
+    print_table(f"{config.controller} on {config.object}, {config.hand}", header, rows)
     for sentence in failures(results):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")

@@ -23,6 +23,8 @@ HEADER = (
 )
 
 
+NOTHING = "-"
+"""A cell without a value."""
 WORST_FIRST = (NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
 
 
@@ -33,6 +35,12 @@ def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[
     return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
 
 
+def shown_columns(rows: Sequence[tuple[str, ...]]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return `HEADER` and rows without the columns that say nothing, such as people's where there are none."""
+    full = [i for i in range(len(HEADER)) if any(row[i] != NOTHING for row in rows)]
+    return tuple(HEADER[i] for i in full), [tuple(row[i] for i in full) for row in rows]
+
+
 def failures(results: Sequence[Result]) -> list[str]:
     """Return one sentence for every direction in which a trial did not end well: how often, which finger, where."""
     sentences = []
@@ -41,8 +49,8 @@ def failures(results: Sequence[Result]) -> list[str]:
         if not bad:
             continue
         fingers = sorted({result.first_lost for result in bad if result.first_lost})
-        counted = ", ".join(f"{result.metrics.distance_mm:.0f}" for result in bad)
-        carried = ", ".join(f"{result.carried_mm:.0f}" for result in bad)
+        counted = ", ".join(str(round(result.metrics.distance_mm)) for result in bad)
+        carried = ", ".join(str(round(result.carried_mm)) for result in bad)
         why = "; ".join(sorted({result.outcome for result in bad}))
         held = (
             ""
@@ -67,8 +75,8 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
         f"{max(m.lateral_max_mm for m in metrics):.1f}",
         f"{max(m.rotation_max_deg for m in metrics):.1f}",
         f"{np.mean([m.efficiency for m in metrics]):.2f}",
-        f"{min(contact):.3f}" if contact else "-",
-        f"{max(gaps)}" if gaps else "-",
+        f"{min(contact):.3f}" if contact else NOTHING,
+        f"{max(gaps)}" if gaps else NOTHING,
         f"{worst} {kept}/{len(group)}",
     )
 
@@ -82,6 +90,6 @@ def _reached(group: Sequence[Result]) -> str:
 
 def _spread(values: Sequence[float]) -> str:
     if not values:
-        return "-"
+        return NOTHING
     mean = f"{np.mean(values):.1f}"
     return f"{mean} ± {np.std(values, ddof=1):.1f}" if len(values) > 1 else mean

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import Result
-from inhand.evaluation.table import HEADER, failures, table_rows
+from inhand.evaluation.table import failures, shown_columns, table_rows
 from inhand.evaluation.versions import versions
 from inhand.trials.human_trial import HumanTrial
 
@@ -78,7 +78,8 @@ def command(config: AsteriskConfig) -> str:
 
 
 def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    shown = [HEADER, tuple("---" for _ in HEADER), *rows]
+    header, shown_rows = shown_columns(rows)
+    shown = [header, tuple("---" for _ in header), *shown_rows]
     return ["| " + " | ".join(row) + " |" for row in shown]
 
 

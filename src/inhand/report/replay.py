@@ -45,6 +45,7 @@ from inhand.report.style import (
     new_figure,
     write_heading,
 )
+from inhand.sim.hands import FINGER_NAMES
 
 SIDE_IN = 4.8
 """Width and height of a frame [in]; at the 100 dpi of `new_figure` that is 480 pixels."""
@@ -209,7 +210,7 @@ def _set_stage(
     cursor = None
     if contact is not None:
         strip = figure.add_axes(axes_box(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1])))
-        draw_contact(strip, contact)
+        draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else ())
         strip.set_xlabel("")
         strip.tick_params(labelsize=TICK_POINTS - 1.5)
         cursor = strip.axvline(0, color="#d1242f", linewidth=1.4, zorder=5.0)

@@ -36,6 +36,6 @@ class AsteriskConfig:
     out: Path = Path("results/asterisk")
     """Folder to write the run to."""
     compatible: bool = False
-    """Also compute the metrics of the Asterisk Test software for every trial (slower)."""
+    """Also compute the metrics and averages of the Asterisk Test software (slower)."""
     overwrite: bool = False
     """Replace the run that the folder holds."""

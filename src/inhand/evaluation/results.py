@@ -13,7 +13,7 @@ import numpy as np
 
 from inhand.evaluation.asterisk_metrics import AsteriskMetrics, measure_asterisk
 from inhand.evaluation.averages import summarise
-from inhand.evaluation.labels import labels_of
+from inhand.evaluation.labels import is_averaged, labels_of
 from inhand.evaluation.metrics import Metrics, measure, measure_human
 from inhand.geometry import Array
 from inhand.sim.hands import FINGER_NAMES
@@ -113,6 +113,11 @@ def _normalised(
     if not compatible or rotation is None:
         return labels, None
     return labels, measure_asterisk(filtered, rotation, angle, target_rotation_deg=twist, raw_path=raw)
+
+
+def averaged(result: Result) -> bool:
+    """Return whether averages use a result: they leave out the deviated kinds of the Asterisk Test's labels."""
+    return result.labels is None or is_averaged(frozenset(result.labels))
 
 
 def by_direction(results: Sequence[Result]) -> dict[str, list[Result]]:

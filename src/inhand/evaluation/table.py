@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.evaluation.results import Result, by_direction, result_of_human
+from inhand.evaluation.results import Result, averaged, by_direction, result_of_human
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 
@@ -31,7 +31,7 @@ WORST_FIRST = (NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
     """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
     recorded = [result_of_human(t) for t in people if t.angle_deg is None or t.twist_deg == 0]
-    human = by_direction(recorded)
+    human = by_direction([result for result in recorded if averaged(result)])
     return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
 
 

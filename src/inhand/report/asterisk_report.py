@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from inhand.report.replay import write_replay
 from inhand.report.save import save_figure
 from inhand.report.scenes import (
     average_curve,
+    compatible_curve,
     human_curves,
     radar_series,
     scene_at,
@@ -30,6 +32,7 @@ from inhand.report.scenes import (
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Trial
 
+COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
 
@@ -69,13 +72,15 @@ def write_report(run: Run, folder: Path) -> None:
     (folder / "report.md").write_text(page(run.config, run.results, run.people, run.notes, (pictures, paths)))
 
 
-def direction_curves(run: Run) -> list[PathCurve]:
-    """Return the mean path of every direction that translates."""
+def direction_curves(
+    run: Run, average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve
+) -> list[PathCurve]:
+    """Return the mean path of every direction that translates, by a rule for averages."""
     groups: dict[str, list[int]] = {}
     for i, trial in enumerate(run.trials):
         if trial.passport.angle_deg is not None:
             groups.setdefault(trial.passport.primitive, []).append(i)
-    return [average_curve([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
+    return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
 
 
 def _title(run: Run) -> str:
@@ -95,6 +100,11 @@ def _asterisks(run: Run, figures: Path) -> list[Picture]:
     save_figure(figure, figures / "asterisk.png")
     text = "Asterisk: mean object paths, counted up to the first loss of contact [mm]"
     pictures = [Picture(text, "figures/asterisk.png")]
+    if run.config.compatible and run.results[0].labels is not None:
+        curves = direction_curves(run, compatible_curve)
+        figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=COMPATIBLE)
+        save_figure(figure, figures / "asterisk_compatible.png")
+        pictures.append(Picture(f"Asterisk: {COMPATIBLE} [mm]", "figures/asterisk_compatible.png"))
     first = [i for i, result in enumerate(run.results) if result.trial == 1]
     if len(first) < len(run.results):
         single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))

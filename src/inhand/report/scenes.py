@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.evaluation.averages import average_path
+from inhand.evaluation.averages import average_path, compat_average
 from inhand.evaluation.metrics import measure_human
-from inhand.evaluation.results import Result
+from inhand.evaluation.results import Result, averaged, result_of_human
 from inhand.geometry import Array, planar, rotate, transform
 from inhand.report.curves import PathCurve
 from inhand.report.donut import DonutSeries
@@ -19,6 +19,7 @@ from inhand.sim.hands import FINGER_NAMES
 from inhand.sim.kinematics import hand_positions
 from inhand.sim.objects import polygon
 from inhand.sim.shapes import link_polygons, palm_outline
+from inhand.trials.hand_sizes import hand_size_mm, normalise
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Trial
 
@@ -72,11 +73,29 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
     )
 
 
+def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
+    """Return the mean path of one direction's trials by the rule of the Asterisk Test software, in mm again."""
+    passport = trials[0].passport
+    angle, hand = passport.angle_deg or 0.0, passport.hand.name.partition("_")[0]
+    paths, turns = [], []
+    for trial in trials:
+        path, rotation, _ = trial.manipulated_path()
+        paths.append(normalise(path, hand))
+        turns.append(rotation)
+    points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
+    distance = float(np.mean([result.metrics.max_distance_mm for result in results]))
+    return PathCurve(angle, passport.primitive, points, distance, failed=not all(result.kept for result in results))
+
+
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:
-    """Return the mean paths of people's trials without a twist, for the named directions they have."""
+    """Return the mean paths of people's trials without a twist, for the named directions they have.
+
+    Trials that deviated by the labels of the Asterisk Test are left out.
+    """
+    used = [t for t in people if t.angle_deg is not None and t.twist_deg == 0 and averaged(result_of_human(t))]
     curves = []
     for name in names:
-        trials = [t for t in people if t.primitive == name and t.angle_deg is not None and t.twist_deg == 0]
+        trials = [t for t in used if t.primitive == name]
         if not trials:
             continue
         paths = [t.filtered_mm[slice(*t.moving)] - t.filtered_mm[t.moving[0]] for t in trials]

@@ -30,7 +30,7 @@ def test_every_hand_takes_the_widest_object_of_the_catalogue(hand: str) -> None:
 @pytest.mark.parametrize("name", HANDS)
 def test_the_widest_opening_is_where_a_fingertip_reaches_no_farther(name: str) -> None:
     hand = parse_hand_name(name)
-    half = widest_opening(hand) / 2
+    half = widest_opening(hand) / 2 + ROOM
 
     def reached(distance: float) -> bool:
         found = [
@@ -51,7 +51,7 @@ def test_a_wider_palm_opens_wider_and_joint_limits_never_do() -> None:
 
 def test_an_object_wider_than_the_hand_opens_is_refused_with_the_widest_that_fits() -> None:
     hand = parse_hand_name(STANDARD)
-    widest = np.floor(1e4 * (widest_opening(hand) - 2 * ROOM)) / 1e4
+    widest = np.floor(1e4 * widest_opening(hand)) / 1e4
     check_fit(hand, box(widest - 1e-4))
     with pytest.raises(
         InputError,

@@ -23,7 +23,7 @@ UNDATED: dict[str, dict[str, str | None]] = {
 """Suffixes that `save_figure` writes, with the metadata to leave out: dates and versions change the bytes."""
 
 
-def save_figure(figure: Figure, path: Path) -> Path:
+def save_figure(figure: Figure, path: Path | str) -> Path:
     """Write a figure as PNG (160 dpi), PDF or SVG, chosen by the suffix, and return the path.
 
     The file appears whole under its name or not at all; missing folders are made; equal figures give equal bytes.

@@ -14,14 +14,14 @@ ROOM = 0.003
 
 
 def widest_opening(hand: HandSpec) -> float:
-    """Return the widest object [m] that both fingertips can straddle at the start, to a tenth of a millimetre."""
+    """Return the widest object [m] that both fingertips can straddle at the start with `ROOM` beside each."""
     half = np.arange(1e-3, hand.finger_length + hand.palm_width, 1e-4)
     reached = []
     for sign, finger in zip((-1.0, 1.0), hand.fingers, strict=True):
         points = np.stack([sign * half, np.zeros_like(half)], axis=-1) + np.array(hand.start_position)
         reached.append(touch(hand, finger, points, np.tile([sign, 0.0], (len(half), 1))).reached)
     both = reached[0] & reached[1]
-    return float(2 * half[both].max()) if both.any() else 0.0
+    return max(float(2 * half[both].max()) - 2 * ROOM, 0.0) if both.any() else 0.0
 
 
 def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
@@ -33,10 +33,10 @@ def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
     """
     corners = polygon(spec)
     width = float(np.ptp(corners[:, 0]))
-    widest = widest_opening(hand) - 2 * ROOM
+    widest = widest_opening(hand)
     if width > widest:
         raise InputError(
-            f"object {spec.name!r} is {1e3 * width:.1f} mm wide; hand {hand.name!r} opens to {1e3 * max(widest, 0):.1f}"
+            f"object {spec.name!r} is {1e3 * width:.1f} mm wide; hand {hand.name!r} opens to {1e3 * widest:.1f}"
             f" mm at the start: use a narrower object or a wider hand ({' and '.join(FINGER_NAMES)} finger"
             " straddle the object along x)"
         )

@@ -9,11 +9,12 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 
 from inhand.cli.terminal import print_table, say
 from inhand.errors import InputError
+from inhand.evaluation.beside import load_beside
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.folder import check_folder, run_folder
 from inhand.evaluation.results import as_entry, result_of_trial, summary_of, write_json
 from inhand.evaluation.run import Setup, prepare, simulate
-from inhand.evaluation.table import failures, shown_columns, table_rows
+from inhand.evaluation.table import failures, shown_columns, table_rows, with_beside
 from inhand.evaluation.versions import versions
 from inhand.report.asterisk_report import Run, file_name, write_report
 from inhand.trials.human import HumanFolder, read_human_folder
@@ -22,12 +23,12 @@ from inhand.trials.trial import Trial, save_trial
 
 def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, and put the finished run in its place."""
-    people = _people(config)
+    people, beside = _people(config), load_beside(config.beside)
     setup = prepare(config, people.trials)
     check_folder(config.out, overwrite=config.overwrite)
     trials = _simulated(config, setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
-    run = Run(config, trials, results, people.trials, people.notes)
+    run = Run(config, trials, results, people.trials, people.notes, beside)
     with run_folder(config.out) as folder:
         _write_trials(trials, folder)
         write_report(run, folder)
@@ -39,7 +40,7 @@ def run_asterisk(config: AsteriskConfig) -> None:
             "seed": config.seed,
         }
         write_json(content, folder / "metrics.json")
-    header, rows = shown_columns(table_rows(results, people.trials))
+    header, rows = with_beside(*shown_columns(table_rows(results, people.trials)), beside)
     print_table(f"{config.controller} on {config.object}, {config.hand}", header, rows)
     for sentence in failures(results):
         say(sentence)

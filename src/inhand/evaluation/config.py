@@ -23,6 +23,8 @@ class AsteriskConfig:
     """Reference paths: straight lines, or paths extracted from the human trials of --human."""
     human: Path | None = None
     """Folder of recorded human trials, to follow with --paths human and to draw beside the simulation."""
+    beside: tuple[Path, ...] = ()
+    """Folders of earlier runs (at most 2) to set beside this one in table, panels and radar."""
     directions: str = "all"
     """train, unseen, all, thesis names, letters a-h or angles in degrees, separated by commas."""
     trials: int = 3

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from inhand.evaluation.beside import Beside
 from inhand.evaluation.results import Result, averaged, by_direction, result_of_human
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
@@ -39,6 +40,15 @@ def shown_columns(rows: Sequence[tuple[str, ...]]) -> tuple[tuple[str, ...], lis
     """Return `HEADER` and rows without the columns that say nothing, such as people's where there are none."""
     full = [i for i in range(len(HEADER)) if any(row[i] != NOTHING for row in rows)]
     return tuple(HEADER[i] for i in full), [tuple(row[i] for i in full) for row in rows]
+
+
+def with_beside(
+    header: tuple[str, ...], rows: Sequence[tuple[str, ...]], beside: Sequence[Beside]
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return header and rows with a column of distances, after the run's own, for every run set beside it."""
+    groups = [by_direction(run.results) for run in beside]
+    widened = [(*row[:2], *(_reached(group.get(row[0], [])) for group in groups), *row[2:]) for row in rows]
+    return (*header[:2], *(f"{run.name} [mm]" for run in beside), *header[2:]), widened
 
 
 def failures(results: Sequence[Result]) -> list[str]:

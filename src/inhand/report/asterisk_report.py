@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from inhand.evaluation.beside import Beside
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import Result, by_direction, result_of_human
 from inhand.report.asterisk import asterisk_figure
@@ -51,6 +52,8 @@ class Run:
     """Human trials to set beside them."""
     notes: tuple[str, ...] = ()
     """What a reader should know, a sentence each."""
+    beside: tuple[Beside, ...] = ()
+    """Earlier runs to set beside it."""
 
 
 def file_name(name: str) -> str:
@@ -69,11 +72,12 @@ def write_report(run: Run, folder: Path) -> None:
         pictures.append(_donut(run, figures))
     pictures.append(_replay(run, figures))
     paths = _paths(run, figures)
-    (folder / "report.md").write_text(page(run.config, run.results, run.people, run.notes, (pictures, paths)))
+    text = page(run.config, run.results, run.people, run.notes, (pictures, paths), beside=run.beside)
+    (folder / "report.md").write_text(text)
 
 
 def direction_curves(
-    run: Run, average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve
+    run: Run | Beside, average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve
 ) -> list[PathCurve]:
     """Return the mean path of every direction that translates, by a rule for averages."""
     groups: dict[str, list[int]] = {}
@@ -117,17 +121,19 @@ def _asterisks(run: Run, figures: Path) -> list[Picture]:
 
 
 def _panels(run: Run, figures: Path) -> list[Picture]:
-    """Draw people and controller side by side, where there are people."""
-    if not run.people:
+    """Draw people, earlier runs and this one side by side, where there are others."""
+    if not (run.people or run.beside):
         return []
     curves = direction_curves(run)
-    people = human_curves(run.people, [curve.name for curve in curves])
-    panels = (
-        Panel("Human", f"{len(run.people)} recorded trials", tuple(people)),
-        Panel(run.config.controller, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0])),
-    )
-    save_figure(panels_figure(panels, "People and controller"), figures / "panels.png")
-    return [Picture("Human trials and the controller on one scale", "figures/panels.png")]
+    panels = [Panel(run.config.controller, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
+    for other in reversed(run.beside):
+        others, scene = tuple(direction_curves(other)), start_scene(other.trials[0])
+        panels.insert(0, Panel(other.name, "an earlier run", others, scene))
+    if run.people:
+        people = human_curves(run.people, [curve.name for curve in curves])
+        panels.insert(0, Panel("Human", f"{len(run.people)} recorded trials", tuple(people)))
+    save_figure(panels_figure(panels, "Side by side"), figures / "panels.png")
+    return [Picture("People, earlier runs and this one on one scale", "figures/panels.png")]
 
 
 def _donut(run: Run, figures: Path) -> Picture:
@@ -142,7 +148,8 @@ def _donut(run: Run, figures: Path) -> Picture:
 def _radar(run: Run, figures: Path) -> Picture:
     directions = {r.direction: r.angle_deg for r in run.results if r.angle_deg is not None}
     names = list(directions)
-    series = [radar_series(run.config.controller, by_direction(run.results), names)]
+    series = [radar_series(other.name, by_direction(other.results), names) for other in run.beside]
+    series.append(radar_series(run.config.controller, by_direction(run.results), names))
     if run.people:
         people = [result_of_human(t) for t in run.people if t.angle_deg is not None and t.twist_deg == 0]
         series.insert(0, radar_series("human", by_direction(people), names))

@@ -6,9 +6,10 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
+from inhand.evaluation.beside import Beside
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import Result
-from inhand.evaluation.table import failures, shown_columns, table_rows
+from inhand.evaluation.table import failures, shown_columns, table_rows, with_beside
 from inhand.evaluation.versions import versions
 from inhand.trials.human_trial import HumanTrial
 
@@ -29,6 +30,8 @@ def page(
     people: Sequence[HumanTrial],
     notes: Sequence[str],
     pictures: tuple[Sequence[Picture], Sequence[Picture]],
+    *,
+    beside: Sequence[Beside] = (),
 ) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     lines = [
@@ -42,7 +45,7 @@ def page(
         " fingers touching) and Gap (longest without, in simulation steps of 4 ms) are the worst trial's; Eff. is the"
         " mean efficiency.",
         "",
-        *_table(table_rows(results, people)),
+        *_table(*with_beside(*shown_columns(table_rows(results, people)), beside)),
         "",
         *_failed(results),
         *_human(people),
@@ -54,12 +57,7 @@ def page(
         "## First trial of every direction",
         "",
         *_shown(pictures[1]),
-        "## Run it again",
-        "",
-        f"    {command(config)}",
-        "",
-        "Versions: " + ", ".join(f"{name} {version}" for name, version in versions().items()) + ".",
-        "",
+        *_again(config),
     ]
     return "\n".join(lines)
 
@@ -72,14 +70,20 @@ def command(config: AsteriskConfig) -> str:
         option = "--" + field.name.replace("_", "-")
         if isinstance(value, bool):
             words += [option] if value else []
+        elif isinstance(value, tuple):
+            words += [option, *map(str, value)] if value else []
         elif value is not None:
             words += [option, str(value)]
     return shlex.join(words)
 
 
-def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    header, shown_rows = shown_columns(rows)
-    shown = [header, tuple("---" for _ in header), *shown_rows]
+def _again(config: AsteriskConfig) -> list[str]:
+    found = ", ".join(f"{name} {version}" for name, version in versions().items())
+    return ["## Run it again", "", f"    {command(config)}", "", f"Versions: {found}.", ""]
+
+
+def _table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    shown = [header, tuple("---" for _ in header), *rows]
     return ["| " + " | ".join(row) + " |" for row in shown]
 
 

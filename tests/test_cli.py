@@ -176,7 +176,7 @@ def test_the_viewer_needs_a_display(run: Path, inhand: Call, monkeypatch: pytest
     assert "no trial file" in err
 
 
-@pytest.mark.skipif(importlib.util.find_spec("mujoco.viewer") is not None, reason="the extra `viewer` is installed")
+@pytest.mark.skipif(importlib.util.find_spec("glfw") is not None, reason="the extra `viewer` is installed")
 def test_the_viewer_is_an_extra(run: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":99")
     code, _, err = inhand("view", run / "trials" / "right_1.npz")

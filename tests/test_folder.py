@@ -121,3 +121,13 @@ def test_a_link_to_a_run_is_followed_or_refused_but_never_a_crash(tmp_path: Path
         message = str(error)
     assert message.startswith("--out") if message else (tmp_path / "link" / MARK).read_text() == "new"
     assert {each.name for each in tmp_path.iterdir()} == {"real", "link"}
+
+
+def test_what_a_killed_run_left_does_not_stop_the_next(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    for name, text in (("run", "first"), ("run.old", "older"), ("run.part", "half")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / MARK).write_text(text)
+    written_to(out, "second")
+    assert (out / MARK).read_text() == "second"
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]

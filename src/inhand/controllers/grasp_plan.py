@@ -22,7 +22,7 @@ from inhand.sim.objects import ObjectSpec, outline, polygon
 from inhand.sim.polygons import separation
 from inhand.sim.rolling import Starts, Tracks, roll
 from inhand.sim.shapes import link_polygons
-from inhand.sim.touch import Touches, touch
+from inhand.sim.touch import touch
 
 NEIGHBOURS = 7
 """Start contacts along each finger's outline that count as neighbours."""
@@ -84,8 +84,7 @@ def plan_grasps(hand: HandSpec, spec: ObjectSpec, poses: Array, config: SearchCo
         if len(points) == 0:
             raise _no_grasp(hand, spec, f"the {side} finger reaches no point of it within its joint limits")
     tracks = [
-        _roll_all(hand, finger, (points, touches), polygon(spec), poses)
-        for finger, (points, touches) in zip(hand.fingers, starts, strict=True)
+        _roll_all(hand, finger, start, polygon(spec), poses) for finger, start in zip(hand.fingers, starts, strict=True)
     ]
     friction = config.cone * hand.friction * spec.friction
     plans = []
@@ -107,26 +106,26 @@ def fingers_clear(hand: HandSpec, left: Array, right: Array) -> NDArray[np.bool_
 
 def _reachable(
     hand: HandSpec, finger: FingerSpec, spec: ObjectSpec, pose: Array, config: SearchConfig
-) -> tuple[Array, Touches]:
-    """Return the points of the outline `(K, 2)` that a finger can touch at the start, and how."""
+) -> tuple[Array, Array]:
+    """Return the points of the outline `(K, 2)` that a finger can touch at the start, with its joint angles."""
     points, normals = outline(spec, config.spacing)
     corner = (normals * np.roll(normals, 1, axis=0)).sum(-1) < np.cos(np.deg2rad(30))
     corners = ((points + np.roll(points, 1, axis=0)) / 2)[corner]
     inner = np.linalg.norm(points[:, None] - corners, axis=-1).min(axis=-1, initial=np.inf) >= config.edge
     touches = touch(hand, finger, transform(pose, points), rotate(pose[2], normals))
     chosen = touches.reached & inner
-    return points[chosen], Touches(touches.joints[chosen], touches.inclination[chosen], touches.reached[chosen])
+    return points[chosen], touches.joints[chosen]
 
 
-def _roll_all(hand: HandSpec, finger: FingerSpec, start: tuple[Array, Touches], body: Array, poses: Array) -> Tracks:
+def _roll_all(hand: HandSpec, finger: FingerSpec, start: tuple[Array, Array], body: Array, poses: Array) -> Tracks:
     """Roll every start along every path `(P, S, 3)` in one batch; the tracks' axes are `(P, K, S)`."""
-    points, touches = start
+    points, joints = start
     count = len(points)
-    starts = Starts(np.tile(points, (len(poses), 1)), np.tile(touches.joints, (len(poses), 1)), body)
+    starts = Starts(np.tile(points, (len(poses), 1)), np.tile(joints, (len(poses), 1)), body)
     flat = roll(hand, finger, starts, np.repeat(poses, count, axis=0))
     shape = (len(poses), count, poses.shape[1])
-    points, normals, joints = (a.reshape(*shape, -1) for a in (flat.points, flat.normals, flat.joints))
-    return Tracks(points, normals, joints, flat.held.reshape(shape))
+    tracked, normals, angles = (a.reshape(*shape, -1) for a in (flat.points, flat.normals, flat.joints))
+    return Tracks(tracked, normals, angles, flat.held.reshape(shape))
 
 
 def _no_grasp(hand: HandSpec, spec: ObjectSpec, why: str) -> InputError:

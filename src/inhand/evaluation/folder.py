@@ -48,6 +48,7 @@ def run_folder(out: Path) -> Iterator[Path]:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
     if out.exists():
+        shutil.rmtree(old, ignore_errors=True)  # what a run that was killed right here has left
         out.replace(old)
     temporary.replace(out)
     shutil.rmtree(old, ignore_errors=True)

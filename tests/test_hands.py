@@ -252,11 +252,12 @@ def test_the_model_has_the_masses_sizes_and_frictions_of_its_specs(hand_name: st
     np.testing.assert_allclose(_friction(model, "palm", "object"), 0.4 * 0.7)
     np.testing.assert_allclose(_friction(model, "floor", "object"), 0.3 * 0.7)
     np.testing.assert_allclose(_friction(model, "left_1", "right_1"), 0.4**2)
-    # A standing prism: (x^2 + y^2) m / 12 about z for a box, a quarter of the squared half axes for an ellipse.
-    a, b, _ = (extent / 2 for extent in spec.size)
-    about_z = 0.021 * (a * a + b * b) / (3 if spec.shape == "box" else 4)
-    inertia = model.body("object").inertia
-    assert np.abs(inertia / about_z - 1).min() < 0.01
+    if spec.shape != "polygon":  # tests/test_concave.py has those
+        # A standing prism: (x^2 + y^2) m / 12 about z for a box, a quarter of the squared half axes for an ellipse.
+        a, b, _ = (extent / 2 for extent in spec.size)
+        about_z = 0.021 * (a * a + b * b) / (3 if spec.shape == "box" else 4)
+        inertia = model.body("object").inertia
+        assert np.abs(inertia / about_z - 1).min() < 0.01
 
 
 def _friction(model: mujoco.MjModel, first: str, second: str) -> float:

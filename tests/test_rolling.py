@@ -37,7 +37,7 @@ def tracks_from(
     touches = touch(hand, finger, transform(poses[0], points), normals)
     points, joints = points[touches.reached], touches.joints[touches.reached]
     many = np.tile(poses, (len(points), 1, 1))
-    return roll(hand, finger, Starts(points, joints, polygon(spec)), many), many
+    return roll(hand, finger, Starts(points, joints, (polygon(spec),)), many), many
 
 
 @every_hand
@@ -189,7 +189,7 @@ def test_objects_of_different_sizes_roll_side_by_side() -> None:
     points = np.concatenate([grip[0] for grip in grips])
     joints = touch(hand, hand.left, transform(poses[0], points), np.tile([-1.0, 0.0], (3, 1))).joints
     bodies = np.stack([polygon(spec) for spec in specs])
-    together = roll(hand, hand.left, Starts(points, joints, bodies), np.tile(poses, (3, 1, 1)))
+    together = roll(hand, hand.left, Starts(points, joints, (bodies,)), np.tile(poses, (3, 1, 1)))
     for k, track in enumerate(alone):
         np.testing.assert_array_equal(together.held[k], track.held[0])
         np.testing.assert_allclose(together.joints[k], track.joints[0], atol=1e-12)

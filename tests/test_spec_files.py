@@ -176,7 +176,7 @@ def test_a_gap_and_a_cap_longer_than_the_link_are_refused(tmp_path: Path, line: 
         ("[30, 45, 96]", "[30, 45, false]", "object file {}: size_mm = False; it must be a finite number"),
         ("0.045", '"heavy"', "object file {}: mass_kg = 'heavy'; it must be a finite number"),
         ("0.8", "nan", "object file {}: friction = nan; it must be a finite number"),
-        ("box", "bax", "object 'block': unknown shape 'bax'; allowed are box, cylinder, ellipse; did you mean box?"),
+        ("box", "bax", "object 'block': unknown shape 'bax'; allowed are box, cylinder, ellipse, polygon; did you"),
         ("[30, 45, 96]", "[30, 0, 96]", "object 'block': size [30, 0, 96] mm; size needs three positive lengths"),
         ("0.045", "-0.045", "object 'block': mass -0.045 kg; the mass must be positive"),
         ("0.8", "-0.8", "object 'block': friction -0.8; friction must be 0 or more"),

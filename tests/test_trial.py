@@ -59,7 +59,7 @@ def made_trial(hand: str = HANDS[0], thing: str = "cube_39", rows: int = 12) -> 
 
 
 @pytest.mark.parametrize("hand", [*HANDS, "2v2_50.50_50.50_1.1_53:lab-limits"])
-@pytest.mark.parametrize("thing", ["cube_39", "ellipse_40x25"])
+@pytest.mark.parametrize("thing", ["cube_39", "ellipse_40x25", "hourglass"])
 def test_saving_and_loading_changes_nothing(hand: str, thing: str, tmp_path: Path) -> None:
     trial = made_trial(hand, thing)
     save_trial(trial, tmp_path / "trial.npz")
@@ -73,6 +73,17 @@ def test_saving_and_loading_changes_nothing(hand: str, thing: str, tmp_path: Pat
             np.testing.assert_array_equal(after, before, err_msg=field.name)
         else:
             assert after == before, field.name
+
+
+def test_a_trial_from_before_objects_had_corners_loads(tmp_path: Path) -> None:
+    path = tmp_path / "trial.npz"
+    save_trial(made_trial(), path)
+    with np.load(path, allow_pickle=False) as data:
+        arrays = {name: data[name] for name in data.files}
+    head = json.loads(str(arrays["head"]))
+    del head["passport"]["object"]["corners"]
+    np.savez(path, **arrays | {"head": np.array(json.dumps(head))})
+    assert load_trial(path).passport.object == OBJECTS["cube_39"]
 
 
 def test_the_direction_of_a_rotation_stays_none(tmp_path: Path) -> None:

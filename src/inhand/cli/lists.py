@@ -24,6 +24,16 @@ def list_objects() -> None:
     rows = []
     for spec in objects.CATALOGUE.values():
         size = " x ".join(f"{1e3 * length:g}" for length in spec.size)
-        rows.append((spec.name, spec.shape, size, f"{1e3 * spec.mass:g}", f"{spec.friction:g}"))
+        rows.append((spec.name, _shape(spec), size, f"{1e3 * spec.mass:g}", f"{spec.friction:g}"))
     print_table("Objects", ("Name", "Shape", "Size [mm]", "Mass [g]", "Friction"), rows, numbers=2)
-    say("Any shape_SIZE or shape_XxY in mm is an object (box_30x45); a TOML file describes any other.")
+    say("Any shape_SIZE or shape_XxY in mm is an object (box_30x45, triangle_30x40); a TOML file describes any other,")
+    say("any outline given by its corners among them (docs/hands-and-objects.md).")
+
+
+def _shape(spec: objects.ObjectSpec) -> str:
+    """Return the word for an object's outline; of a polygon, its corners and its convex pieces, if it has several."""
+    if spec.shape != "polygon":
+        return spec.shape
+    pieces = len(objects.convex_pieces(spec))
+    concave = f", concave, {pieces} pieces" if pieces > 1 else ""
+    return f"polygon, {len(spec.corners)} corners{concave}"

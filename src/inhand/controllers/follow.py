@@ -8,7 +8,7 @@ from inhand.controllers.controller import Task
 from inhand.controllers.grasp_plan import fingers_clear
 from inhand.geometry import Array, inverse_transform
 from inhand.sim.force_closure import force_closure
-from inhand.sim.objects import polygon
+from inhand.sim.objects import stacked_pieces
 from inhand.sim.rolling import Starts, roll
 from inhand.sim.state import State
 
@@ -29,7 +29,7 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: float)
     last = task.progress.shape[1] - 1
     looked = np.unique([*range(0, last, EVERY), last])
     poses = start[:, None] + task.paths[:, looked]
-    bodies = np.stack([polygon(spec) for spec in task.objects])
+    bodies = stacked_pieces(task.objects)
     tracks = []
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
         points = inverse_transform(start, state.object_points[:, i])

@@ -18,12 +18,17 @@ from inhand.errors import InputError
 from inhand.geometry import Array, rotate, transform
 from inhand.sim.force_closure import force_closure
 from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec
-from inhand.sim.objects import ObjectSpec, outline, polygon
+from inhand.sim.objects import ObjectSpec, convex_pieces, outline, polygon
+from inhand.sim.outlines import corner_contacts
 from inhand.sim.polygons import separation
 from inhand.sim.rolling import Starts, Tracks, roll
 from inhand.sim.shapes import link_polygons
 from inhand.sim.touch import touch
 
+SHARP = np.deg2rad(30)
+"""Turn from which a corner of the outline is a corner to a fingertip [rad], guessed."""
+CORNER_NORMALS = 9
+"""Directions from which a fingertip is tried on a corner."""
 NEIGHBOURS = 7
 """Start contacts along each finger's outline that count as neighbours."""
 
@@ -79,12 +84,25 @@ def plan_grasps(hand: HandSpec, spec: ObjectSpec, poses: Array, config: SearchCo
         InputError: no pair of contacts holds the object at the start; the text says which constraint fails.
     """
     config = config or SearchConfig()
-    starts = [_reachable(hand, finger, spec, poses[0, 0], config) for finger in hand.fingers]
+    try:
+        return _plans(hand, spec, poses, (outline(spec, config.spacing),), config)
+    except InputError:
+        # No two faces that lie in each other's friction cones, as of a triangle: hold it by its corners too.
+        corners = corner_contacts(polygon(spec), SHARP, CORNER_NORMALS)
+        return _plans(hand, spec, poses, (outline(spec, config.spacing), corners), config)
+
+
+def _plans(
+    hand: HandSpec, spec: ObjectSpec, poses: Array, tried: tuple[tuple[Array, Array], ...], config: SearchConfig
+) -> list[GraspPlan]:
+    """Return the best grasp for every path with contacts at the points and normals that are tried."""
+    starts = [_reachable(hand, finger, tried, poses[0, 0], config) for finger in hand.fingers]
     for side, (points, _) in zip(FINGER_NAMES, starts, strict=True):
         if len(points) == 0:
             raise _no_grasp(hand, spec, f"the {side} finger reaches no point of it within its joint limits")
     tracks = [
-        _roll_all(hand, finger, start, polygon(spec), poses) for finger, start in zip(hand.fingers, starts, strict=True)
+        _roll_all(hand, finger, start, convex_pieces(spec), poses)
+        for finger, start in zip(hand.fingers, starts, strict=True)
     ]
     friction = config.cone * hand.friction * spec.friction
     plans = []
@@ -105,19 +123,23 @@ def fingers_clear(hand: HandSpec, left: Array, right: Array) -> NDArray[np.bool_
 
 
 def _reachable(
-    hand: HandSpec, finger: FingerSpec, spec: ObjectSpec, pose: Array, config: SearchConfig
+    hand: HandSpec, finger: FingerSpec, tried: tuple[tuple[Array, Array], ...], pose: Array, config: SearchConfig
 ) -> tuple[Array, Array]:
-    """Return the points of the outline `(K, 2)` that a finger can touch at the start, with its joint angles."""
-    points, normals = outline(spec, config.spacing)
-    corner = (normals * np.roll(normals, 1, axis=0)).sum(-1) < np.cos(np.deg2rad(30))
+    """Return the points `(K, 2)` that a finger can touch at the start, with its joint angles."""
+    points, normals = tried[0]
+    corner = (normals * np.roll(normals, 1, axis=0)).sum(-1) < np.cos(SHARP)
     corners = ((points + np.roll(points, 1, axis=0)) / 2)[corner]
     inner = np.linalg.norm(points[:, None] - corners, axis=-1).min(axis=-1, initial=np.inf) >= config.edge
+    others = sum(len(part) for part, _ in tried[1:])
+    points, normals = (np.concatenate(part) for part in zip(*tried, strict=True))
     touches = touch(hand, finger, transform(pose, points), rotate(pose[2], normals))
-    chosen = touches.reached & inner
+    chosen = touches.reached & np.concatenate([inner, np.ones(others, dtype=bool)])
     return points[chosen], touches.joints[chosen]
 
 
-def _roll_all(hand: HandSpec, finger: FingerSpec, start: tuple[Array, Array], body: Array, poses: Array) -> Tracks:
+def _roll_all(
+    hand: HandSpec, finger: FingerSpec, start: tuple[Array, Array], body: tuple[Array, ...], poses: Array
+) -> Tracks:
     """Roll every start along every path `(P, S, 3)` in one batch; the tracks' axes are `(P, K, S)`."""
     points, joints = start
     count = len(points)

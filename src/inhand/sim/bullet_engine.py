@@ -14,12 +14,13 @@ from __future__ import annotations
 import weakref
 from collections.abc import Sequence
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from inhand.errors import InputError
-from inhand.geometry import Array, spatial
-from inhand.sim.bullet_model import BASE, World, build_world, load_pybullet
+from inhand.geometry import Array, spatial, turn
+from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
 from inhand.sim.engine import check_start, check_substeps, check_targets
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import FAR, SceneSpec, scene_of_each
@@ -114,7 +115,7 @@ def _disconnect(engine: ModuleType, clients: list[int]) -> None:
 
 def _place(engine: ModuleType, world: World, pose: Array, joint_angles: Array) -> None:
     """Put the object at a full pose `(7,)` and the joints at angles `(n,)` [rad], all at rest."""
-    position, quaternion = pose[:3], [*pose[4:], pose[3]]  # PyBullet's quaternions end with w
+    position, quaternion = pose[:3] + _arm(world, pose[3:]), [*pose[4:], pose[3]]  # PyBullet's end with w
     engine.resetBasePositionAndOrientation(world.object, position, quaternion, physicsClientId=world.client)
     for joint, angle in enumerate(joint_angles):
         engine.resetJointState(world.hand, joint, angle, 0.0, physicsClientId=world.client)
@@ -140,16 +141,29 @@ def _read(engine: ModuleType, world: World, hand: HandSpec) -> Reading:
     position, (x, y, z, w) = engine.getBasePositionAndOrientation(world.object, physicsClientId=client)
     linear, angular = engine.getBaseVelocity(world.object, physicsClientId=client)
     links = [_distance(engine, world, link) for link in range(n)]
-    return [j[0] for j in joints], [j[1] for j in joints], [*position, w, x, y, z], [*linear, *angular], links
+    arm = _arm(world, np.array([w, x, y, z]))
+    pose, velocity = [*(position - arm), w, x, y, z], [*(linear - np.cross(angular, arm)), *angular]
+    return [j[0] for j in joints], [j[1] for j in joints], pose, velocity, links
+
+
+def _arm(world: World, quaternion: Array) -> Array:
+    """Return the way `(3,)` [m] from the object's origin to the centre of mass that PyBullet places and reports."""
+    return turn(quaternion, np.array([*world.middle, 0.0]))
 
 
 def _distance(engine: ModuleType, world: World, link: int) -> tuple[float, ...]:
     """Return a link's distance to the object [m] and the nearest points x, y of link and object [m]."""
-    found = engine.getClosestPoints(world.hand, world.object, FAR, link, BASE, physicsClientId=world.client)
+    found = [point for part in object_parts(world) for point in _closest(engine, world, link, part)]
     if not found:
         return FAR, 0.0, 0.0, 0.0, 0.0
     nearest = min(found, key=lambda point: point[8])
     return nearest[8], *nearest[5][:2], *nearest[6][:2]
+
+
+def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tuple[Any, ...]]:
+    body, piece = part
+    found = engine.getClosestPoints(world.hand, body, FAR, link, piece, physicsClientId=world.client)
+    return list(found or ())
 
 
 def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array) -> State:

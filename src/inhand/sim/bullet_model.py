@@ -17,8 +17,9 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
-from inhand.sim.objects import ObjectSpec, polygon
-from inhand.sim.polygons import edge_normals
+from inhand.sim.objects import ObjectSpec, convex_pieces
+from inhand.sim.outlines import centroid, second_moments, signed_area
+from inhand.sim.polygons import edge_normals, is_box
 from inhand.sim.shapes import link_outline, palm_outline
 
 BASE = -1
@@ -40,7 +41,11 @@ class World:
     hand: int
     """The hand: its base is the palm, its links have the joints' order."""
     object: int
-    """The object."""
+    """The object: its base is its first convex piece, its links are the others, fixed to it."""
+    pieces: int
+    """Number of the object's convex pieces."""
+    middle: tuple[float, float]
+    """Where the mass of the object's first piece is centred, in the object's frame [m]."""
     floor: int
     """The plane it stands on."""
 
@@ -69,11 +74,13 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
     plane = engine.createCollisionShape(engine.GEOM_PLANE, physicsClientId=client)
     floor = engine.createMultiBody(0, plane, physicsClientId=client)
     palm = _add_hand(engine, client, hand, spec.height / 2)
-    shape, _ = _prism(engine, client, polygon(spec), spec.height)
-    thing = engine.createMultiBody(spec.mass, shape, basePosition=[0, 0.1, spec.height / 2], physicsClientId=client)
-    world = World(client, palm, thing, floor)
+    thing = _add_object(engine, client, spec)
+    pieces = convex_pieces(spec)
+    middle = centroid(pieces[0]) if spec.shape == "polygon" else (0.0, 0.0)
+    world = World(client, palm, thing, len(pieces), (float(middle[0]), float(middle[1])), floor)
     _finish(engine, client, (floor, BASE), scene.floor_friction)
-    _finish(engine, client, (thing, BASE), spec.friction)
+    for part in object_parts(world):
+        _finish(engine, client, part, spec.friction)
     for link in range(BASE, hand.n_joints):
         _finish(engine, client, (palm, link), hand.friction)
     for link, (low, high) in enumerate(hand.limits):
@@ -86,13 +93,61 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
 def touching_pairs(world: World, hand: HandSpec) -> Iterator[tuple[Part, Part]]:
     """Yield the pairs of parts that can touch: those that the MuJoCo model declares."""
     left, right = ([(world.hand, link) for link in range(hand.n_joints)][place] for place in hand.slices)
-    palm, thing = (world.hand, BASE), (world.object, BASE)
+    palm, things = (world.hand, BASE), object_parts(world)
     for finger in (left, right):
-        yield from ((link, thing) for link in finger)
+        yield from ((link, thing) for link in finger for thing in things)
         yield from ((link, palm) for link in finger[1:])
     yield from ((one, other) for one in left for other in right)
-    yield palm, thing
-    yield (world.floor, BASE), thing
+    for thing in things:
+        yield palm, thing
+        yield (world.floor, BASE), thing
+
+
+def object_parts(world: World) -> list[Part]:
+    """Return the parts of the object, one for each convex piece."""
+    return [(world.object, link) for link in range(BASE, world.pieces - 1)]
+
+
+def _add_object(engine: ModuleType, client: int, spec: ObjectSpec) -> int:
+    """Add the object: one body, or of a polygon fixed links, each with the mass and inertia of its piece."""
+    place = [0, 0.1, spec.height / 2]
+    pieces = convex_pieces(spec)
+    shapes, centres = zip(*(_prism(engine, client, piece, spec.height) for piece in pieces), strict=True)
+    if spec.shape != "polygon":
+        return int(engine.createMultiBody(spec.mass, shapes[0], basePosition=place, physicsClientId=client))
+    areas = np.array([signed_area(piece) for piece in pieces])
+    masses, others = spec.mass * areas / areas.sum(), len(pieces) - 1
+    thing = engine.createMultiBody(
+        masses[0],
+        shapes[0],
+        basePosition=place,
+        baseInertialFramePosition=centres[0],
+        linkMasses=masses[1:].tolist(),
+        linkCollisionShapeIndices=shapes[1:],
+        linkVisualShapeIndices=[-1] * others,
+        linkPositions=[[0, 0, 0]] * others,
+        linkOrientations=[[0, 0, 0, 1]] * others,
+        linkInertialFramePositions=centres[1:],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * others,
+        linkParentIndices=[0] * others,
+        linkJointTypes=[engine.JOINT_FIXED] * others,
+        linkJointAxis=[[0, 0, 1]] * others,
+        physicsClientId=client,
+    )
+    for link, (piece, mass) in enumerate(zip(pieces, masses, strict=True), start=BASE):
+        inertia = prism_inertia(piece, spec.height, float(mass))
+        engine.changeDynamics(thing, link, localInertiaDiagonal=inertia, physicsClientId=client)
+    return int(thing)
+
+
+def prism_inertia(corners: Array, height: float, mass: float) -> list[float]:
+    """Return the moments of inertia about x, y, z through the centre of an upright prism [kg m^2].
+
+    With xx the mean of x^2 over the outline, and yy likewise, they are m (yy + h^2 / 12), m (xx + h^2 / 12) and
+    m (xx + yy). PyBullet would take those of the bounding box.
+    """
+    xx, yy = np.diag(second_moments(corners))
+    return [float(mass * moment) for moment in (yy + height**2 / 12, xx + height**2 / 12, xx + yy)]
 
 
 def _add_hand(engine: ModuleType, client: int, hand: HandSpec, height: float) -> int:
@@ -137,9 +192,9 @@ def _prism(engine: ModuleType, client: int, corners: Array, height: float) -> tu
 
     Box shapes keep their size in PyBullet; other prisms are made smaller by the margin that it adds.
     """
-    centre = _centroid(corners)
+    centre = centroid(corners)
     place = [*centre, 0.0]
-    if len(corners) == 4:
+    if is_box(corners):
         half = [*np.ptp(corners, axis=0) / 2, height / 2]
         box = engine.createCollisionShape(
             engine.GEOM_BOX, halfExtents=half, collisionFramePosition=place, physicsClientId=client
@@ -158,13 +213,6 @@ def _inset(corners: Array, distance: float) -> Array:
     after = edge_normals(corners)
     before = np.roll(after, 1, axis=0)
     return np.asarray(corners - distance * (before + after) / (1 + (before * after).sum(axis=-1, keepdims=True)))
-
-
-def _centroid(corners: Array) -> Array:
-    """Return the centre of area `(2,)` of a polygon `(K, 2)`, counter-clockwise."""
-    after = np.roll(corners, -1, axis=0)
-    area = corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1]
-    return np.asarray((area[:, None] * (corners + after)).sum(axis=0) / (3 * area.sum()))
 
 
 def _finish(engine: ModuleType, client: int, part: Part, friction: float) -> None:

@@ -16,7 +16,9 @@ import numpy as np
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.sim.hands import FINGER_NAMES, HandSpec
-from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
+from inhand.sim.outlines import centroid, second_moments
+from inhand.sim.polygons import is_box
 from inhand.sim.shapes import link_outline
 
 
@@ -69,7 +71,7 @@ RIM_HEIGHT = 0.003
 RIM_TAPER = 0.97
 """Size of a rim's ends against its middle, guessed: steep enough that only the middle touches."""
 LINK_SENSOR_SIZE = 7
-"""Sensor values for every link: its distance to the object, then the nearest points of link and object [m]."""
+"""Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
 
 def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
@@ -83,12 +85,13 @@ def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.Mj
 
 
 def build_measuring_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
-    """Return the same links and object, no contacts, but `LINK_SENSOR_SIZE` distance readings for every link."""
+    """Return the same links and object, no contacts, but `LINK_SENSOR_SIZE` readings for every link and piece."""
     mj, links = _bodies(hand, spec, scene)
     mj.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     for name in links[0] + links[1]:
-        for kind in (mujoco.mjtSensor.mjSENS_GEOMDIST, mujoco.mjtSensor.mjSENS_GEOMFROMTO):
-            _add_distance(mj, kind, name)
+        for piece in _piece_names(spec):
+            for kind in (mujoco.mjtSensor.mjSENS_GEOMDIST, mujoco.mjtSensor.mjSENS_GEOMFROMTO):
+                _add_distance(mj, kind, name, piece)
     return mj.compile()
 
 
@@ -140,7 +143,13 @@ def _add_finger(mj: mujoco.MjSpec, hand: HandSpec, index: int, height: float) ->
     return names
 
 
+def _piece_names(spec: ObjectSpec) -> list[str]:
+    """Return the names of an object's geoms, one for each convex piece; the first is called object."""
+    return ["object", *(f"object_{k}" for k in range(1, len(convex_pieces(spec))))]
+
+
 def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
+    """Add the body of an object and its geoms."""
     body = mj.worldbody.add_body(name="object", pos=[0, 0.1, spec.height / 2])
     body.add_freejoint(name="object")
     half = [s / 2 for s in spec.size]
@@ -149,7 +158,30 @@ def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
     elif spec.shape == "cylinder":
         _geom(body, "object", mujoco.mjtGeom.mjGEOM_CYLINDER, [half[0], half[2], 0], mass=spec.mass)
     else:
-        _add_prism(mj, body, "object", polygon(spec), height=spec.height, mass=spec.mass)
+        for name, piece in zip(_piece_names(spec), convex_pieces(spec), strict=True):
+            _add_prism(mj, body, name, piece, height=spec.height, mass=spec.mass)
+        if spec.shape == "polygon" and not is_box(polygon(spec)):
+            _set_inertia(body, spec)
+
+
+def _set_inertia(body: mujoco.MjsBody, spec: ObjectSpec) -> None:
+    """Give a body the mass, centre of mass and principal moments of inertia of an upright prism.
+
+    MuJoCo would add those of the pieces; their rounding decides whether it takes a symmetric body for a simple one,
+    and bodies of both kinds cannot share a batch.
+    """
+    corners = polygon(spec)
+    middle, moments = centroid(corners), second_moments(corners)
+    (xx, xy), (_, yy) = moments
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy) if abs(xy) > 1e-9 * (xx + yy) else 0.0
+    c, s = np.cos(angle), np.sin(angle)
+    along, across = xx * c * c + 2 * xy * c * s + yy * s * s, xx * s * s - 2 * xy * c * s + yy * c * c
+    thick = spec.height**2 / 12
+    body.explicitinertial = True
+    body.mass = spec.mass
+    body.ipos = [*np.where(np.abs(middle) > 1e-9, middle, 0.0), 0.0]
+    body.iquat = [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]
+    body.inertia = spec.mass * np.array([across + thick, along + thick, along + across])
 
 
 def _add_prism(
@@ -157,7 +189,7 @@ def _add_prism(
 ) -> None:
     """Add an upright prism over a convex outline `(K, 2)` [m], centred on the body's plane; a box where it is one."""
     low, high = corners.min(axis=0), corners.max(axis=0)
-    if len(corners) == 4:
+    if is_box(corners):
         half = [*(high - low) / 2, height / 2]
         _geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, 0])
         return
@@ -201,17 +233,19 @@ def _geom(
 
 
 def _add_pairs(mj: mujoco.MjSpec, links: list[list[str]], hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> None:
-    grip = hand.friction * spec.friction
+    grip, pieces = hand.friction * spec.friction, _piece_names(spec)
     for finger in links:
         for name in (*finger[:-1], *(f"{finger[-1]}_{side}" for side in RIMS)):
-            _pair(mj, name, "object", grip, scene)
+            for piece in pieces:
+                _pair(mj, name, piece, grip, scene)
         for name in finger[1:]:
             _pair(mj, name, "palm", hand.friction**2, scene)
     for left in links[0]:
         for right in links[1]:
             _pair(mj, left, right, hand.friction**2, scene)
-    _pair(mj, "palm", "object", grip, scene)
-    _pair(mj, "floor", "object", scene.floor_friction * spec.friction, scene)
+    for piece in pieces:
+        _pair(mj, "palm", piece, grip, scene)
+        _pair(mj, "floor", piece, scene.floor_friction * spec.friction, scene)
 
 
 def _pair(mj: mujoco.MjSpec, first: str, second: str, friction: float, scene: SceneSpec) -> None:
@@ -221,8 +255,8 @@ def _pair(mj: mujoco.MjSpec, first: str, second: str, friction: float, scene: Sc
     pair.friction = [max(friction, floor), max(friction, floor), floor, floor, floor]
 
 
-def _add_distance(mj: mujoco.MjSpec, kind: mujoco.mjtSensor, link: str) -> None:
+def _add_distance(mj: mujoco.MjSpec, kind: mujoco.mjtSensor, link: str, piece: str) -> None:
     sensor = mj.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_GEOM, objname=link)
     sensor.reftype = mujoco.mjtObj.mjOBJ_GEOM
-    sensor.refname = "object"
+    sensor.refname = piece
     sensor.cutoff = FAR

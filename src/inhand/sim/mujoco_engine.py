@@ -15,7 +15,8 @@ from inhand.geometry import Array, spatial, turn
 from inhand.sim.engine import check_start, check_substeps, check_targets
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
-from inhand.sim.objects import ObjectSpec
+from inhand.sim.objects import ObjectSpec, convex_pieces
+from inhand.sim.polygons import is_box
 from inhand.sim.state import State
 
 
@@ -49,7 +50,8 @@ class MujocoSimulator:
 
         Args:
             hand: the hand of every world.
-            objects: the object of each world; all of one shape, sizes and masses may differ.
+            objects: the object of each world; all of one shape and, as polygons, of as many corners in every convex
+                piece; sizes and masses may differ.
             scenes: what surrounds them, one for all or one for each world.
             threads: threads to step on; 0 uses every core.
 
@@ -57,8 +59,7 @@ class MujocoSimulator:
             InputError: no objects, objects of different shapes, or as many scenes as objects are not given.
         """
         surroundings = scene_of_each(objects, scenes)
-        if len({spec.shape for spec in objects}) > 1:
-            raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
+        _check_alike(objects)
         self.hand = hand
         self.objects = tuple(objects)
         self.timestep = surroundings[0].timestep
@@ -106,11 +107,30 @@ class MujocoSimulator:
         return _state_from(self._readings, self.hand)
 
 
+def _check_alike(objects: Sequence[ObjectSpec]) -> None:
+    """Refuse objects whose models would differ in more than numbers."""
+    if len({spec.shape for spec in objects}) > 1:
+        raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
+    cuts = {tuple("a box" if is_box(p) else f"{len(p)} corners" for p in convex_pieces(spec)) for spec in set(objects)}
+    if len(cuts) > 1:
+        given = " and of ".join(" + ".join(cut) for cut in sorted(cuts))
+        raise InputError(
+            f"objects whose convex pieces are of {given} in one simulator; use one simulator for each outline (its size"
+            " may differ)"
+        )
+
+
 def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
     # One MjData for each thread, not for each world, stays in the cache: a seventh faster, and the same bytes.
     batch = Batch(models[0], len(models), threads, persistent=False)
     if any(model is not models[0] for model in models):
-        batch.set_models(models)
+        try:
+            batch.set_models(models)
+        except mujoco.FatalError as error:
+            raise InputError(
+                "objects whose models differ in more than numbers in one simulator, as one that is symmetric and one"
+                " that is not: use one simulator for each outline"
+            ) from error
     return batch
 
 
@@ -121,7 +141,7 @@ def _state_from(readings: Readings, hand: HandSpec) -> State:
     if not np.isfinite(qpos).all():
         world = int(np.argwhere(~np.isfinite(qpos))[0, 0])
         raise RuntimeError(f"the simulation of world {world} diverged; lower the gains or the physics step")
-    links = readings.sensors.reshape(len(qpos), n, LINK_SENSOR_SIZE)
+    links = _nearest_piece(readings.sensors.reshape(len(qpos), n, -1, LINK_SENSOR_SIZE))
     link_gaps = links[..., 0].copy()
     left = link_gaps[:, :n_left].argmin(axis=1)
     right = link_gaps[:, n_left:].argmin(axis=1)
@@ -141,3 +161,11 @@ def _state_from(readings: Readings, hand: HandSpec) -> State:
         object_points=chosen[..., 4:6],
         gaps=chosen[..., 0],
     )
+
+
+def _nearest_piece(readings: Array) -> Array:
+    """Return of every link's readings `(B, n, pieces, size)` those of the piece of the object nearest to it."""
+    if readings.shape[2] == 1:
+        return readings[:, :, 0]
+    nearest = readings[..., 0].argmin(axis=2)
+    return np.take_along_axis(readings, nearest[..., None, None], axis=2)[:, :, 0]

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from inhand.geometry import Array
+
+
+def is_box(corners: Array) -> bool:
+    """Return whether an outline `(K, 2)` is a rectangle along x and y."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return len(corners) == 4 and bool((np.isclose(corners, low) | np.isclose(corners, high)).all())
 
 
 def edge_normals(corners: Array) -> Array:
@@ -12,6 +20,12 @@ def edge_normals(corners: Array) -> Array:
     edge = np.roll(corners, -1, axis=-2) - corners
     normal = np.stack([edge[..., 1], -edge[..., 0]], axis=-1)
     return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
+
+
+def with_corners(corners: Array, count: int) -> Array:
+    """Return the same polygon `(K, 2)` with more corners, `(count, 2)`: those missing lie on its last edge."""
+    share = np.arange(1, count - len(corners) + 1)[:, None] / (count - len(corners) + 1)
+    return np.concatenate([corners, corners[-1] + share * (corners[0] - corners[-1])])
 
 
 def contact(first: Array, second: Array) -> tuple[Array, Array, Array]:
@@ -28,6 +42,17 @@ def contact(first: Array, second: Array) -> tuple[Array, Array, Array]:
     point = np.where(by_second[..., None], corner_first, corner_second)
     normal = np.where(by_second[..., None], normal_second, -normal_first)
     return separation, point, normal
+
+
+def nearest_contact(first: Array, pieces: Sequence[Array]) -> tuple[Array, Array, Array]:
+    """Return `contact` of a convex polygon with that of several convex pieces from which it is least separated."""
+    if len(pieces) == 1:
+        return contact(first, pieces[0])
+    gaps, points, normals = (np.stack(part) for part in zip(*(contact(first, p) for p in pieces), strict=True))
+    nearest = gaps.argmin(axis=0)[None]
+    gap = np.take_along_axis(gaps, nearest, axis=0)[0]
+    point, normal = (np.take_along_axis(part, nearest[..., None], axis=0)[0] for part in (points, normals))
+    return gap, point, normal
 
 
 def separation(first: Array, second: Array) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, inverse_transform, rotate, transform
 from inhand.sim.hands import FingerSpec, HandSpec
 from inhand.sim.kinematics import damped_least_squares, joint_positions, point_jacobian
-from inhand.sim.polygons import contact, separation
+from inhand.sim.polygons import nearest_contact, separation
 from inhand.sim.shapes import link_polygons, palm_outline
 from inhand.sim.touch import within_limits
 
@@ -53,8 +53,8 @@ class Starts:
     """Contacts in the object frame `(K, 2)` [m]."""
     joints: Array
     """Joint angles that touch them `(K, n)` [rad]."""
-    bodies: Array
-    """Outlines of the objects in their own frames `(K, M, 2)` or, of one object, `(M, 2)` [m]."""
+    bodies: tuple[Array, ...]
+    """Convex pieces of the objects in their own frames, each `(K, M, 2)` or, of one object, `(M, 2)` [m]."""
 
 
 def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tracks:
@@ -73,10 +73,10 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
         np.empty((count, steps, joints.shape[-1])),
         np.zeros((count, steps), dtype=bool),
     )
-    body = transform(poses[:, :1], starts.bodies)
+    body = _placed(starts.bodies, poses[:, :1])
     contacts = transform(poses[:, 0], starts.points)
-    facing = contact(link_polygons(hand, finger, joints)[-1], body)[2]
-    held = _clear(hand, finger, joints, body)
+    gap, _, facing = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
+    held = _clear(hand, finger, joints, body) & (gap > -TOLERANCE)
     _record(tracks, 0, poses[:, 0], (contacts, facing, joints, held))
     for s in range(1, steps):
         if not held.any():
@@ -85,7 +85,7 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
             tracks.joints[:, s:] = joints[:, None]
             break
         moved = transform(poses[:, s], inverse_transform(poses[:, s - 1], contacts))
-        body = transform(poses[:, s : s + 1], starts.bodies)
+        body = _placed(starts.bodies, poses[:, s : s + 1])
         stepped, contacts, facing, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints))
         joints = np.where(held[:, None], stepped, joints)
         held = held & kept & _clear(hand, finger, joints, body)
@@ -93,8 +93,13 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
     return tracks
 
 
+def _placed(pieces: tuple[Array, ...], poses: Array) -> list[Array]:
+    """Return the pieces of K objects at poses `(K, 1, 3)`, each `(K, M, 2)` [m]."""
+    return [transform(poses, piece) for piece in pieces]
+
+
 def _follow(
-    hand: HandSpec, finger: FingerSpec, body: Array, start: tuple[Array, Array, Array, Array]
+    hand: HandSpec, finger: FingerSpec, body: list[Array], start: tuple[Array, Array, Array, Array]
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """Move the touching points along, close the remaining gap, and return joints, contacts, normals and success."""
     joints, contacts, moved, rest = start
@@ -104,11 +109,11 @@ def _follow(
     joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
     kept = (np.abs(step) < LARGEST_STEP).all(-1)
     for _ in range(CORRECTIONS):
-        gap, contacts, normals = contact(link_polygons(hand, finger, joints)[-1], body)
+        gap, contacts, normals = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
         jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], contacts)
         step = damped_least_squares(jacobian, -gap[..., None] * normals, DAMPING)
         joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    gap, contacts, normals = contact(link_polygons(hand, finger, joints)[-1], body)
+    gap, contacts, normals = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
     return joints, contacts, normals, kept & (np.abs(gap) < TOLERANCE) & within_limits(finger, joints)
 
 
@@ -120,13 +125,13 @@ def _record(tracks: Tracks, s: int, pose: Array, found: tuple[Array, Array, Arra
     tracks.held[:, s] = held
 
 
-def _clear(hand: HandSpec, finger: FingerSpec, joints: Array, body: Array) -> NDArray[np.bool_]:
+def _clear(hand: HandSpec, finger: FingerSpec, joints: Array, body: list[Array]) -> NDArray[np.bool_]:
     """Return whether inner links stay off the object, and the object and all outer links off the palm `(K,)`."""
     links = link_polygons(hand, finger, joints)
-    clear = separation(palm_outline(hand), body) > 0
-    clear = np.array(np.broadcast_to(clear, joints.shape[:1]))
-    for link in links[:-1]:
-        clear &= separation(link, body) > 0
+    clear = np.ones(joints.shape[:1], dtype=bool)
+    for piece in body:
+        for part in (palm_outline(hand), *links[:-1]):
+            clear &= separation(part, piece) > 0
     for link in links[1:]:
         clear &= separation(link, palm_outline(hand)) > 0
     return clear

@@ -12,7 +12,7 @@ import numpy as np
 from inhand.errors import InputError, near_matches
 from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec, build_hand
-from inhand.sim.objects import ObjectSpec, Shape, parse_object_name
+from inhand.sim.objects import ObjectSpec, Shape, parse_object_name, polygon_object
 
 _FINGER_KEYS = ("links_mm", "limits_deg")
 _HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
@@ -26,6 +26,7 @@ _HAND_SCALARS = {
 }
 _HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
 _OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
+_POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "friction")
 
 
 def load_hand(name_or_file: str | Path) -> HandSpec:
@@ -95,14 +96,31 @@ def _numbers(table: dict[str, Any], key: str, where: str) -> tuple[float, ...]:
     return tuple(_number({key: item}, key, where) for item in value)
 
 
-def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
-    where = f"object file {path}"
+def _sized_from(table: dict[str, Any], where: str) -> ObjectSpec:
     _check_keys(table, _OBJECT_KEYS, ("name", "shape", "size_mm"), where)
     size = _numbers(table, "size_mm", where)
     if len(size) != 3:
         raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, height] in mm")
     shape = cast("Shape", _text(table, "shape", where))
-    spec = ObjectSpec(_text(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+    return ObjectSpec(_text(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+
+
+def _polygon_from(table: dict[str, Any], where: str) -> ObjectSpec:
+    _check_keys(table, _POLYGON_KEYS, ("name", "shape", "corners_mm", "height_mm"), where)
+    rows = table["corners_mm"]
+    if not isinstance(rows, list):
+        raise InputError(f"{where}: corners_mm = {rows!r}; it must be a list of corners [x, y] in mm")
+    corners = [_numbers({"corners_mm": row}, "corners_mm", where) for row in rows]
+    for place, corner in enumerate(corners, start=1):
+        if len(corner) != 2:
+            raise InputError(f"{where}: corner {place} of corners_mm is {list(corner)}; it must be [x, y] in mm")
+    metres = [(x / 1e3, y / 1e3) for x, y in corners]
+    return polygon_object(_text(table, "name", where), metres, _number(table, "height_mm", where) / 1e3)
+
+
+def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
+    where = f"object file {path}"
+    spec = (_polygon_from if table.get("shape") == "polygon" else _sized_from)(table, where)
     mass = _number(table, "mass_kg", where) if "mass_kg" in table else spec.mass
     friction = _number(table, "friction", where) if "friction" in table else spec.friction
     return replace(spec, mass=mass, friction=friction)

@@ -47,4 +47,4 @@ def _light(model: mujoco.MjModel) -> None:
     model.vis.headlight.diffuse[:] = 0.5
     colours = {"floor": (0.93, 0.94, 0.95, 1), "palm": (0.45, 0.5, 0.56, 1), "object": (0.95, 0.6, 0.2, 1)}
     for geom in range(model.ngeom):
-        model.geom_rgba[geom] = colours.get(model.geom(geom).name, (0.6, 0.65, 0.7, 1))
+        model.geom_rgba[geom] = colours.get(model.geom(geom).name.split("_")[0], (0.6, 0.65, 0.7, 1))

@@ -173,4 +173,5 @@ def _passport(entry: dict[str, Any]) -> Passport:
         )
     thing = dict(entry["object"])
     thing["size"] = tuple(thing["size"])
+    thing["corners"] = tuple((x, y) for x, y in thing.get("corners", ()))
     return Passport(**(entry | {"hand": HandSpec(**hand), "object": ObjectSpec(**thing)}))

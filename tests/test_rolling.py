@@ -89,7 +89,7 @@ def test_a_contact_once_lost_stays_lost(hand_name: str) -> None:
 
 def arc_of_corners(hand: HandSpec, finger: FingerSpec) -> tuple[Array, Array]:
     """Corners of the last link's outline, and the length of the outline up to each."""
-    corners = link_outline(hand, finger.links[-1], tip=True)
+    corners = link_outline(hand, finger, len(finger.links) - 1)
     edges = np.linalg.norm(np.diff(corners, axis=0), axis=-1)
     return corners, np.concatenate([[0.0], np.cumsum(edges)])
 
@@ -151,7 +151,7 @@ def test_the_true_cap_arc_is_rolled_to_within_one_corner() -> None:
     rolled = float(((speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(t))).sum())
     moved = abs(tracks.points[0, -1, 1] - tracks.points[0, 0, 1])
     assert moved > 0.01
-    corner = np.linalg.norm(np.diff(link_outline(hand, 0.05, tip=True)[2:], axis=0), axis=-1).max()
+    corner = np.linalg.norm(np.diff(link_outline(hand, finger, 1)[2:], axis=0), axis=-1).max()
     assert abs(moved - rolled) < corner
 
 

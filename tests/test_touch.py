@@ -65,7 +65,7 @@ def test_the_cap_support_is_batched() -> None:
 
 
 def test_the_outline_of_the_tip_is_inscribed_in_the_cap() -> None:
-    corners = link_outline(STANDARD, 0.072, tip=True)
+    corners = link_outline(STANDARD, STANDARD.left, 1)
     assert len(corners) == CAP_CORNERS + 2
     cap = corners[2:] - (0, 0.072 - STANDARD.tip_length)
     np.testing.assert_allclose(((cap / (STANDARD.link_width / 2, STANDARD.tip_length)) ** 2).sum(-1), 1.0)

@@ -156,8 +156,7 @@ def _add_hand(engine: ModuleType, client: int, hand: HandSpec, height: float) ->
     for finger in hand.fingers:
         parent, joint = 0, [*finger.base, 0.0]
         for i, length in enumerate(finger.links):
-            outline = link_outline(hand, length, tip=i == len(finger.links) - 1)
-            shape, centre = _prism(engine, client, outline, hand.thickness)
+            shape, centre = _prism(engine, client, link_outline(hand, finger, i), hand.thickness)
             shapes.append(shape)
             centres.append(centre)
             joints.append(joint)
@@ -171,7 +170,7 @@ def _add_hand(engine: ModuleType, client: int, hand: HandSpec, height: float) ->
             palm,
             basePosition=[0, 0, height],
             baseInertialFramePosition=palm_centre,
-            linkMasses=[hand.link_mass] * n,
+            linkMasses=[hand.mass(finger, i) for finger in hand.fingers for i in range(len(finger.links))],
             linkCollisionShapeIndices=shapes,
             linkVisualShapeIndices=[-1] * n,
             linkPositions=joints,

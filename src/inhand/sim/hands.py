@@ -13,9 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, cross
 
 FINGER_NAMES = ("left", "right")
+
+Corners = tuple[tuple[float, float], ...]
+"""Corners of a convex outline, counter-clockwise [m]."""
 
 _POSITIVE = ("palm_width", "palm_depth", "link_width", "thickness", "tip_length", "link_mass", "stiffness", "torque")
 _NOT_NEGATIVE = ("joint_gap", "friction", "damping", "armature")
@@ -33,6 +36,11 @@ class FingerSpec:
     """Lowest and highest angle of each joint [rad]."""
     bend: int
     """Sign of the distal angles that bend this finger inwards: -1 left, +1 right."""
+    outlines: tuple[Corners, ...] | None = None
+    """Outline of each link in its own frame: joint at the origin, +y to the next joint or the fingertip. None stands
+    for the shape that the hand's link width, joint gap and tip length describe."""
+    masses: tuple[float, ...] | None = None
+    """Mass of each link [kg]; None stands for the hand's `link_mass`."""
 
     @property
     def length(self) -> float:
@@ -74,6 +82,8 @@ class HandSpec:
     """Rotor inertia seen through the gears at each joint [kg m^2], guessed (a small geared servo)."""
     torque: float = 0.35
     """Largest torque of each motor [N m]."""
+    palm: Corners | None = None
+    """Outline of the palm in the palm frame; None stands for the box of width and depth."""
 
     def __post_init__(self) -> None:
         """Refuse numbers that no hand has, and links shorter than their joint gap and cap."""
@@ -83,13 +93,20 @@ class HandSpec:
                 zero = " or zero" if name in _NOT_NEGATIVE else ""
                 raise InputError(f"hand {self.name!r}: {name} is {value:g}; it must be positive{zero} (SI units)")
         for side, finger in zip(FINGER_NAMES, self.fingers, strict=True):
+            _check_parts(self.name, side, finger)
             for i, length in enumerate(finger.links):
                 dead = self.joint_gap + (self.tip_length if i == len(finger.links) - 1 else 0.0)
-                if length <= dead:
+                if length <= dead and finger.outlines is None:
                     raise InputError(
                         f"hand {self.name!r}: link {i} of the {side} finger is {1e3 * length:g} mm long; it must be"
                         f" longer than {1e3 * dead:g} mm, its joint gap and its cap together"
                     )
+        if self.palm is not None:
+            _check_outline(self.name, "the palm", self.palm)
+
+    def mass(self, finger: FingerSpec, link: int) -> float:
+        """Return the mass of a finger's link [kg]."""
+        return self.link_mass if finger.masses is None else finger.masses[link]
 
     @property
     def fingers(self) -> tuple[FingerSpec, FingerSpec]:
@@ -169,3 +186,31 @@ def lab_limits(hand: HandSpec) -> HandSpec:
 def _check_positive(name: str, what: str, value: float) -> None:
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"hand {name!r}: {what} is {1e3 * value:g} mm; it must be a positive length")
+
+
+def _check_parts(name: str, side: str, finger: FingerSpec) -> None:
+    """Refuse outlines and masses of another number than the links, and those that no link has."""
+    for what, parts in (("outlines", finger.outlines), ("masses", finger.masses)):
+        if parts is not None and len(parts) != len(finger.links):
+            raise InputError(
+                f"hand {name!r}: {len(parts)} {what} for the {len(finger.links)} links of the {side} finger; give one"
+                " for each link, or None"
+            )
+    for i, corners in enumerate(finger.outlines or ()):
+        _check_outline(name, f"link {i} of the {side} finger", corners)
+    for i, mass in enumerate(finger.masses or ()):
+        if not (np.isfinite(mass) and mass > 0):
+            raise InputError(
+                f"hand {name!r}: link {i} of the {side} finger has a mass of {mass:g} kg; it must be positive"
+            )
+
+
+def _check_outline(name: str, what: str, corners: Corners) -> None:
+    """Refuse outlines that are not convex and counter-clockwise."""
+    points = np.array(corners, dtype=float).reshape(-1, 2)
+    before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+    if not (len(points) > 2 and np.isfinite(points).all() and (cross(before, after) > 0).all()):
+        raise InputError(
+            f"hand {name!r}: the outline of {what} is not convex and counter-clockwise; give it three corners or more,"
+            f" in that order [m], not {points.tolist()}"
+        )

@@ -19,7 +19,7 @@ from inhand.sim.hands import FINGER_NAMES, HandSpec
 from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
 from inhand.sim.outlines import centroid, second_moments
 from inhand.sim.polygons import is_box
-from inhand.sim.shapes import link_outline
+from inhand.sim.shapes import link_outline, palm_outline
 
 
 def scene_of_each(objects: Sequence[ObjectSpec], scenes: SceneSpec | Sequence[SceneSpec] | None) -> list[SceneSpec]:
@@ -79,7 +79,7 @@ def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.Mj
     mj, links = _bodies(hand, spec, scene)
     _add_surroundings(mj, hand, spec)
     for finger, names in zip(hand.fingers, links, strict=True):
-        _add_rims(mj, names[-1], link_outline(hand, finger.links[-1], tip=True), hand.thickness)
+        _add_rims(mj, names[-1], link_outline(hand, finger, len(finger.links) - 1), hand.thickness)
     _add_pairs(mj, links, hand, spec, scene)
     return mj.compile()
 
@@ -116,8 +116,7 @@ def _bodies(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[mujoco.
 def _add_surroundings(mj: mujoco.MjSpec, hand: HandSpec, spec: ObjectSpec) -> None:
     world = mj.worldbody
     _geom(world, "floor", mujoco.mjtGeom.mjGEOM_PLANE, [0.5, 0.5, 0.01])
-    half = [hand.palm_width / 2 + hand.link_width / 2, hand.palm_depth / 2, hand.thickness / 2]
-    _geom(world, "palm", mujoco.mjtGeom.mjGEOM_BOX, half, pos=[0, -hand.palm_depth / 2, spec.height / 2])
+    _add_prism(mj, world, "palm", palm_outline(hand), height=hand.thickness, mass=0.0, middle=spec.height / 2)
 
 
 def _add_finger(mj: mujoco.MjSpec, hand: HandSpec, index: int, height: float) -> list[str]:
@@ -132,8 +131,8 @@ def _add_finger(mj: mujoco.MjSpec, hand: HandSpec, index: int, height: float) ->
         joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
         joint.armature = hand.armature
         joint.damping = [hand.damping, 0, 0]
-        tip = i == len(finger.links) - 1
-        _add_prism(mj, body, name, link_outline(hand, length, tip=tip), height=hand.thickness, mass=hand.link_mass)
+        mass = hand.mass(finger, i)
+        _add_prism(mj, body, name, link_outline(hand, finger, i), height=hand.thickness, mass=mass)
         servo = mj.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_position(kp=hand.stiffness)
         servo.forcerange = [-hand.torque, hand.torque]
@@ -185,17 +184,24 @@ def _set_inertia(body: mujoco.MjsBody, spec: ObjectSpec) -> None:
 
 
 def _add_prism(
-    mj: mujoco.MjSpec, body: mujoco.MjsBody, name: str, corners: Array, *, height: float, mass: float
+    mj: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    name: str,
+    corners: Array,
+    *,
+    height: float,
+    mass: float,
+    middle: float = 0.0,
 ) -> None:
-    """Add an upright prism over a convex outline `(K, 2)` [m], centred on the body's plane; a box where it is one."""
+    """Add an upright prism over a convex outline `(K, 2)` [m], its middle at a height; a box where it is one."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     if is_box(corners):
         half = [*(high - low) / 2, height / 2]
-        _geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, 0])
+        _geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, middle])
         return
     mesh = mj.add_mesh(name=name)
     mesh.uservert = np.concatenate([_at_height(corners, z) for z in (-height / 2, height / 2)]).ravel()
-    geom = _geom(body, name, mujoco.mjtGeom.mjGEOM_MESH, None, mass=mass)
+    geom = _geom(body, name, mujoco.mjtGeom.mjGEOM_MESH, None, mass=mass, pos=[0, 0, middle])
     geom.meshname = name
 
 

@@ -13,6 +13,8 @@ from inhand.errors import InputError, near_matches
 from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec, build_hand
 from inhand.sim.objects import ObjectSpec, Shape, parse_object_name, polygon_object
+from inhand.sim.robot_chains import FingerNames, RobotNames
+from inhand.sim.robot_files import RobotHand, read_robot
 
 _FINGER_KEYS = ("links_mm", "limits_deg")
 _HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
@@ -25,6 +27,8 @@ _HAND_SCALARS = {
     "armature_kg_m2": "armature",
 }
 _HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
+_ROBOT_FINGER_KEYS = ("joints", "tip")
+_ROBOT_KEYS = ("name", "robot", "palm", *FINGER_NAMES, "palm_x", "palm_y", "thickness_mm", *_HAND_SCALARS)
 _OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
 _POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "friction")
 
@@ -128,6 +132,8 @@ def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
 
 def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
     where = f"hand file {path}"
+    if "robot" in table:
+        return _robot_from(table, path).hand
     _check_keys(table, _HAND_KEYS, ("name", "palm_width_mm", *FINGER_NAMES), where)
     links = []
     for side in FINGER_NAMES:
@@ -147,6 +153,43 @@ def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
         return replace(hand, left=left, right=right, **changes)
     except InputError as error:
         raise InputError(f"{where}: {error}") from error
+
+
+def load_robot(path: Path) -> RobotHand:
+    """Return the hand of a TOML file that names a robot file, with the signs and zeros of the robot's joint angles.
+
+    Raises:
+        InputError: no such file, or one that names no robot, or no hand in it.
+    """
+    table = _read_toml(path, "hand")
+    if "robot" not in table:
+        raise InputError(f"hand file {path}: no 'robot'; a robot's hand names its URDF or MJCF file")
+    return _robot_from(table, path)
+
+
+def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
+    where = f"hand file {path}"
+    _check_keys(table, _ROBOT_KEYS, ("name", "robot", "palm", *FINGER_NAMES), where)
+    fingers = []
+    for side in FINGER_NAMES:
+        if not isinstance(table[side], dict):
+            raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with joints and tip")
+        _check_keys(table[side], _ROBOT_FINGER_KEYS, _ROBOT_FINGER_KEYS, f"{where} [{side}]")
+        joints = table[side]["joints"]
+        if not isinstance(joints, list):
+            raise InputError(f"{where} [{side}]: joints = {joints!r}; it must be a list of names, the palm's first")
+        named = tuple(_text({"joints": joint}, "joints", f"{where} [{side}]") for joint in joints)
+        fingers.append(FingerNames(named, _text(table[side], "tip", f"{where} [{side}]")))
+    names = RobotNames(
+        _text(table, "palm", where),
+        fingers[0],
+        fingers[1],
+        *(_text({key: table.get(key, key[-1])}, key, where) for key in ("palm_x", "palm_y")),
+    )
+    numbers = {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    if "thickness_mm" in table:
+        numbers["thickness"] = _number(table, "thickness_mm", where) / 1e3
+    return read_robot(path.parent / _text(table, "robot", where), _text(table, "name", where), names, numbers)
 
 
 def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, planar
-from inhand.sim.hands import FingerSpec, HandSpec
+from inhand.sim.hands import Corners, FingerSpec, HandSpec
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import CONTACT_TOLERANCE
 
@@ -170,8 +170,16 @@ def _passport(entry: dict[str, Any]) -> Passport:
             tuple(finger["links"]),
             tuple((low, high) for low, high in finger["limits"]),
             finger["bend"],
+            _outlines(finger.get("outlines")),
+            None if finger.get("masses") is None else tuple(finger["masses"]),
         )
+    palm = _outlines(None if hand.get("palm") is None else [hand["palm"]])
+    hand["palm"] = None if palm is None else palm[0]
     thing = dict(entry["object"])
     thing["size"] = tuple(thing["size"])
     thing["corners"] = tuple((x, y) for x, y in thing.get("corners", ()))
     return Passport(**(entry | {"hand": HandSpec(**hand), "object": ObjectSpec(**thing)}))
+
+
+def _outlines(rows: list[list[list[float]]] | None) -> tuple[Corners, ...] | None:
+    return None if rows is None else tuple(tuple((x, y) for x, y in corners) for corners in rows)

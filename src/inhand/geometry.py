@@ -15,6 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 
+TURN_ARM = 0.025
+"""Arm at which a turn counts as a way along a path [m]: about the half width of the objects."""
+
+
+def way_along(poses: Array) -> Array:
+    """Return the way `(..., S)` [m] from the first of poses `(..., S, 3)`; a turn counts as an arc at `TURN_ARM`."""
+    moved = np.linalg.norm(np.diff(poses[..., :2], axis=-2), axis=-1)
+    steps = moved + TURN_ARM * np.abs(np.diff(poses[..., 2], axis=-1))
+    return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+
+
 def wrap_angle(angle: ArrayLike) -> Array:
     """Return angles [rad] moved into [-pi, pi)."""
     return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)

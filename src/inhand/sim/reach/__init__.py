@@ -1,0 +1,1 @@
+"""How far a hand could carry an object: where its fingers can touch, and which grips a slide connects."""

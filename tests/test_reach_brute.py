@@ -1,0 +1,50 @@
+"""Reach against a slow, independent search, for three hands and a box in all sixteen directions."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from brute_contacts import Grid
+from brute_reach import brute_reach
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.objects import parse_object_name
+from inhand.sim.reach.limits import farthest
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import GROUPS, Primitive
+
+CUBE = parse_object_name("cube_39")
+SYMMETRIC = ("2v2_50.50_50.50_1.1_53", "2v2_65.35_65.35_1.1_53")
+UNEVEN = "2v2_70.30_50.50_0.9.1_53"
+COARSE = Grid(step=0.004, slide=0.003, turn=np.deg2rad(4.0))
+"""The search's grid. A grid that is too coarse breaks the chain of grips early and fails the test."""
+FINER = Grid(step=0.004, slide=0.002, turn=np.deg2rad(3.0))
+"""The grid where the last grips are a narrow chain; `benchmarks/reach_check.py` has it everywhere, in smaller steps."""
+NARROW = {(SYMMETRIC[0], "Right'"), (SYMMETRIC[1], "In-Right"), (SYMMETRIC[1], "Right'"), (UNEVEN, "In-Left")}
+
+
+def mirrored(direction: Primitive) -> Primitive:
+    """Return the direction on the other side of the hand's mid-line."""
+    (found,) = (d for d in GROUPS["all"] if np.allclose(d.unit, direction.unit * [-1, 1]))
+    return found
+
+
+@cache
+def searched(name: str, direction: Primitive) -> float:
+    """Return the reach that the search finds [m]."""
+    hand = parse_hand_name(name)
+    grid = FINER if (name, direction.name) in NARROW else COARSE
+    return brute_reach(hand, CUBE.size[0], hand.friction * CUBE.friction, direction.unit, grid)
+
+
+@pytest.mark.parametrize("direction", GROUPS["all"], ids=lambda direction: direction.name)
+@pytest.mark.parametrize("name", [*SYMMETRIC, UNEVEN])
+def test_reach_agrees_with_a_brute_force_search(name: str, direction: Primitive) -> None:
+    hand = parse_hand_name(name)
+    path = np.array([*hand.start_position, 0.0]) + straight_path(direction, 0.25).poses
+    found = farthest(hand, CUBE, path)
+    assert found is not None
+    # The search of a symmetric hand is done on the right alone: a mirrored hand has mirrored grips.
+    expected = searched(name, mirrored(direction) if name in SYMMETRIC and direction.unit[0] < -1e-9 else direction)
+    assert expected > 0.03
+    assert found.way == pytest.approx(expected, abs=1e-3)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, inverse_transform, rotate, transform, wrap_angle
 from inhand.sim.hands import FingerSpec, HandSpec
 from inhand.sim.kinematics import joint_positions, link_angles
-from inhand.sim.polygons import contact, separation
+from inhand.sim.polygons import contact, edge_normals, separation
 from inhand.sim.reach.bundles import Bundle, knots
 from inhand.sim.shapes import link_outline, link_polygons, palm_outline
 from inhand.sim.touch import within_limits
@@ -269,6 +269,7 @@ def _is_free(
     free = within_limits(finger, found.joints)
     at = np.flatnonzero(free)
     joints, angles = joint_positions(finger, found.joints[at]), link_angles(found.joints[at])
+    places = np.concatenate([joints[:, :-1], angles[..., None]], axis=-1)
     palm = palm_outline(hand)
     clear = np.ones(len(at), dtype=bool)
     for i in range(len(finger.links)):
@@ -276,22 +277,40 @@ def _is_free(
         if i > 0:
             low = joints[:, i : i + 2, 1].min(axis=-1) - _room(shape, finger.links[i]) < palm[:, 1].max()
             left = np.flatnonzero(clear & low)
-            if len(left) > 0:
-                clear[left] &= separation(_placed(shape, joints[left, i], angles[left, i]), palm) > -OVERLAP
+            clear[left] &= _apart(shape, places[left, i], palm, np.zeros((len(left), 3)))
         # A convex object cannot overlap the link that touches it.
         if i == link and len(body.pieces) == 1 and link > 0:
             continue
         for piece in body.pieces:
             left = np.flatnonzero(clear)
-            outline = _placed(shape, joints[left, i], angles[left, i])
-            clear[left] &= separation(outline, transform(poses[found.pose[at[left]], None], piece)) > -OVERLAP
+            clear[left] &= _apart(shape, places[left, i], piece, poses[found.pose[at[left]]])
     free[at] = clear
     return free
 
 
-def _placed(shape: Array, joint: Array, angle: Array) -> Array:
-    """Return a link's outline `(N, K, 2)` [m] at places `(N, 2)` [m] and angles `(N,)` [rad] of its joint."""
-    return rotate(angle[:, None], shape) + joint[:, None]
+def _apart(shape: Array, places: Array, other: Array, poses: Array) -> NDArray[np.bool_]:
+    """Return whether a link's outline at places `(N, 3)` and another at poses `(N, 3)` keep apart `(N,)`.
+
+    As `separation`, in the frame of the outline whose edges are looked at, where its normals are always the same. The
+    other's middle and the circle around it settle most.
+    """
+    middle = other.mean(axis=0)
+    size = float(np.linalg.norm(other - middle, axis=-1).max())
+    height = _height(shape, inverse_transform(places, transform(poses, middle))[:, None])
+    apart = height > size
+    left = np.flatnonzero(~apart & (height > 0))
+    apart[left] = _height(shape, inverse_transform(places[left, None], transform(poses[left, None], other))) > -OVERLAP
+    left = left[~apart[left]]
+    corners = inverse_transform(poses[left, None], transform(places[left, None], shape))
+    apart[left] = _height(other, corners) > -OVERLAP
+    return np.asarray(apart)
+
+
+def _height(faces: Array, corners: Array) -> Array:
+    """Return the largest height `(N,)` [m] of all corners `(N, M, 2)` over an edge of an outline `(K, 2)`."""
+    normals = edge_normals(faces)
+    height = normals @ np.swapaxes(corners, -1, -2)
+    return np.asarray((height.min(axis=-1) - (normals * faces).sum(axis=-1)).max(axis=-1))
 
 
 def _room(shape: Array, length: float) -> float:

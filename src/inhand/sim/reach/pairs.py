@@ -77,7 +77,8 @@ def connected(grips: Grips, seeds: Grips, slides: tuple[NDArray[np.bool_], NDArr
     open_ = grips & ~reached
     edge = reached.astype(np.float32)
     while open_.any():
-        fresh = (left @ edge + edge @ right > 0) & open_
+        some, other = np.flatnonzero(edge.any(axis=1)), np.flatnonzero(edge.any(axis=0))
+        fresh = (left[:, some] @ edge[some] + edge[:, other] @ right[other] > 0) & open_
         if not fresh.any():
             break
         open_ &= ~fresh

@@ -42,7 +42,7 @@ def test_its_distances_stand_after_the_runs_own(trials: tuple[Trial, ...], earli
     results = [result_of_trial(trial) for trial in trials]
     beside = load_beside([earlier])
     header, rows = with_beside(HEADER, table_rows([*results, replace(results[0], direction="In")], ()), beside)
-    assert header[:4] == ("Direction", "Distance [mm]", "thesis-ik (bullet) [mm]", "Human [mm]")
+    assert header[:4] == ("Direction", "Distance [mm]", "thesis-ik (bullet) [mm]", "Limit [mm]")
     assert rows[0][1] == rows[0][2]
     assert rows[1][2] == "-"
 

@@ -43,7 +43,7 @@ def squeezed(simulator: Simulator, seconds: float) -> list[State]:
 
 def expert_right(simulator: Simulator) -> Recording:
     """Run the expert's episode towards the right in one world."""
-    entry, path = find_controller("ik"), straight_path(parse_directions("Right")[0])
+    entry, path = find_controller("ik-cautious"), straight_path(parse_directions("Right")[0])
     grasp = entry.grasp(HAND, CUBE, (ORIGIN + path.poses)[None])
     task = Task(HAND, simulator.objects, path.poses[None], path.progress[None], 0.02, simulator.timestep)
     start = simulator.reset(ORIGIN[None], grasp.opened)

@@ -299,7 +299,9 @@ sys.exit(f"imported {{sorted(heavy & set(sys.modules))}}" if heavy & set(sys.mod
 """
 
 
-@pytest.mark.parametrize("words", [["--help"], ["asterisk", "--help"], ["metrics", "--help"], ["view", "--help"]])
+@pytest.mark.parametrize(
+    "words", [["--help"], ["asterisk", "--help"], ["reach", "--help"], ["metrics", "--help"], ["view", "--help"]]
+)
 def test_help_imports_nothing_heavy(words: list[str]) -> None:
     code, out, err = in_a_process(sys.executable, "-c", HELP.format(words=words))
     assert (code, err) == (0, "")

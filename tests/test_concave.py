@@ -6,9 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from inhand.controllers.grasp_plan import plan_grasps
+from inhand.controllers.catalogue import planned_grasp
+from inhand.controllers.grasp_search import plan_grasps
 from inhand.errors import InputError
-from inhand.geometry import Array, cross, rotate, transform
+from inhand.geometry import Array, cross, inverse_transform, rotate, transform
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import prism_inertia
 from inhand.sim.engine import Simulator
@@ -44,11 +45,11 @@ def moments(corners: Array) -> tuple[float, Array, Array]:
 def gripped(simulator: Simulator, spec: ObjectSpec, seconds: float) -> list[State]:
     """Close on the contacts that are planned for the way out in 0.4 s, hold them, and return the states while held."""
     path = START + np.stack([np.zeros(5), np.linspace(0, 0.01, 5), np.zeros(5)], axis=-1)
-    (plan,) = plan_grasps(HAND, spec, path[None])
-    simulator.reset(START[None], plan.opened[None])
+    grasp = planned_grasp(HAND, spec, path[None])
+    simulator.reset(START[None], grasp.opened)
     for share in np.linspace(0.05, 1.0, 20):
-        simulator.step((plan.opened + share * (plan.closed - plan.opened))[None], 5)
-    return [simulator.step(plan.closed[None], 5) for _ in range(round(seconds / 0.02))]
+        simulator.step(grasp.opened + share * (grasp.closed - grasp.opened), 5)
+    return [simulator.step(grasp.closed, 5) for _ in range(round(seconds / 0.02))]
 
 
 @every_polygon
@@ -204,13 +205,14 @@ def test_a_finger_rolls_along_a_notch_and_stays_off_the_other_piece() -> None:
     spec = CATALOGUE["concave_square"]
     steps = np.linspace(0, 0.02, 11)
     path = START + np.stack([steps * 0, steps, steps * 0], axis=-1)
-    (plan,) = plan_grasps(HAND, spec, path[None])
+    ((plan, *_),) = plan_grasps(HAND, spec, path[None])
     assert plan.reach == len(path)
     place = HAND.slices[0]
     pieces = convex_pieces(spec)
     simulator = MujocoSimulator(HAND, [spec])
     state = gripped(simulator, spec, 0.2)[-1]
-    starts = Starts(state.object_points[:, 0] - START[:2], state.joint_angles[:, place], pieces)
+    path = path + state.pose[0] - START  # closing the fingers has moved it a little
+    starts = Starts(inverse_transform(state.pose, state.object_points[:, 0]), state.joint_angles[:, place], pieces)
     tracks = roll(HAND, HAND.left, starts, path[None])
     for k in np.flatnonzero(tracks.held[0]):
         link = link_polygons(HAND, HAND.left, tracks.joints[0, k])[-1]

@@ -174,16 +174,16 @@ def test_it_turns_the_object_on_its_way() -> None:
 
 def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]) -> None:
     task, state = grip
-    limit = follow_limit(task, state, friction_share=0.85, margin=0.0)
+    limit = follow_limit(task, state, friction_share=0.85, margin=(0.0, 0.0))
     assert limit.shape == (4,)
     assert (limit > 0.02).all()
     assert (limit <= task.progress[:, -1]).all()
-    np.testing.assert_allclose(limit, np.round(limit / 0.002) * 0.002, atol=1e-9)
+    np.testing.assert_allclose(limit, np.round(limit / 0.001) * 0.001, atol=1e-9)
 
 
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:
     task, state = grip
-    limits = np.stack([follow_limit(task, state, share, margin=0.0) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])
+    limits = np.stack([follow_limit(task, state, share, margin=(0.0, 0.0)) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])
     assert (np.diff(limits, axis=0) >= 0).all()
     assert (limits[0] < limits[-1]).sum() >= 2
 

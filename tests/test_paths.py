@@ -10,7 +10,7 @@ import pytest
 from inhand import geometry
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.tasks.paths import human_path, sample, straight_path
+from inhand.tasks.paths import TURN_STEP, human_path, sample, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, Primitive
 from inhand.trials.human import HumanTrial, read_human_file, read_human_folder
 
@@ -51,8 +51,23 @@ def test_a_straight_path_lies_on_its_direction(primitive: Primitive) -> None:
 
 
 def test_a_straight_path_holds_a_twist() -> None:
-    path = straight_path(Primitive("Right", 0.0, -15.0))
-    np.testing.assert_allclose(path.poses[:, 2], -math.radians(15))
+    path = straight_path(Primitive("Right p15", 0.0, -15.0), length=0.1)
+    np.testing.assert_array_equal(path.poses[:, 2], 0)
+    assert path.twist == pytest.approx(-math.radians(15))
+    before, whole = twist_poses(path), whole_path(path)
+    np.testing.assert_array_equal(before[:, :2], 0)
+    assert before[0, 2] == 0
+    assert np.diff(before[:, 2]).min() >= -TURN_STEP - 1e-12
+    np.testing.assert_allclose(whole[: len(before)], before)
+    np.testing.assert_allclose(whole[len(before) - 1 :, 2], -math.radians(15))
+    np.testing.assert_allclose(whole[-1, :2], (0.1, 0), atol=1e-12)
+    np.testing.assert_allclose(np.diff(whole[len(before) - 1 :, 0]), np.diff(path.progress), atol=1e-12)
+
+
+def test_without_a_twist_the_whole_path_is_the_path() -> None:
+    path = straight_path(Primitive("Right", 0.0), length=0.1)
+    np.testing.assert_array_equal(whole_path(path), path.poses)
+    np.testing.assert_array_equal(twist_poses(path), np.zeros((1, 3)))
 
 
 @pytest.mark.parametrize(("primitive", "sign"), [(TURNS[0], -1), (TURNS[1], 1)])

@@ -73,12 +73,15 @@ def test_an_object_of_no_size() -> None:
 
 
 def test_an_unknown_controller() -> None:
-    refused(AsteriskConfig(controller="ikk"), r"unknown controller 'ikk'; did you mean ik.*allowed are ik, thesis-ik")
+    refused(
+        AsteriskConfig(controller="ikk"),
+        r"unknown controller 'ikk'; did you mean ik.*allowed are ik, ik-cautious, thesis-ik",
+    )
 
 
 def test_an_unknown_direction() -> None:
     refused(AsteriskConfig(directions="Out,Wright"), r"unknown direction 'Wright'; did you mean Right")
-    refused(AsteriskConfig(directions=" , "), r"no direction given\. Use train, unseen, all, names")
+    refused(AsteriskConfig(directions=" , "), r"no direction given\. Use train, unseen, all, twist, names")
 
 
 def test_an_object_too_wide_for_the_hand() -> None:
@@ -208,9 +211,13 @@ def test_without_noise_every_trial_starts_in_the_middle_and_is_the_same() -> Non
 
 
 def test_a_direction_does_not_depend_on_what_else_is_run(small: tuple[Trial, ...]) -> None:
+    """Its grasp is the same; a phase waits for the slowest world of its batch, so that rows can differ by a few."""
     (alone,) = run(replace(SMALL, directions="Out"))
     assert alone.outcome == small[0].outcome
-    np.testing.assert_allclose(alone.object_pose, small[0].object_pose, atol=1e-6)
+    np.testing.assert_allclose(alone.joint_angles[0], small[0].joint_angles[0], atol=1e-9)
+    np.testing.assert_allclose(alone.object_pose[0], small[0].object_pose[0], atol=1e-12)
+    assert abs(len(alone.time) - len(small[0].time)) <= 5
+    np.testing.assert_allclose(alone.object_pose[-1], small[0].object_pose[-1], atol=5e-4)
 
 
 def progress_and_side(trial: Trial) -> tuple[float, float]:
@@ -274,5 +281,6 @@ def test_progress_is_told() -> None:
     told: list[tuple[str, int, int]] = []
     config = replace(QUIET, directions="Out", controller="thesis-ik")
     simulate(config, prepare(config), lambda *news: told.append(news))
-    assert [step for *_, step in told] == list(range(1, len(told) + 1))
-    assert [*dict.fromkeys(phase for phase, *_ in told)] == ["place", "grasp", "manipulate"]
+    assert told[0] == ("reach Out", 1, 0)
+    assert [step for *_, step in told[1:]] == list(range(1, len(told)))
+    assert [*dict.fromkeys(phase for phase, *_ in told[1:])] == ["place", "grasp", "manipulate"]

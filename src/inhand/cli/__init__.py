@@ -1,4 +1,4 @@
-"""The command line: `inhand asterisk | metrics | view | hands | objects`.
+"""The command line: `inhand asterisk | reach | metrics | view | hands | objects`.
 
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -13,7 +13,7 @@ from typing import Annotated
 import tyro
 
 from inhand.errors import InputError
-from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.config import AsteriskConfig, ReachCommand
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class ObjectsConfig:
 
 Command = (
     Annotated[AsteriskConfig, tyro.conf.subcommand("asterisk")]
+    | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
     | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
     | Annotated[ViewConfig, tyro.conf.subcommand("view")]
     | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
@@ -78,6 +79,10 @@ def _run(config: object) -> None:
         from inhand.cli.asterisk import run_asterisk
 
         run_asterisk(config)
+    elif isinstance(config, ReachCommand):
+        from inhand.cli.reach import run_reach
+
+        run_reach(config)
     elif isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
 from inhand.controllers.controller import Controller, Task
-from inhand.controllers.grasp_plan import GraspPlan, SearchConfig, plan_grasps
-from inhand.controllers.ik import IkController
+from inhand.controllers.grasp_search import SearchConfig, plan_grasps
+from inhand.controllers.ik import IkConfig, IkController
+from inhand.controllers.rehearsal import rehearsed
 from inhand.controllers.thesis_ik import ThesisIkController
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, transform
@@ -28,6 +31,20 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
 
 
+class Planner(Protocol):
+    """Chooses a grasp for every path."""
+
+    def __call__(self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
+        """Return a grasp for every path of object poses `(P, S, 3)` in the palm frame.
+
+        Args:
+            hand: the hand.
+            spec: the object.
+            poses: the paths.
+            starts: where each path's object stands `(P, 3)`; None where its path starts.
+        """
+
+
 @dataclass(frozen=True)
 class ControllerEntry:
     """One controller of the toolkit."""
@@ -36,27 +53,36 @@ class ControllerEntry:
     """What the command line calls it."""
     summary: str
     """One line for lists."""
-    grasp: Callable[[HandSpec, ObjectSpec, Array], Grasp]
-    """Chooses a grasp for every path of object poses in the palm frame `(P, S, 3)`."""
+    grasp: Planner
+    """Chooses where the fingers hold the object."""
     manipulate: Callable[[Task], Controller]
     """Makes the controller of the manipulation phase."""
 
 
-def planned_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array) -> Grasp:
-    """Return the grasps of the contact search; equal paths are searched once."""
+def planned_grasp(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    poses: Array,
+    starts: Array | None = None,
+    config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
+) -> Grasp:
+    """Return the grasps of the contact search, tried out in simulation; equal paths are searched once.
+
+    Where an object stands elsewhere than its path starts, the fingers go to it from there.
+    """
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
-    plans: list[GraspPlan] = plan_grasps(hand, spec, distinct)
-    opened = np.stack([plan.opened for plan in plans])
-    closed = np.stack([plan.closed for plan in plans])
-    return Grasp(opened[index], closed[index])
+    plans = plan_grasps(hand, spec, distinct, config[0])
+    starts = poses[:, 0] if starts is None else starts
+    return Grasp(*rehearsed((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1]))
 
 
-def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array) -> Grasp:
-    """Return the same grasp for every path: both fingers on the middle of the object's sides (thesis 3.2).
+def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
+    """Return the same grasp for every path and start: both fingers on the middle of the object's sides (thesis 3.2).
 
     Raises:
         InputError: a finger does not reach its side.
     """
+    del starts
     half = float(polygon(spec)[:, 0].max())
     config = SearchConfig()
     opened, closed = np.empty(hand.n_joints), np.empty(hand.n_joints)
@@ -79,6 +105,9 @@ PLAN_EVERY = 3
 ROUGH_SQUEEZE = 0.001
 """How far inside the object the thesis's rough grasp aims [m], guessed: enough to touch."""
 
+CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8, margin=(0.004, 0.16)))
+"""What `ik-cautious` uses of the friction, and how far it stays from the end."""
+
 CONTROLLERS = {
     entry.name: entry
     for entry in (
@@ -87,6 +116,12 @@ CONTROLLERS = {
             "the expert: searched contacts, commanded grip force, feedback on the object's pose",
             planned_grasp,
             IkController,
+        ),
+        ControllerEntry(
+            "ik-cautious",
+            "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
+            partial(planned_grasp, config=CAUTIOUS),
+            partial(IkController, config=CAUTIOUS[1]),
         ),
         ControllerEntry(
             "thesis-ik",

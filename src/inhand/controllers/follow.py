@@ -5,25 +5,25 @@ from __future__ import annotations
 import numpy as np
 
 from inhand.controllers.controller import Task
-from inhand.controllers.grasp_plan import fingers_clear
-from inhand.geometry import Array, inverse_transform
+from inhand.controllers.grasp_search import fingers_clear
+from inhand.geometry import TURN_ARM, Array, inverse_transform
 from inhand.sim.force_closure import force_closure
 from inhand.sim.objects import stacked_pieces
 from inhand.sim.rolling import Starts, roll
 from inhand.sim.state import State
 
-EVERY = 2
+EVERY = 1
 """Waypoints of the path from one prediction to the next."""
 
 
-def follow_limit(task: Task, state: State, friction_share: float, margin: float) -> Array:
+def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[float, float]) -> Array:
     """Return the way `(B,)` [m] up to which rolling contacts hold, from the measured grip and object pose.
 
     Args:
         task: the batch's paths.
         state: the grip.
         friction_share: share of the friction coefficient that the line between the contacts may use.
-        margin: distance kept from where the grip ends [m]; none is kept from the end of the path.
+        margin: distance [m] and angle [rad] kept from where the grip ends; none is kept from the end of the path.
     """
     hand, start = task.hand, state.pose
     last = task.progress.shape[1] - 1
@@ -39,5 +39,10 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: float)
     held = left.held & right.held & fingers_clear(hand, left.joints, right.joints)
     held &= force_closure(friction[:, None], (left.points, left.normals), (right.points, right.normals))
     reach = np.cumprod(held, axis=-1).sum(axis=-1)
-    way = task.progress[:, looked][np.arange(len(reach)), np.maximum(reach - 1, 0)]
-    return np.asarray(np.where(reach == len(looked), way, np.maximum(way - margin, 0.0)))
+    rows, last = np.arange(len(reach)), np.maximum(reach - 1, 0)
+    way = task.progress[:, looked]
+    turned = TURN_ARM * np.abs(np.diff(task.paths[:, looked, 2], axis=1, prepend=0.0))
+    share = (turned / np.maximum(np.diff(way, axis=1, prepend=0.0), 1e-9))[rows, last]
+    kept = (1 - share) * margin[0] + share * TURN_ARM * margin[1]
+    end = way[rows, last]
+    return np.asarray(np.where(reach == len(looked), end, np.maximum(end - kept, 0.0)))

@@ -48,9 +48,9 @@ class IkConfig:
     """Damping of the least squares [m/rad]."""
     posture: float = 0.02
     """Share of the way back to the start posture that a third link is asked to take."""
-    margin: float = 0.004
-    """Distance kept from where the grip is predicted to end [m]."""
-    friction_share: float = 0.8
+    margin: tuple[float, float] = (0.002, 0.16)
+    """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
+    friction_share: float = 0.96
     """Share of the friction coefficient that the predicted grip may use."""
     settle: float = 0.3
     """Time for which the object is held at the end of its path [s]."""
@@ -67,7 +67,7 @@ class IkController:
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         config = self.config
-        self._limit = follow_limit(self._task, state, config.friction_share, config.margin)
+        self.limit = follow_limit(self._task, state, config.friction_share, config.margin)
         n = state.n_worlds
         self._start = state.pose
         self._rest = state.joint_angles
@@ -108,11 +108,11 @@ class IkController:
         config, period = self.config, self._task.control_period
         before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
         behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
-        room = np.maximum(self._limit - self._progress, 0.0)
+        room = np.maximum(self.limit - self._progress, 0.0)
         brake = np.sqrt(2 * config.acceleration * room)
         speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
         self._speed = np.minimum(self._speed + config.acceleration * period, speed)
-        self._progress = np.minimum(self._progress + self._speed * period, self._limit)
+        self._progress = np.minimum(self._progress + self._speed * period, self.limit)
         self._held = np.where(room < 2e-4, self._held + period, 0.0)
         reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
         error = reference - pose

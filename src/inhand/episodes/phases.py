@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from inhand.controllers.catalogue import Grasp
 from inhand.controllers.controller import Controller, Task
 from inhand.controllers.joint import JointPid
-from inhand.trials.trial import MANIPULATE
+from inhand.geometry import Array, way_along
+from inhand.trials.trial import MANIPULATE, TWIST
 
 
 @dataclass(frozen=True)
@@ -27,10 +28,24 @@ class Phase:
     """Whether a contact that stays lost ends a world's episode, and running out of time as well."""
 
 
-def standard_phases(grasp: Grasp, manipulate: Callable[[Task], Controller]) -> tuple[Phase, ...]:
-    """Return the thesis's three phases: place, grasp, manipulate (thesis 3.4)."""
-    return (
+def standard_phases(
+    grasp: Grasp, manipulate: Callable[[Task], Controller], twists: Array | None = None
+) -> tuple[Phase, ...]:
+    """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with a twist before the last if asked.
+
+    Args:
+        grasp: joint poses of the first two.
+        manipulate: makes the controller of the last, and of the twist.
+        twists: poses on the spot `(B, S, 3)` that turn the object before manipulation starts.
+    """
+    phases = [
         Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
         Phase("grasp", lambda task: JointPid(task, grasp.closed), longest=1.2, must_hold=True),
-        Phase(MANIPULATE, manipulate, longest=8.0, keep_contact=True),
-    )
+    ]
+    if twists is not None and twists.any():
+
+        def turn(task: Task) -> Controller:
+            return manipulate(replace(task, paths=twists, progress=way_along(twists)))
+
+        phases.append(Phase(TWIST, turn, longest=3.0, keep_contact=True))
+    return (*phases, Phase(MANIPULATE, manipulate, longest=8.0, keep_contact=True))

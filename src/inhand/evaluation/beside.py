@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,11 @@ class Beside:
     """Its trials."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
+
+    def only(self, wanted: Callable[[Trial], bool]) -> Beside:
+        """Return the run with some of its trials."""
+        pairs = [(t, r) for t, r in zip(self.trials, self.results, strict=True) if wanted(t)]
+        return Beside(self.name, tuple(t for t, _ in pairs), tuple(r for _, r in pairs))
 
 
 def load_beside(folders: Sequence[Path]) -> tuple[Beside, ...]:

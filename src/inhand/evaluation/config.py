@@ -8,6 +8,30 @@ from typing import Literal
 
 
 @dataclass(frozen=True)
+class ReachCommand:
+    """Compute how far a hand could carry an object in each direction, whatever controls it."""
+
+    hand: str = "2v2_50.50_50.50_1.1_53"
+    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
+    object: str = "cube_39"
+    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    directions: str = "all,twist"
+    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
+    twist: float = 0.0
+    """Twist to hold in translations [deg], each way: turned first, clockwise (p) and counter-clockwise (m)."""
+    friction: float | None = None
+    """Coefficient of friction between finger and object; without it the product of both bodies'."""
+    rotation_deg: float = 0.0
+    """Largest rotation of the object away from the straight path's own [deg]."""
+    resolution_mm: float = 2.0
+    """Step along the path and along the object's outline [mm]."""
+    out: Path = Path("results/reach")
+    """Folder to write reach.json and the figures to."""
+    overwrite: bool = False
+    """Replace the reach that the folder holds."""
+
+
+@dataclass(frozen=True)
 class AsteriskConfig:
     """Run the Asterisk Test in simulation and report it beside human trials."""
 
@@ -16,7 +40,7 @@ class AsteriskConfig:
     object: str = "cube_39"
     """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     controller: str = "ik"
-    """Controller: ik or thesis-ik."""
+    """Controller: ik, ik-cautious or thesis-ik."""
     engine: Literal["mujoco", "bullet"] = "mujoco"
     """Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
     paths: Literal["straight", "human"] = "straight"
@@ -26,7 +50,9 @@ class AsteriskConfig:
     beside: tuple[Path, ...] = ()
     """Folders of earlier runs (at most 2) to set beside this one in table, panels and radar."""
     directions: str = "all"
-    """train, unseen, all, thesis names, letters a-h or angles in degrees, separated by commas."""
+    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
+    twist: float = 0.0
+    """Twist to hold in translations [deg], each way: turned first, clockwise (p) and counter-clockwise (m)."""
     trials: int = 3
     """Trials for each direction, each with its own start noise."""
     seed: int = 0

@@ -14,8 +14,8 @@ MARK = "metrics.json"
 """The file that marks a folder as a run's."""
 
 
-def check_folder(out: Path, *, overwrite: bool) -> None:
-    """Refuse an output folder that holds something.
+def check_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> None:
+    """Refuse an output folder that holds something; a folder that holds `mark` is one that may be replaced.
 
     Raises:
         InputError: the folder holds a run and `overwrite` is off, or holds anything else, or is a file, or holds the
@@ -29,7 +29,7 @@ def check_folder(out: Path, *, overwrite: bool) -> None:
     _check_writable(out)
     if not out.is_dir() or not any(out.iterdir()):
         return
-    if not (out / MARK).is_file():
+    if not (out / mark).is_file():
         raise InputError(f"--out {out} holds files that are no run of inhand; give another folder")
     if not overwrite:
         raise InputError(f"--out {out} holds the results of a run; give another folder, or --overwrite to replace it")

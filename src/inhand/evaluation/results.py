@@ -17,9 +17,10 @@ from inhand.evaluation.labels import is_averaged, labels_of
 from inhand.evaluation.metrics import Metrics, measure, measure_human
 from inhand.geometry import Array
 from inhand.sim.hands import FINGER_NAMES
+from inhand.tasks.primitives import twisted_name
 from inhand.trials.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import REACHED, Trial
+from inhand.trials.trial import REACHED, Passport, Trial
 
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
@@ -49,6 +50,18 @@ class Result:
     """Metrics of the Asterisk Test software, None where not asked for or without a span."""
     source: str
     """File or controller."""
+    limit: float | None = None
+    """How far the hand could carry the object [mm], or turn it [deg] where there is no direction; None for people."""
+
+    @property
+    def reached(self) -> float:
+        """Counted distance [mm], or the angle turned at the end where there is no direction [deg]."""
+        return self.metrics.rotation_final_deg if self.angle_deg is None else self.metrics.distance_mm
+
+    @property
+    def fraction(self) -> float | None:
+        """What was reached as a share of the limit; None where there is none to reach."""
+        return self.reached / self.limit if self.limit else None
 
     @property
     def kept(self) -> bool:
@@ -78,7 +91,14 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
         labels,
         original,
         passport.controller,
+        _limit(passport),
     )
+
+
+def _limit(passport: Passport) -> float | None:
+    if passport.limit is None:
+        return None
+    return math.degrees(passport.limit) if passport.angle_deg is None else 1e3 * passport.limit
 
 
 def result_of_human(trial: HumanTrial, *, compatible: bool = False) -> Result:
@@ -88,7 +108,7 @@ def result_of_human(trial: HumanTrial, *, compatible: bool = False) -> Result:
     paths = (trial.start_mm + trial.path_mm, trial.filtered_mm)
     labels, original = _normalised(paths, rotation, (trial.angle_deg, trial.twist_deg), trial.hand, compatible)
     return Result(
-        trial.primitive,
+        twisted_name(trial.primitive, trial.twist_deg),
         trial.angle_deg,
         trial.trial,
         RECORDED,
@@ -137,6 +157,8 @@ def as_entry(result: Result) -> dict[str, Any]:
         **asdict(result.metrics),
         "outcome": result.outcome,
         "carried_mm": result.carried_mm,
+        **_limit_entry(result),
+        "fraction_of_limit": result.fraction,
         "first_lost": result.first_lost,
         "labels": None if result.labels is None else list(result.labels),
         "source": result.source,
@@ -157,10 +179,23 @@ def summary_of(results: Sequence[Result]) -> list[dict[str, Any]]:
                 "angle_deg": group[0].angle_deg,
                 "trials": len(group),
                 "outcomes": {outcome: outcomes.count(outcome) for outcome in sorted(set(outcomes))},
+                **_limit_entry(group[0]),
+                "fraction_of_limit": mean_fraction(group),
                 **{key: value._asdict() for key, value in summarise([r.metrics for r in group]).items()},
             }
         )
     return rows
+
+
+def mean_fraction(group: Sequence[Result]) -> float | None:
+    """Return the mean share of the limit that trials reached; None where no limit is known."""
+    known = [result.fraction for result in group if result.fraction is not None]
+    return float(np.mean(known)) if known else None
+
+
+def _limit_entry(result: Result) -> dict[str, float | None]:
+    """Return the limit under a name that gives its unit."""
+    return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:

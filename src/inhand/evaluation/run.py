@@ -14,8 +14,9 @@ from inhand.episodes.phases import standard_phases
 from inhand.episodes.record import cut_trials
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.reach import limits
 from inhand.evaluation.versions import versions
-from inhand.geometry import Array
+from inhand.geometry import Array, way_along
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.engine import Simulator
 from inhand.sim.fit import check_fit
@@ -23,15 +24,13 @@ from inhand.sim.hands import HandSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.spec_files import load_hand, load_object
-from inhand.tasks.paths import ReferencePath, human_path, straight_path
-from inhand.tasks.primitives import Primitive, parse_directions
+from inhand.tasks.paths import ReferencePath, human_path, straight_path, twist_poses, whole_path
+from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Passport, Trial
 
 SUBSTEPS = 5
 """Physics steps for one decision of a controller."""
-TURN_ARM = 0.025
-"""Arm at which a turn counts as a way along a path [m]: about the half width of the objects."""
 SPREAD = 0.2
 """How far the proximal joints start outside the opened grasp [rad]."""
 
@@ -82,6 +81,8 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     hand, spec = load_hand(config.hand), load_object(config.object)
     entry = find_controller(config.controller)
     primitives = parse_directions(config.directions)
+    if config.twist:
+        primitives = with_twists(primitives, config.twist)
     check_fit(hand, spec)
     assignments = []
     for primitive in primitives:
@@ -91,33 +92,47 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
 
 
 def simulate(
-    config: AsteriskConfig, setup: Setup, progress: Callable[[str, int, int], None] | None = None
+    config: AsteriskConfig,
+    setup: Setup,
+    progress: Callable[[str, int, int], None] | None = None,
+    threads: int = 0,
 ) -> tuple[Trial, ...]:
-    """Run every assignment at once and return the trials in the same order."""
+    """Run every assignment at once and return the trials in the same order.
+
+    The hand's own limit along each primitive is computed first and kept in the trials' passports. MuJoCo steps on
+    `threads` threads, 0 for every core; the trials are the same for any number.
+    """
     hand, count = setup.hand, len(setup.assignments)
-    simulator = _simulator(config, hand, [setup.object] * count)
+    primitives = tuple(dict.fromkeys(each.primitive for each in setup.assignments))
+    told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
+    reach = {limit.primitive: limit.distance for limit in limits(hand, setup.object, primitives, progress=told)}
+    simulator = _simulator(config, hand, [setup.object] * count, threads)
     origin = np.array([*hand.start_position, 0.0])
-    paths, along = _stacked([each.path for each in setup.assignments])
-    grasp = setup.controller.grasp(hand, setup.object, origin + paths)
+    paths = stacked([each.path.poses for each in setup.assignments])
+    whole = stacked([whole_path(each.path) for each in setup.assignments])
     rng = np.random.default_rng(config.seed)
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
     start = origin + spread * rng.standard_normal((count, 3))
+    grasp = setup.controller.grasp(hand, setup.object, origin + whole, start)
     joints = grasp.opened.copy()
     for finger, place in zip(hand.fingers, hand.slices, strict=True):
         joints[:, place.start] -= finger.bend * SPREAD
     joints = np.clip(joints, hand.limits[:, 0], hand.limits[:, 1])
     timestep = simulator.timestep
-    task = Task(hand, simulator.objects, paths, along, SUBSTEPS * timestep, timestep)
-    phases = standard_phases(grasp, setup.controller.manipulate)
+    task = Task(hand, simulator.objects, paths, way_along(paths), SUBSTEPS * timestep, timestep)
+    twists = stacked([twist_poses(each.path) for each in setup.assignments])
+    phases = standard_phases(grasp, setup.controller.manipulate, twists)
     recording = run_episodes(simulator, task, phases, simulator.reset(start, joints), progress)
-    return cut_trials(recording, phases, _passports(config, setup, timestep), paths)
+    return cut_trials(recording, phases, _passports(config, setup, timestep, reach), paths)
 
 
-def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec]) -> Simulator:
-    return BulletSimulator(hand, objects) if config.engine == "bullet" else MujocoSimulator(hand, objects)
+def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec], threads: int) -> Simulator:
+    if config.engine == "bullet":
+        return BulletSimulator(hand, objects)
+    return MujocoSimulator(hand, objects, threads=threads)
 
 
-def _passports(config: AsteriskConfig, setup: Setup, timestep: float) -> list[Passport]:
+def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dict[Primitive, float]) -> list[Passport]:
     found = versions()
     return [
         Passport(
@@ -134,6 +149,7 @@ def _passports(config: AsteriskConfig, setup: Setup, timestep: float) -> list[Pa
             timestep=timestep,
             versions=found,
             engine=config.engine,
+            limit=reach[each.primitive],
         )
         for each in setup.assignments
     ]
@@ -142,7 +158,7 @@ def _passports(config: AsteriskConfig, setup: Setup, timestep: float) -> list[Pa
 def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanTrial]) -> list[ReferencePath]:
     if config.paths == "straight":
         return [straight_path(primitive)]
-    trials = [t for t in people if t.primitive == primitive.name and t.twist_deg == primitive.rotation_deg]
+    trials = [t for t in people if twisted_name(t.primitive, t.twist_deg) == primitive.name]
     if not trials:
         have = sorted({t.primitive for t in people if t.angle_deg is not None})
         raise InputError(
@@ -152,13 +168,7 @@ def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanT
     return [human_path(trial) for trial in trials]
 
 
-def _stacked(paths: Sequence[ReferencePath]) -> tuple[Array, Array]:
-    """Return poses `(B, S, 3)` and the way along them `(B, S)` [m], shorter paths held at their last waypoint."""
-    longest = max(len(path.progress) for path in paths)
-
-    def padded(values: Array) -> Array:
-        return np.concatenate([values, np.repeat(values[-1:], longest - len(values), axis=0)])
-
-    poses = np.stack([padded(path.poses) for path in paths])
-    steps = np.linalg.norm(np.diff(poses[..., :2], axis=1), axis=-1) + TURN_ARM * np.abs(np.diff(poses[..., 2], axis=1))
-    return poses, np.concatenate([np.zeros((len(paths), 1)), np.cumsum(steps, axis=1)], axis=1)
+def stacked(paths: Sequence[Array]) -> Array:
+    """Return paths `(S, 3)` of different lengths as one array `(B, S, 3)`, shorter ones held at their last waypoint."""
+    longest = max(len(path) for path in paths)
+    return np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in paths])

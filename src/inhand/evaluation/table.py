@@ -7,13 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from inhand.evaluation.beside import Beside
-from inhand.evaluation.results import Result, averaged, by_direction, result_of_human
+from inhand.evaluation.results import Result, averaged, by_direction, mean_fraction, result_of_human
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 
 HEADER = (
     "Direction",
     "Distance [mm]",
+    "Limit [mm]",
+    "Of limit",
     "Human [mm]",
     "Lateral",
     "Turn",
@@ -31,8 +33,7 @@ WORST_FIRST = (NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
 
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
     """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
-    recorded = [result_of_human(t) for t in people if t.angle_deg is None or t.twist_deg == 0]
-    human = by_direction([result for result in recorded if averaged(result)])
+    human = by_direction([result for result in map(result_of_human, people) if averaged(result)])
     return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
 
 
@@ -81,6 +82,7 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     return (
         name,
         _reached(group),
+        *_limit(group),
         _reached(human),
         f"{max(m.lateral_max_mm for m in metrics):.1f}",
         f"{max(m.rotation_max_deg for m in metrics):.1f}",
@@ -93,9 +95,18 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
 
 def _reached(group: Sequence[Result]) -> str:
     """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
-    if group and group[0].angle_deg is None:
-        return _spread([result.metrics.rotation_final_deg for result in group]) + " deg"
-    return _spread([result.metrics.distance_mm for result in group])
+    return _spread([result.reached for result in group]) + _unit(group)
+
+
+def _limit(group: Sequence[Result]) -> tuple[str, str]:
+    """Return the hand's limit and the mean share of it that was reached."""
+    limit, share = group[0].limit, mean_fraction(group)
+    return NOTHING if limit is None else f"{limit:.1f}{_unit(group)}", NOTHING if share is None else f"{share:.2f}"
+
+
+def _unit(group: Sequence[Result]) -> str:
+    """Return the unit of a group that only rotates; the heading names that of the others."""
+    return " deg" if group and group[0].angle_deg is None else ""
 
 
 def _spread(values: Sequence[float]) -> str:

@@ -20,6 +20,7 @@ from inhand.report.curves import (
     band_polygons,
     clockwise_from_out,
     curves_extent,
+    limit_outline,
     target_length,
     target_tip,
     tip,
@@ -106,6 +107,9 @@ def draw_asterisk(
     cap_mm = 0.011 * (extent[1] - extent[0])
     for curve in {round(curve.angle_deg % 360.0, 6): curve for curve in ordered}.values():
         _draw_target(ax, curve, target_mm, cap_mm)
+    limit = limit_outline(ordered)
+    if len(limit):
+        ax.fill(*limit.T, facecolor="none", edgecolor=MUTED, linewidth=0.8, alpha=0.8, joinstyle="round", zorder=1.9)
     for curve in ordered:
         _draw_curve(ax, curve)
     if ordered:
@@ -131,7 +135,7 @@ def key_handles(curves: Sequence[PathCurve], outline: SceneOutline | None) -> li
     handles: list[Artist] = [Line2D([], [], color=MUTED, linewidth=1.0, linestyle=(0, (4, 3)), label="target")]
     if any(curve.limit_mm is not None for curve in curves):
         handles.append(
-            Line2D([], [], color=MUTED, linestyle="none", marker="|", markersize=8, label="reach limit"),
+            Line2D([], [], color=MUTED, linewidth=0.8, label="reach limit"),
         )
     if any(curve.band_mm is not None for curve in curves):
         handles.append(Patch(facecolor=MUTED, alpha=0.25, linewidth=0, label="± SD, lateral"))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from inhand.evaluation.beside import Beside
 from inhand.evaluation.config import AsteriskConfig
@@ -30,10 +31,12 @@ from inhand.report.scenes import (
     trial_path,
     turn_series,
 )
+from inhand.tasks.primitives import twisted_name
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Trial
 
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
+COUNTED = "counted up to the first loss of contact"
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
 
@@ -66,8 +69,8 @@ def write_report(run: Run, folder: Path) -> None:
     figures = folder / "figures"
     (figures / "paths").mkdir(parents=True)
     pictures: list[Picture] = []
-    if any(result.angle_deg is not None for result in run.results):
-        pictures += [*_asterisks(run, figures), *_panels(run, figures), _radar(run, figures)]
+    for part in _by_twist(run):
+        pictures += [*_asterisks(part, figures), *_panels(part, figures), _radar(part, figures)]
     if any(result.angle_deg is None for result in run.results):
         pictures.append(_donut(run, figures))
     pictures.append(_replay(run, figures))
@@ -87,9 +90,47 @@ def direction_curves(
     return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
 
 
+def _saved(figure: Figure, figures: Path, name: str, text: str) -> Picture:
+    save_figure(figure, figures / name)
+    return Picture(text, f"figures/{name}")
+
+
+def _by_twist(run: Run) -> list[Run]:
+    """Return the translations of a run, apart by the twist that they hold."""
+    twists = dict.fromkeys(t.passport.rotation_deg for t in run.trials if t.passport.angle_deg is not None)
+    return [_holding(run, twist) for twist in twists]
+
+
+def _holding(run: Run, twist: float) -> Run:
+    """Return the part of a run, of its people and of the runs beside it that translates and holds a twist [deg]."""
+
+    def held(trial: Trial) -> bool:
+        return trial.passport.angle_deg is not None and trial.passport.rotation_deg == twist
+
+    rows = [i for i, trial in enumerate(run.trials) if held(trial)]
+    return replace(
+        run,
+        trials=tuple(run.trials[i] for i in rows),
+        results=tuple(run.results[i] for i in rows),
+        people=tuple(t for t in run.people if t.angle_deg is not None and t.twist_deg == twist),
+        beside=tuple(part for other in run.beside if (part := other.only(held)).trials),
+    )
+
+
+def _twist(run: Run) -> float:
+    return run.trials[0].passport.rotation_deg
+
+
+def _named(run: Run, stem: str) -> str:
+    """Return the name of a figure, with the twist that its trials hold."""
+    return f"{twisted_name(stem, _twist(run)).replace(' ', '_')}.png"
+
+
 def _title(run: Run) -> str:
-    config = run.config
-    return f"{config.controller}, {config.paths} paths"
+    config, twist = run.config, _twist(run)
+    return f"{config.controller}, {config.paths} paths" + (
+        f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
+    )
 
 
 def _subtitle(run: Run) -> str:
@@ -101,22 +142,19 @@ def _asterisks(run: Run, figures: Path) -> list[Picture]:
     """Draw the mean of all trials and, where there are several, the first trial alone."""
     scene = start_scene(run.trials[0])
     figure = asterisk_figure(direction_curves(run), outline=scene, title=_title(run), subtitle=_subtitle(run))
-    save_figure(figure, figures / "asterisk.png")
-    text = "Asterisk: mean object paths, counted up to the first loss of contact [mm]"
-    pictures = [Picture(text, "figures/asterisk.png")]
+    pictures = [_saved(figure, figures, _named(run, "asterisk"), f"Asterisk: mean object paths, {COUNTED} [mm]")]
     if run.config.compatible and run.results[0].labels is not None:
         curves = direction_curves(run, compatible_curve)
         figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=COMPATIBLE)
-        save_figure(figure, figures / "asterisk_compatible.png")
-        pictures.append(Picture(f"Asterisk: {COMPATIBLE} [mm]", "figures/asterisk_compatible.png"))
+        pictures.append(_saved(figure, figures, _named(run, "asterisk_compatible"), f"Asterisk: {COMPATIBLE} [mm]"))
     first = [i for i, result in enumerate(run.results) if result.trial == 1]
     if len(first) < len(run.results):
         single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))
         figure = asterisk_figure(
             direction_curves(single), outline=scene, title=_title(run), subtitle="first trial of every direction"
         )
-        save_figure(figure, figures / "asterisk_single.png")
-        pictures.append(Picture("Asterisk: the first trial of every direction [mm]", "figures/asterisk_single.png"))
+        text = "Asterisk: the first trial of every direction [mm]"
+        pictures.append(_saved(figure, figures, _named(run, "asterisk_single"), text))
     return pictures
 
 
@@ -132,8 +170,8 @@ def _panels(run: Run, figures: Path) -> list[Picture]:
     if run.people:
         people = human_curves(run.people, [curve.name for curve in curves])
         panels.insert(0, Panel("Human", f"{len(run.people)} recorded trials", tuple(people)))
-    save_figure(panels_figure(panels, "Side by side"), figures / "panels.png")
-    return [Picture("People, earlier runs and this one on one scale", "figures/panels.png")]
+    text = "People, earlier runs and this one on one scale"
+    return [_saved(panels_figure(panels, "Side by side"), figures, _named(run, "panels"), text)]
 
 
 def _donut(run: Run, figures: Path) -> Picture:
@@ -141,8 +179,8 @@ def _donut(run: Run, figures: Path) -> Picture:
     people = [result_of_human(trial) for trial in run.people if trial.angle_deg is None]
     if people:
         series.insert(0, turn_series("human", people))
-    save_figure(donut_figure(series, "Rotation in the hand", _subtitle(run)), figures / "donut.png")
-    return Picture("Angle reached each way [deg]", "figures/donut.png")
+    figure = donut_figure(series, "Rotation in the hand", _subtitle(run))
+    return _saved(figure, figures, "donut.png", "Angle reached each way, and the hand's limit [deg]")
 
 
 def _radar(run: Run, figures: Path) -> Picture:
@@ -151,10 +189,10 @@ def _radar(run: Run, figures: Path) -> Picture:
     series = [radar_series(other.name, by_direction(other.results), names) for other in run.beside]
     series.append(radar_series(run.config.controller, by_direction(run.results), names))
     if run.people:
-        people = [result_of_human(t) for t in run.people if t.angle_deg is not None and t.twist_deg == 0]
+        people = [result_of_human(t) for t in run.people]
         series.insert(0, radar_series("human", by_direction(people), names))
-    save_figure(radar_figure(list(directions.items()), series, "Distance and efficiency"), figures / "radar.png")
-    return Picture("Farthest progress [mm] and efficiency by direction", "figures/radar.png")
+    figure = radar_figure(list(directions.items()), series, "Distance and efficiency")
+    return _saved(figure, figures, _named(run, "radar"), "Farthest progress [mm] and efficiency by direction")
 
 
 def _replay(run: Run, figures: Path) -> Picture:

@@ -98,6 +98,12 @@ def target_tip(curve: PathCurve, common_mm: float) -> Array:
     return length * unit(np.deg2rad(curve.angle_deg))
 
 
+def limit_outline(curves: Sequence[PathCurve]) -> Array:
+    """Return the corners `(N, 2)` [mm] of the outline through the reach limits; none for fewer than three of them."""
+    limits = {curve.angle_deg % 360.0: target_tip(curve, 0.0) for curve in curves if curve.limit_mm is not None}
+    return np.array([limits[angle] for angle in sorted(limits)]) if len(limits) > 2 else np.empty((0, 2))
+
+
 def curves_extent(curves: Sequence[PathCurve], outline: SceneOutline | None, target_mm: float) -> Extent:
     """Return what the axes of an asterisk must show: every curve, target and label, and the whole outline."""
     drawn = [np.zeros((1, 2))]

@@ -54,6 +54,8 @@ class DonutSeries:
     """Smallest and largest of the trials clockwise [deg], drawn as a thin arc."""
     counter_clockwise_range_deg: Spread | None = None
     """The same counter-clockwise [deg]."""
+    limits_deg: Spread | None = None
+    """How far the hand could turn it, clockwise and counter-clockwise [deg], drawn as ticks; None where unknown."""
 
 
 def donut_figure(series: Sequence[DonutSeries], title: str = "", subtitle: str = "") -> Figure:
@@ -66,7 +68,8 @@ def donut_figure(series: Sequence[DonutSeries], title: str = "", subtitle: str =
     """
     ranged = any(one.clockwise_range_deg or one.counter_clockwise_range_deg for one in series)
     columns = 2 if len(series) > 1 else 1
-    legend_in = 0.15 + 0.2 * -(-(len(series) + ranged) // columns)
+    limited = any(one.limits_deg is not None for one in series)
+    legend_in = 0.15 + 0.2 * -(-(len(series) + ranged + limited) // columns)
     above = heading_height(title, subtitle)
     figure = new_figure(DONUT_IN + 0.6, legend_in + DONUT_IN + above)
     ax = figure.add_axes(axes_box(figure, (0.3, legend_in, DONUT_IN, DONUT_IN)))
@@ -75,6 +78,8 @@ def donut_figure(series: Sequence[DonutSeries], title: str = "", subtitle: str =
     handles = [Patch(facecolor=series_look(number).colour, label=one.name) for number, one in enumerate(series)]
     corner = (0.5, 0.12 / figure.get_size_inches()[1])
     key = [Line2D([], [], color=INK, linewidth=1.2, label="smallest to largest")] if ranged else []
+    if limited:
+        key.append(Line2D([], [], color=MUTED, linestyle="none", marker="|", markersize=8, label="reach limit"))
     add_legend(figure, [*handles, *key], corner, columns=columns, loc="lower center")
     return figure
 
@@ -93,6 +98,9 @@ def draw_donut(ax: Axes, series: Sequence[DonutSeries]) -> None:
         radii = (outer - width, outer)
         _draw_side(ax, radii, -1, one.clockwise_deg, one.clockwise_range_deg, colour=colour)
         _draw_side(ax, radii, 1, one.counter_clockwise_deg, one.counter_clockwise_range_deg, colour=colour)
+        for sign, limit in zip((-1, 1), one.limits_deg or (), strict=False):
+            tick = np.stack([_polar(radius, sign * limit) for radius in radii])
+            ax.plot(*tick.T, color=MUTED, linewidth=1.4, zorder=3.5)
     ax.plot([0, 0], [INNER, OUTER + 0.05], color=INK, linewidth=1.2, zorder=4.0)
     ax.text(-EDGE, EDGE - 0.04, "↶ counter-clockwise", ha="left", va="top", fontsize=TICK_POINTS, color=MUTED)
     ax.text(EDGE, EDGE - 0.04, "clockwise ↷", ha="right", va="top", fontsize=TICK_POINTS, color=MUTED)

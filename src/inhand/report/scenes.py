@@ -15,10 +15,11 @@ from inhand.report.donut import DonutSeries
 from inhand.report.path import TrialPath
 from inhand.report.radar import RadarSeries
 from inhand.report.shapes import SceneOutline
-from inhand.sim.hands import FINGER_NAMES
+from inhand.sim.hands import FINGER_NAMES, HandSpec
 from inhand.sim.kinematics import hand_positions
-from inhand.sim.objects import polygon
+from inhand.sim.objects import ObjectSpec, polygon
 from inhand.sim.shapes import link_polygons, palm_outline
+from inhand.tasks.primitives import twisted_name
 from inhand.trials.hand_sizes import hand_size_mm, normalise
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Trial
@@ -26,11 +27,16 @@ from inhand.trials.trial import Trial
 
 def scene_at(trial: Trial, row: int, origin: Array) -> SceneOutline:
     """Return hand and object of one row, drawn around `origin` `(2,)` [m] in the palm frame."""
-    hand, joints = trial.passport.hand, trial.joint_angles[row]
+    pose = planar(trial.object_pose[row])
+    return scene_of(trial.passport.hand, trial.passport.object, trial.joint_angles[row], pose, origin)
+
+
+def scene_of(hand: HandSpec, spec: ObjectSpec, joints: Array, pose: Array, origin: Array) -> SceneOutline:
+    """Return a hand at joint angles `(n_joints,)` [rad] and an object at a pose `(3,)`, drawn around an origin [m]."""
     links: list[Array] = []
     for finger, place in zip(hand.fingers, hand.slices, strict=True):
         links += link_polygons(hand, finger, joints[place])
-    body = transform(planar(trial.object_pose[row]), polygon(trial.passport.object))
+    body = transform(pose, polygon(spec))
     return SceneOutline(
         links=tuple(1e3 * link for link in links),
         palm=1e3 * palm_outline(hand),
@@ -70,6 +76,7 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         label_mm=float(np.mean([result.metrics.max_distance_mm for result in results])),
         band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
         failed=not all(result.kept for result in results),
+        limit_mm=results[0].limit,
     )
 
 
@@ -84,18 +91,19 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
         turns.append(rotation)
     points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
     distance = float(np.mean([result.metrics.max_distance_mm for result in results]))
-    return PathCurve(angle, passport.primitive, points, distance, failed=not all(result.kept for result in results))
+    failed, limit = not all(result.kept for result in results), results[0].limit
+    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
 
 
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:
-    """Return the mean paths of people's trials without a twist, for the named directions they have.
+    """Return the mean paths of people's trials, for the named directions they have.
 
     Trials that deviated by the labels of the Asterisk Test are left out.
     """
-    used = [t for t in people if t.angle_deg is not None and t.twist_deg == 0 and averaged(result_of_human(t))]
+    used = [t for t in people if t.angle_deg is not None and averaged(result_of_human(t))]
     curves = []
     for name in names:
-        trials = [t for t in used if t.primitive == name]
+        trials = [t for t in used if twisted_name(t.primitive, t.twist_deg) == name]
         if not trials:
             continue
         paths = [t.filtered_mm[slice(*t.moving)] - t.filtered_mm[t.moving[0]] for t in trials]
@@ -149,4 +157,6 @@ def turn_series(name: str, results: Sequence[Result]) -> DonutSeries:
     }
     mean = {way: float(np.mean(values)) if values else np.nan for way, values in turned.items()}
     spread = {way: (min(values), max(values)) if len(values) > 1 else None for way, values in turned.items()}
-    return DonutSeries(name, mean["cw"], mean["ccw"], spread["cw"], spread["ccw"])
+    known = {result.direction: result.limit for result in results if result.limit is not None}
+    limits = (known["cw"], known["ccw"]) if {"cw", "ccw"} <= set(known) else None
+    return DonutSeries(name, mean["cw"], mean["ccw"], spread["cw"], spread["ccw"], limits)

@@ -168,6 +168,23 @@ def _three_link_choice(
     return INCLINATIONS[best], chosen, np.asarray(allowed.any(axis=-1))
 
 
+def inclined_touches(hand: HandSpec, finger: FingerSpec, points: Array, normals: Array, inclinations: Array) -> Touches:
+    """Return how a three-link finger rests its tip on points `(..., 2)` at each of A inclinations, as `(..., A)`.
+
+    Args:
+        hand: the hand.
+        finger: one of its fingers, of three links.
+        points: points in the palm frame [m].
+        normals: outward normals there `(..., 2)`.
+        inclinations: angles from the inward normal to the last link `(A,)` [rad].
+    """
+    angle = np.arctan2(normals[..., 0], -normals[..., 1])[..., None] + inclinations
+    joints = _joints(hand, finger, points[..., None, :], -normals[..., None, :], angle)
+    reached = within_limits(finger, joints)
+    inclination = np.broadcast_to(inclinations, reached.shape)
+    return Touches(np.where(reached[..., None], joints, np.nan), np.asarray(inclination), reached)
+
+
 def within_limits(finger: FingerSpec, joints: Array) -> NDArray[np.bool_]:
     """Return which joint angles `(..., n)` [rad] keep a finger's limits; NaN does not."""
     limits = np.array(finger.limits)

@@ -32,6 +32,8 @@ class ReferencePath:
     """Waypoints `(N, 3)` relative to the start position, axes along the palm's: x [m], y [m], theta [rad]."""
     progress: Array
     """Progress `(N,)` at each waypoint, rising from 0: along the direction [m], or the angle turned [rad]."""
+    twist: float = 0.0
+    """Rotation to turn on the spot before the path begins, counter-clockwise [rad]; the path holds it."""
 
 
 def sample(path: ReferencePath, progress: Array) -> Array:
@@ -39,12 +41,22 @@ def sample(path: ReferencePath, progress: Array) -> Array:
     return np.stack([np.interp(progress, path.progress, path.poses[:, i]) for i in range(3)], axis=-1)
 
 
-def straight_path(primitive: Primitive, length: float = 0.15, step: float = 0.001) -> ReferencePath:
+def twist_poses(path: ReferencePath) -> Array:
+    """Return the waypoints `(N, 3)` of the twist before a path, on the spot and in steps of `TURN_STEP`."""
+    count = math.ceil(abs(path.twist) / TURN_STEP - 1e-9) + 1
+    return np.column_stack([np.zeros((count, 2)), np.linspace(0.0, path.twist, count)])
+
+
+def whole_path(path: ReferencePath) -> Array:
+    """Return the poses `(N, 3)` of a twist and the path after it, relative to where the twist starts."""
+    return np.concatenate([twist_poses(path)[:-1], path.poses + np.array([0.0, 0.0, path.twist])])
+
+
+def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.001) -> ReferencePath:
     """Return the path straight along a primitive.
 
-    A translation holds `primitive.rotation_deg` from its first waypoint, because a twist comes before the
-    translation (asterisk-test.md). A primitive that only rotates has its angle as progress, in steps of one
-    degree, and ignores `length` and `step`.
+    A translation that holds a twist has the twist before it (asterisk-test.md). A primitive that only rotates has its
+    angle as progress, in steps of one degree, and ignores `length` and `step`.
 
     Args:
         primitive: What to do.
@@ -60,8 +72,8 @@ def straight_path(primitive: Primitive, length: float = 0.15, step: float = 0.00
         poses = np.column_stack([np.zeros((len(progress), 2)), np.copysign(progress, turn)])
     else:
         progress = _grid("length", length, step)
-        poses = np.column_stack([progress[:, None] * primitive.unit, np.full(len(progress), turn)])
-    return ReferencePath(primitive.name, poses, progress)
+        poses = np.column_stack([progress[:, None] * primitive.unit, np.zeros(len(progress))])
+    return ReferencePath(primitive.name, poses, progress, 0.0 if primitive.angle_deg is None else turn)
 
 
 def human_path(trial: HumanTrial, *, step: float = 0.001, keep_rotation: bool = False) -> ReferencePath:
@@ -100,7 +112,8 @@ def human_path(trial: HumanTrial, *, step: float = 0.001, keep_rotation: bool = 
     progress, parts = _along(name, aligned[:, 0], across, step)
     points = geometry.rotate(math.radians(trial.angle_deg), np.column_stack([progress, parts[:, 0]]))
     held = parts[:, 1] + theta[0] if keep_rotation else np.zeros(len(progress))
-    return ReferencePath(name, np.column_stack([points, held]), progress)
+    twist = 0.0 if keep_rotation else math.radians(trial.twist_deg)
+    return ReferencePath(name, np.column_stack([points, held]), progress, twist)
 
 
 def _along(name: str, progress: Array, across: Array, step: float) -> tuple[Array, Array]:

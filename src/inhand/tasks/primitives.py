@@ -12,8 +12,8 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.trials.directions import DIRECTIONS, ROTATIONS, UNSEEN_NAMES
 
-TURN_DEG = 60.0
-"""How far the rotation-only primitives aim [deg], guessed: people reach 30 to 50 (asterisk-test.md)."""
+TURN_DEG = 150.0
+"""How far the rotation-only primitives aim [deg], farther than any hand turns."""
 SAME_ANGLE_DEG = 1e-9
 """Angles closer than this are one direction [deg]."""
 
@@ -23,11 +23,11 @@ class Primitive:
     """One motion of the object in the hand."""
 
     name: str
-    """Thesis name (`Out-Right`, `In'`), `30 deg` for another angle, `cw` or `ccw` for a rotation."""
+    """Thesis name (`Out-Right`, `In'`), `30 deg` for another angle, `cw` or `ccw`; at its end a held twist (`p15`)."""
     angle_deg: float | None
     """Direction counter-clockwise from +x, palm at the bottom [deg], in (-180, 180]; None: only rotate."""
     rotation_deg: float = 0.0
-    """Rotation counter-clockwise to hold on the way, or to reach where there is no direction [deg]."""
+    """Rotation counter-clockwise, turned first and then held, or to reach where there is no direction [deg]."""
 
     @property
     def angle(self) -> float:
@@ -59,7 +59,7 @@ UNSEEN = tuple(Primitive(name, (67.5 - 45.0 * i + 180.0) % 360.0 - 180.0) for i,
 TURNS = (Primitive("cw", None, -TURN_DEG), Primitive("ccw", None, TURN_DEG))
 """The two primitives that only rotate."""
 
-GROUPS = {"train": TRAIN, "unseen": UNSEEN, "all": TRAIN + UNSEEN}
+GROUPS = {"train": TRAIN, "unseen": UNSEEN, "all": TRAIN + UNSEEN, "twist": TURNS}
 """Words that stand for several primitives."""
 
 
@@ -83,6 +83,26 @@ def parse_directions(text: str | Sequence[str]) -> tuple[Primitive, ...]:
     return tuple(dict.fromkeys(primitive for word in words for primitive in _meant_by(word)))
 
 
+def with_twists(primitives: Sequence[Primitive], twist_deg: float) -> tuple[Primitive, ...]:
+    """Return every primitive twice: holding a twist clockwise (p) and counter-clockwise (m), as recordings label it.
+
+    Raises:
+        InputError: the twist is not between 0 and 90 deg, or a primitive only rotates.
+    """
+    if not (math.isfinite(twist_deg) and 0 < twist_deg < 90):
+        raise InputError(f"--twist {twist_deg:g}: give the size of the twist to hold, more than 0 and less than 90 deg")
+    return tuple(
+        Primitive(twisted_name(each.name, rotation), math.degrees(each.angle), rotation)
+        for rotation in (-twist_deg, twist_deg)
+        for each in primitives
+    )
+
+
+def twisted_name(name: str, rotation_deg: float) -> str:
+    """Return a direction's name with the twist it holds, `In p15` clockwise and `In m15` counter-clockwise."""
+    return name if rotation_deg == 0 else f"{name} {'p' if rotation_deg < 0 else 'm'}{abs(rotation_deg):g}"
+
+
 def primitive_at(angle_deg: float) -> Primitive:
     """Return the primitive along an angle [deg]; an angle of a named direction gets that name.
 
@@ -91,7 +111,7 @@ def primitive_at(angle_deg: float) -> Primitive:
     """
     if not math.isfinite(angle_deg):
         raise InputError(f"direction {angle_deg} is not a finite angle: give degrees counter-clockwise from +x")
-    for primitive in GROUPS["all"]:
+    for primitive in TRAIN + UNSEEN:
         if abs(math.remainder(angle_deg - math.degrees(primitive.angle), 360.0)) < SAME_ANGLE_DEG:
             return primitive
     wrapped = math.remainder(angle_deg, 360.0)
@@ -134,6 +154,6 @@ def _allowed() -> str:
     names = " ".join(primitive.name for primitive in TRAIN)
     primes = " ".join(primitive.name for primitive in UNSEEN)
     return (
-        f"Use train, unseen, all, names ({names}; {primes}; cw ccw), labels (a to h, no to nw) or angles in degrees"
-        " counter-clockwise from +x such as 30 or -12.5, separated by commas or spaces"
+        f"Use train, unseen, all, twist, names ({names}; {primes}; cw ccw), labels (a to h, no to nw) or angles in"
+        " degrees counter-clockwise from +x such as 30 or -12.5, separated by commas or spaces"
     )

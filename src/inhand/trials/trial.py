@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array, planar
+from inhand.geometry import Array, planar, wrap_angle
 from inhand.sim.hands import Corners, FingerSpec, HandSpec
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import CONTACT_TOLERANCE
@@ -22,6 +22,8 @@ FORMAT = 1
 """Version of the file's layout."""
 MANIPULATE = "manipulate"
 """Name of the phase that metrics measure (thesis 3.4)."""
+TWIST = "twist"
+"""Name of the phase before it in which the object is turned on the spot (asterisk-test.md)."""
 
 REACHED = "reached"
 LOST_CONTACT = "lost contact"
@@ -61,6 +63,8 @@ class Passport:
     """Versions of this package and of what it ran on."""
     engine: str = "mujoco"
     """Physics engine."""
+    limit: float | None = None
+    """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,20 +109,28 @@ class Trial:
         return slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) else slice(len(self.time), len(self.time))
 
     @property
+    def grasped(self) -> int:
+        """Row at which the object is held and nothing has moved yet: the start of the twist or of manipulation."""
+        held = [self.phases.index(name) for name in (TWIST, MANIPULATE) if name in self.phases]
+        return int(np.argmax(np.isin(self.phase, held)))
+
+    @property
     def touching(self) -> NDArray[np.bool_]:
         """Whether each finger touches the object `(T, 2)`."""
         return self.gaps <= CONTACT_TOLERANCE
 
     def manipulated_path(self) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return positions `(M, 2)` [mm] and rotation `(M,)` [deg] from the start of manipulation, and contact.
+        """Return positions `(M, 2)` [mm] from the start of manipulation, rotation `(M,)` [deg], and contact.
 
-        A trial whose grasp failed gives one row at the origin without contact.
+        The rotation counts from the grasp, so that a twist before manipulation is part of it. A trial whose grasp
+        failed gives one row at the origin without contact.
         """
         rows = self.manipulation
         pose = planar(self.object_pose[rows])
         if len(pose) == 0:
             return np.zeros((1, 2)), np.zeros(1), np.zeros((1, 2), dtype=bool)
-        rotation = np.rad2deg(np.unwrap(pose[:, 2]) - pose[0, 2])
+        before = planar(self.object_pose[self.grasped])[2]
+        rotation = np.rad2deg(np.unwrap(pose[:, 2]) - pose[0, 2] + wrap_angle(pose[0, 2] - before))
         return 1e3 * (pose[:, :2] - pose[0, :2]), rotation, self.touching[rows]
 
 

@@ -1,0 +1,82 @@
+"""The reach limits of a hand and an object along primitives, as numbers to measure a controller against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.geometry import TURN_ARM
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.reach.limits import Farthest, ReachConfig, farthest, why_none
+from inhand.tasks.paths import straight_path, whole_path
+from inhand.tasks.primitives import Primitive
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """How far a hand could carry an object along one primitive."""
+
+    primitive: Primitive
+    """The primitive."""
+    distance: float
+    """Distance along its direction [m], or angle turned where it only rotates [rad]."""
+    end: Farthest
+    """The last grip."""
+
+
+def limits(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    primitives: Sequence[Primitive],
+    config: ReachConfig | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[Limit, ...]:
+    """Return the limit of every primitive, from the start of the object.
+
+    Args:
+        hand: the hand.
+        spec: the object.
+        primitives: what to do; a held twist comes before the translation and is not part of the distance.
+        config: resolution, friction, bound of rotation.
+        progress: told each primitive's name once it is done.
+
+    Raises:
+        InputError: no pair of contacts holds the object at the start.
+    """
+    start = start_grip(hand, spec, config)
+    origin = np.array([*hand.start_position, 0.0])
+    found = []
+    for primitive in primitives:
+        path = straight_path(primitive)
+        end = farthest(hand, spec, origin + whole_path(path), config) or start
+        found.append(Limit(primitive, _distance(primitive, end, path.twist), end))
+        if progress is not None:
+            progress(primitive.name)
+    return tuple(found)
+
+
+def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = None) -> Farthest:
+    """Return a grip that holds the object at its start.
+
+    Raises:
+        InputError: there is none; the text says which constraint fails.
+    """
+    origin = np.array([[*hand.start_position, 0.0]])
+    found = farthest(hand, spec, origin, config)
+    if found is None:
+        why = why_none(hand, spec, origin, config)
+        raise InputError(
+            f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: {why}; use another object, hand, start"
+            " or friction"
+        )
+    return found
+
+
+def _distance(primitive: Primitive, end: Farthest, twist: float) -> float:
+    if primitive.angle_deg is None:
+        return end.way / TURN_ARM
+    return max(end.way - TURN_ARM * abs(twist), 0.0)

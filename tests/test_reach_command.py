@@ -1,0 +1,170 @@
+"""`inhand reach` end to end, and the limits that a run's trials carry."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from inhand.cli.reach import run_reach
+from inhand.errors import InputError
+from inhand.evaluation.config import AsteriskConfig, ReachCommand
+from inhand.evaluation.reach import limits, start_grip
+from inhand.evaluation.results import as_entry, by_direction, result_of_trial, summary_of
+from inhand.evaluation.run import prepare, simulate
+from inhand.evaluation.table import HEADER, table_rows
+from inhand.report.curves import PathCurve, limit_outline
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.objects import CATALOGUE
+from inhand.sim.reach.limits import ReachConfig
+from inhand.tasks.primitives import TURNS, parse_directions, with_twists
+from inhand.trials.trial import TWIST, Trial, load_trial, save_trial
+
+HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
+CUBE = CATALOGUE["cube_39"]
+COARSE = ReachConfig(resolution=0.004)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a small reach."""
+    out = tmp_path_factory.mktemp("reach") / "run"
+    run_reach(ReachCommand(directions="Out,In,Left,cw", resolution_mm=4, out=out))
+    return out
+
+
+def test_it_writes_limits_with_their_last_grip(folder: Path) -> None:
+    content = json.loads((folder / "reach.json").read_text())
+    rows = {row["direction"]: row for row in content["limits"]}
+    assert list(rows) == ["Out", "In", "Left", "cw"]
+    assert content["friction"] == 0.5
+    assert content["config"]["resolution_mm"] == 4
+    assert rows["In"]["limit_mm"] == pytest.approx(1e3 * HAND.start_position[1] - 19.5, abs=0.6)  # cube meets palm
+    assert rows["cw"]["limit_mm"] is None
+    assert rows["cw"]["limit_deg"] > 90
+    x, y, turn = rows["Left"]["end_pose_mm_deg"]
+    assert (x, y, turn) == pytest.approx((-rows["Left"]["limit_mm"], 1e3 * HAND.start_position[1], 0), abs=0.01)
+    assert np.abs(rows["Left"]["end_contacts_mm"]).max() == pytest.approx(19.5)
+    assert len(rows["Left"]["end_joints_deg"]) == 4
+    assert (folder / "reach.png").stat().st_size > 10_000
+
+
+def test_twists_get_a_figure_each(tmp_path: Path) -> None:
+    run_reach(ReachCommand(directions="Out", twist=15, resolution_mm=5, out=tmp_path / "run"))
+    names = sorted(path.name for path in (tmp_path / "run").iterdir())
+    assert names == ["reach.json", "reach_m15.png", "reach_p15.png"]
+
+
+def test_a_folder_that_holds_a_reach_is_kept(folder: Path) -> None:
+    before = (folder / "reach.json").read_bytes()
+    with pytest.raises(InputError, match="holds the results of a run; give another folder, or --overwrite"):
+        run_reach(ReachCommand(directions="Out", out=folder))
+    assert (folder / "reach.json").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        (ReachCommand(resolution_mm=0), "resolution 0 mm: give 0.1 to 10 mm"),
+        (ReachCommand(friction=-1), "friction -1: a coefficient of friction is 0 or more"),
+        (ReachCommand(friction=math.nan), "friction nan: a coefficient"),
+        (ReachCommand(rotation_deg=120), "rotation bound 120 deg: give 0 to 90 deg"),
+        (ReachCommand(directions="Up"), "unknown direction 'Up'"),
+        (ReachCommand(directions="Out", twist=95), "--twist 95: give the size of the twist to hold"),
+        (ReachCommand(directions="cw", twist=15), "primitive cw only rotates"),
+        (ReachCommand(friction=0.0), "no two reachable points have their line inside both friction cones"),
+        (ReachCommand(object="box_200x39"), "is 200.0 mm wide"),
+    ],
+)
+def test_what_cannot_be_computed_is_refused(command: ReachCommand, text: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as error:
+        run_reach(replace(command, out=tmp_path / "run"))
+    assert text in str(error.value)
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_object_that_no_grip_holds_names_the_constraint() -> None:
+    stiff = replace(HAND, left=replace(HAND.left, limits=((-0.01, 0.01),) * 2))
+    with pytest.raises(InputError, match="the left finger reaches no point of it within its joint limits; use another"):
+        start_grip(stiff, CUBE, COARSE)
+
+
+def test_a_held_twist_is_not_part_of_the_distance() -> None:
+    plain, *held = limits(HAND, CUBE, (*parse_directions("Out"), *with_twists(parse_directions("Out"), 15)), COARSE)
+    assert [limit.primitive.name for limit in held] == ["Out p15", "Out m15"]
+    assert held[0].distance == pytest.approx(held[1].distance, abs=COARSE.resolution)
+    assert 0.04 < held[0].distance < plain.distance
+    assert np.rad2deg(held[0].end.pose[2]) == pytest.approx(-15)
+
+
+def test_a_twist_that_is_out_of_reach_leaves_no_distance() -> None:
+    (turn,) = limits(HAND, CUBE, TURNS[:1], COARSE)
+    narrow = replace(CUBE, friction=0.1)
+    (short,) = limits(HAND, narrow, with_twists(parse_directions("Out"), 80)[:1], COARSE)
+    assert turn.distance > np.deg2rad(80)
+    assert short.distance == 0
+
+
+@pytest.fixture(scope="module")
+def twisted() -> tuple[Trial, ...]:
+    """Return one trial each of Out and Right with both twists, and of a turn."""
+    config = AsteriskConfig(directions="Out,Right", twist=15, trials=1)
+    return simulate(config, prepare(config))
+
+
+def test_twisted_trials_turn_first_and_then_hold(twisted: tuple[Trial, ...]) -> None:
+    assert [t.passport.primitive for t in twisted] == ["Out p15", "Right p15", "Out m15", "Right m15"]
+    for trial in twisted:
+        assert trial.phases == ("place", "grasp", TWIST, "manipulate")
+        path, rotation, touching = trial.manipulated_path()
+        assert rotation[0] == pytest.approx(trial.passport.rotation_deg, abs=1)
+        np.testing.assert_allclose(rotation, trial.passport.rotation_deg, atol=2)
+        np.testing.assert_allclose(path[0], 0)
+        result = result_of_trial(trial)
+        assert result.kept
+        assert touching.all()
+        assert result.metrics.rotation_max_deg < 2
+        assert result.fraction is not None
+        assert 0.75 < result.fraction <= 1
+
+
+def test_a_trial_keeps_its_limit(twisted: tuple[Trial, ...], tmp_path: Path) -> None:
+    save_trial(twisted[0], tmp_path / "trial.npz")
+    again = result_of_trial(load_trial(tmp_path / "trial.npz"))
+    assert again == result_of_trial(twisted[0])
+    entry = as_entry(again)
+    assert entry["limit_mm"] == again.limit
+    assert entry["fraction_of_limit"] == pytest.approx(entry["distance_mm"] / entry["limit_mm"])
+    assert again.limit == pytest.approx(1e3 * (twisted[0].passport.limit or 0))
+
+
+def test_table_and_summary_have_the_limit(twisted: tuple[Trial, ...]) -> None:
+    results = [result_of_trial(trial) for trial in twisted]
+    row = table_rows(results, ())[0]
+    assert row[HEADER.index("Limit [mm]")] == f"{results[0].limit:.1f}"
+    assert row[HEADER.index("Of limit")] == f"{results[0].fraction:.2f}"
+    summary = summary_of(results)[0]
+    assert summary["limit_mm"] == results[0].limit
+    assert summary["fraction_of_limit"] == pytest.approx(results[0].fraction)
+    assert list(by_direction(results)) == ["Out p15", "Right p15", "Out m15", "Right m15"]
+
+
+def test_a_turn_is_measured_against_the_angle() -> None:
+    config = AsteriskConfig(directions="twist", trials=1)
+    for trial in simulate(config, prepare(config)):
+        result = result_of_trial(trial)
+        assert result.kept
+        assert result.reached > 44
+        assert result.metrics.lateral_max_mm < 5
+        assert result.limit is not None
+        assert result.reached < result.limit
+        assert as_entry(result)["limit_deg"] == result.limit
+
+
+def test_the_outline_goes_round_the_limits() -> None:
+    curves = [PathCurve(a, str(a), np.zeros((1, 2)), 0.0, limit_mm=10.0 + a) for a in (180.0, 0.0, 90.0)]
+    np.testing.assert_allclose(limit_outline(curves), [(10, 0), (0, 100), (-190, 0)], atol=1e-9)
+    assert len(limit_outline(curves[:2])) == 0
+    assert len(limit_outline([replace(c, limit_mm=None) for c in curves])) == 0

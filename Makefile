@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test bench study lock
+.PHONY: demo test sweep bench study lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -15,6 +15,9 @@ test: .venv/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+sweep: .venv/.run
+	$(BIN)/inhand sweep
 
 bench: .venv/.dev
 	$(BIN)/python benchmarks/stepping.py

@@ -1,4 +1,4 @@
-"""The command line: `inhand asterisk | reach | metrics | view | hands | objects`.
+"""The command line: `inhand asterisk | reach | sweep | metrics | view | hands | objects`.
 
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -14,6 +14,7 @@ import tyro
 
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig, ReachCommand
+from inhand.study.config import SweepConfig
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class ObjectsConfig:
 Command = (
     Annotated[AsteriskConfig, tyro.conf.subcommand("asterisk")]
     | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
+    | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
     | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
     | Annotated[ViewConfig, tyro.conf.subcommand("view")]
     | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
@@ -83,6 +85,10 @@ def _run(config: object) -> None:
         from inhand.cli.reach import run_reach
 
         run_reach(config)
+    elif isinstance(config, SweepConfig):
+        from inhand.cli.sweep import run_sweep
+
+        run_sweep(config)
     elif isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 

@@ -1,0 +1,1 @@
+"""Questions asked of many runs: a sweep over hands and objects."""

@@ -1,0 +1,232 @@
+"""A sweep over hands and objects: it goes on where it was killed, hides no failure, and names the best hand."""
+
+import asyncio
+import json
+import re
+import signal
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+from PIL import Image
+
+from inhand import cli
+from inhand.errors import InputError
+from inhand.report.heatmap import HeatMap, heatmap_figure
+from inhand.study import tables
+from inhand.study.config import HANDS, OBJECTS, SweepConfig
+from inhand.study.page import command
+from inhand.study.summary import kept_share, mean_fraction, median_fraction, sweep_of
+from inhand.study.sweep import plan
+from inhand.tasks.primitives import parse_directions
+
+STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"
+CUBE, HUGE = "cube_39", "box_400x30"
+SCRIPT = Path(sys.executable).with_name("inhand")
+
+
+def words(out: Path, *more: str) -> list[str]:
+    """Return the words of the small sweep of these tests."""
+    start = ["sweep", "--hands", STANDARD, WIDE, "--objects", CUBE, HUGE, "cylinder_40"]
+    return [*start, "--directions", "In,Out", "--jobs", "2", "--out", str(out), *more]
+
+
+def sweep(monkeypatch: pytest.MonkeyPatch, out: Path, *more: str) -> int:
+    """Run the small sweep in this process; return its exit code."""
+    monkeypatch.setattr(sys, "argv", ["inhand", *words(out, *more)])
+    try:
+        cli.main()
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def stamps(out: Path) -> dict[str, int]:
+    """Return when each cell's file was written."""
+    return {path.name: path.stat().st_mtime_ns for path in (out / "cells").glob("*.json")}
+
+
+async def killed_after_a_cell(out: Path) -> None:
+    """Run the sweep in a process of its own and kill that while it computes its second cell."""
+    null = asyncio.subprocess.DEVNULL
+    process = await asyncio.create_subprocess_exec(SCRIPT, *words(out), stdout=null, stderr=null)
+    for _ in range(600):
+        if process.returncode is not None or stamps(out):
+            break
+        await asyncio.sleep(0.1)
+    process.send_signal(signal.SIGKILL)
+    await process.wait()
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, int]]:
+    """Return the folder of a sweep that was killed and then run again to its end, and what the kill had left."""
+    out = tmp_path_factory.mktemp("results") / "sweep"
+    asyncio.run(killed_after_a_cell(out))
+    left = stamps(out)
+    with pytest.MonkeyPatch.context() as patch:
+        assert sweep(patch, out) == 0
+    return out, left
+
+
+def test_a_killed_sweep_goes_on_and_computes_nothing_twice(killed: tuple[Path, dict[str, int]]) -> None:
+    out, left = killed
+    now = stamps(out)
+    assert 1 <= len(left) < 6
+    assert len(now) == 6
+    assert {name: now[name] for name in left} == left
+    assert not list(out.rglob("*.part"))
+
+
+def test_only_the_cell_that_is_missing_is_computed(
+    killed: tuple[Path, dict[str, int]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, _ = killed
+    before = stamps(out)
+    gone = next(name for name in before if "400" in name)
+    (out / "cells" / gone).unlink()
+    assert sweep(monkeypatch, out) == 0
+    after = stamps(out)
+    assert [name for name in before if after[name] != before[name]] == [gone]
+    assert "6 cells, 5 of them already" in capsys.readouterr().out
+    assert sweep(monkeypatch, out) == 0
+    assert stamps(out) == after
+
+
+def test_cells_of_other_settings_are_refused_with_what_differs(
+    killed: tuple[Path, dict[str, int]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, _ = killed
+    before = stamps(out)
+    assert sweep(monkeypatch, out, "--seed", "5", "--directions", "In") == 2
+    said = capsys.readouterr().err
+    assert "6 cells of other settings" in said
+    assert "seed is 0 there and 5 now" in said
+    assert "directions is In, Out there and In now" in said
+    assert "--overwrite" in said
+    assert stamps(out) == before
+
+
+def test_overwrite_computes_again_only_what_differs(killed: tuple[Path, dict[str, int]]) -> None:
+    out, _ = killed
+    same = SweepConfig(hands=(STANDARD,), objects=(CUBE, HUGE), directions="In,Out", out=out, overwrite=True)
+    assert len(plan(same).waiting) == 0
+    assert len(plan(replace(same, trials=2)).waiting) == 2
+    assert len(plan(replace(same, objects=(CUBE, "cube_43"))).waiting) == 1
+
+
+def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tuple[Path, dict[str, int]]) -> None:
+    out, _ = killed
+    content = json.loads((out / "sweep.json").read_text())
+    assert len(content["cells"]) == 6
+    fractions = [case["fraction"] for cell in content["cells"] for case in cell["cases"]]
+    assert len(fractions) == 8
+    assert content["median_fraction"] == pytest.approx(np.median(fractions))
+    text = (out / "report.md").read_text()
+    assert "Median fraction of the limit over 8 cases" in text
+    assert re.search(rf"{STANDARD} with {HUGE} could not be run: .*400.0 mm wide", text)
+    assert "4 of 6 cells" in text
+    assert re.search(r"cells a minute by the clock", text)
+    for heading in ("Best hand for each direction, over", "Best hand for each object", "What failed"):
+        assert f"## {heading}" in text
+    for name in re.findall(r"\]\((figures/.*?)\)", text):
+        with Image.open(out / name) as picture:
+            assert min(picture.size) > 200
+
+
+@pytest.mark.parametrize(
+    ("config", "text"),
+    [
+        (SweepConfig(hands=()), "--hands names none"),
+        (SweepConfig(jobs=-1), "--jobs -1"),
+        (SweepConfig(objects=(CUBE, CUBE)), "asked for twice"),
+        (SweepConfig(trials=0), "--trials 0"),
+        (SweepConfig(hands=("2v9",)), "unknown hand"),
+    ],
+)
+def test_what_no_cell_could_run_with_is_refused_before_any(tmp_path: Path, config: SweepConfig, text: str) -> None:
+    with pytest.raises(InputError, match=re.escape(text)):
+        plan(replace(config, out=tmp_path / "sweep"))
+
+
+def test_a_folder_of_other_files_and_a_damaged_cell_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    config = SweepConfig(hands=(STANDARD,), objects=(CUBE,), out=tmp_path)
+    with pytest.raises(InputError, match="holds files that are no sweep"):
+        plan(config)
+    (tmp_path / "cells").mkdir()
+    (tmp_path / "cells" / f"{STANDARD}__{CUBE}.json").write_text("{")
+    with pytest.raises(InputError, match="is no cell of a sweep"):
+        plan(config)
+
+
+def entry(direction: str, reached: float, outcome: str = "reached") -> dict[str, object]:
+    """Return a trial of a cell's file, its limit 100 mm."""
+    lost = None if outcome == "reached" else "left"
+    return {
+        "direction": direction, "angle_deg": 0.0, "distance_mm": reached, "limit_mm": 100.0,
+        "outcome": outcome, "first_lost": lost,
+    }  # fmt: skip
+
+
+def cell(hand: str, thing: str, *trials: dict[str, object], reason: str | None = None) -> dict[str, object]:
+    """Return the content of a cell's file."""
+    found = {"hand": hand, "object": thing, "reason": reason, "seconds": 30.0, "cpu_seconds": 20.0}
+    return found | {"trials": list(trials)}
+
+
+def test_best_hands_means_and_shares_are_those_of_the_cases() -> None:
+    contents = [
+        cell("a", "x", entry("In", 90.0), entry("Out", 20.0)),
+        cell("a", "y", entry("In", 60.0), entry("In", 20.0, "lost contact"), entry("Out", 40.0)),
+        cell("b", "x", entry("In", 70.0), entry("Out", 95.0)),
+        cell("b", "y", reason="too wide"),
+    ]
+    found = sweep_of(contents, parse_directions("In,Out"))
+    assert median_fraction(found.cases) == pytest.approx(0.55)
+    assert mean_fraction(found.cases) == pytest.approx((0.9 + 0.2 + 0.4 + 0.4 + 0.7 + 0.95) / 6)
+    assert kept_share(found.cases) == pytest.approx(5 / 6)
+    ways = tables.best_by_direction(found).rows
+    assert found.directions == ("Out", "In")
+    assert ways[1] == ("In", "a", "65.0", "b", "35.0", "b", "0.70")
+    assert ways[0] == ("Out", "b", "47.5", "a", "30.0", "b", "0.95")
+    assert tables.best_by_object(found).rows[1] == ("y", "a", "40.0", "-", "-", "a", "0.40")
+    assert tables.best_of_each(found).rows == (("Out", "2: 95", "1: 40"), ("In", "1: 90", "1: 40"))
+    failed = tables.failures(found)
+    assert failed == [
+        "b with y could not be run: too wide",
+        "a with y, In: lost contact by the left finger, after 40 of 100 mm",
+    ]
+    assert tables.poor(found) == ["a with x: Out 0.20", "a with y: Out 0.40"]
+    assert tables.beyond(found) == []
+    far = sweep_of([cell("a", "x", entry("In", 101.0), entry("Out", 141.0))], parse_directions("In,Out"))
+    assert tables.beyond(far) == ["a with x, Out: 141 against a limit of 100 mm (1.41)"]
+    said = " ".join(tables.summary(found))
+    assert "5 of 6 cases (83.3 %)" in said
+    assert "5 of 8 cases (62.5 %)" in said
+    assert "1.50 cells a minute by the clock, 2.25 by processor time" in said
+
+
+def test_a_heat_map_writes_every_number_and_marks_what_failed() -> None:
+    heat = HeatMap(
+        ("a", "b"), ("x", "y"), np.array([[0.5, -1e-9], [np.nan, 1.0]]), [["", "2 lost"], ["cannot run", ""]]
+    )
+    figure = heatmap_figure(heat, "Fraction", "Title")
+    shown = [text.get_text() for text in figure.axes[0].findobj(Text)]
+    assert {"0.50", "0.00", "1.00", "2 lost", "cannot run"} <= set(shown)
+    hatched = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
+    assert len(hatched) == 1
+    with pytest.raises(InputError, match="one value and one note per cell"):
+        HeatMap(("a",), ("x", "y"), np.zeros((2, 1)), [["", ""]])
+
+
+def test_the_default_sweep_is_wide_and_its_command_short(tmp_path: Path) -> None:
+    assert len(HANDS) >= 12
+    assert len(OBJECTS) >= 10
+    assert len(plan(SweepConfig(out=tmp_path / "sweep")).waiting) == len(HANDS) * len(OBJECTS)
+    config = SweepConfig(hands=("a", "b"), seed=3)
+    assert command(config) == "inhand sweep --hands a b --seed 3"
+    assert command(SweepConfig()) == "inhand sweep"

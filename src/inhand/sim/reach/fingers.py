@@ -41,7 +41,9 @@ ROOT_STEPS = 2
 """Steps of false position between two places: 0.2 mm off after one, a few micrometres after two."""
 NORMAL_ARM = 0.01
 """Arm at which the turn of a normal counts as a distance, where the nearest cell is looked for [m]."""
-ROUNDS = 8
+STRIDE = 4
+"""Of the places on a third link every so many-th is tried, since its posture has room to change."""
+ROUNDS = 16
 """Postures of a three-link finger that are tried for one contact."""
 
 
@@ -212,7 +214,7 @@ def _first_link_cells(
 
 def _by_third_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array) -> list[Postures]:
     """Reach each place of the third link with the first two, in the least bent posture that is free."""
-    joint, angle = _contacts(finger, hand, 2, body)
+    joint, angle = (part[:, ::STRIDE] for part in _contacts(finger, hand, 2, body))
     base = inverse_transform(poses, np.array(finger.base))
     first, second = finger.links[:2]
     place = joint - base[:, None, None]
@@ -226,7 +228,7 @@ def _by_third_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array)
     count = len(poses), len(body.numbers), -1
     cost, bend, last = cost.reshape(count), bend.reshape(count), last.reshape(count)
     start = start.reshape(count)
-    order = np.argpartition(cost, ROUNDS, axis=-1)[..., :ROUNDS]
+    order = np.argsort(cost, axis=-1)[..., :ROUNDS]
     found: list[Postures] = []
     open_ = np.ones(cost.shape[:2], dtype=bool)
     for k in range(ROUNDS):

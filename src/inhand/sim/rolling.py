@@ -73,29 +73,31 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
         np.empty((count, steps, joints.shape[-1])),
         np.zeros((count, steps), dtype=bool),
     )
-    body = _placed(starts.bodies, poses[:, :1])
+    rows = np.arange(count)
+    body = _placed(starts.bodies, rows, poses[:, 0])
     contacts = transform(poses[:, 0], starts.points)
     gap, _, facing = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
     held = _clear(hand, finger, joints, body) & (gap > -TOLERANCE)
-    _record(tracks, 0, poses[:, 0], (contacts, facing, joints, held))
+    _record(tracks, (rows, 0), poses[:, 0], (contacts, facing, joints, held))
     for s in range(1, steps):
-        if not held.any():
-            tracks.points[:, s:] = tracks.points[:, s - 1 : s]
-            tracks.normals[:, s:] = tracks.normals[:, s - 1 : s]
-            tracks.joints[:, s:] = joints[:, None]
+        rows, contacts, joints = rows[held], contacts[held], joints[held]
+        last = s + 1 if len(rows) else steps
+        for values in (tracks.points, tracks.normals, tracks.joints):
+            values[:, s:last] = values[:, s - 1 : s]  # what is lost stays where it was
+        if len(rows) == 0:
             break
-        moved = transform(poses[:, s], inverse_transform(poses[:, s - 1], contacts))
-        body = _placed(starts.bodies, poses[:, s : s + 1])
-        stepped, contacts, facing, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints))
-        joints = np.where(held[:, None], stepped, joints)
-        held = held & kept & _clear(hand, finger, joints, body)
-        _record(tracks, s, poses[:, s], (contacts, facing, joints, held))
+        pose = poses[rows, s]
+        moved = transform(pose, inverse_transform(poses[rows, s - 1], contacts))
+        body = _placed(starts.bodies, rows, pose)
+        joints, contacts, facing, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints[rows]))
+        held = kept & _clear(hand, finger, joints, body)
+        _record(tracks, (rows, s), pose, (contacts, facing, joints, held))
     return tracks
 
 
-def _placed(pieces: tuple[Array, ...], poses: Array) -> list[Array]:
-    """Return the pieces of K objects at poses `(K, 1, 3)`, each `(K, M, 2)` [m]."""
-    return [transform(poses, piece) for piece in pieces]
+def _placed(pieces: tuple[Array, ...], rows: NDArray[np.int64], poses: Array) -> list[Array]:
+    """Return the pieces of some objects at their poses `(R, 3)`, each `(R, M, 2)` [m]."""
+    return [transform(poses[:, None], piece[rows] if piece.ndim > 2 else piece) for piece in pieces]
 
 
 def _follow(
@@ -117,12 +119,17 @@ def _follow(
     return joints, contacts, normals, kept & (np.abs(gap) < TOLERANCE) & within_limits(finger, joints)
 
 
-def _record(tracks: Tracks, s: int, pose: Array, found: tuple[Array, Array, Array, NDArray[np.bool_]]) -> None:
+def _record(
+    tracks: Tracks,
+    place: tuple[NDArray[np.int64], int],
+    pose: Array,
+    found: tuple[Array, Array, Array, NDArray[np.bool_]],
+) -> None:
     contacts, normals, joints, held = found
-    tracks.points[:, s] = inverse_transform(pose, contacts)
-    tracks.normals[:, s] = rotate(-pose[:, 2], normals)
-    tracks.joints[:, s] = joints
-    tracks.held[:, s] = held
+    tracks.points[place] = inverse_transform(pose, contacts)
+    tracks.normals[place] = rotate(-pose[:, 2], normals)
+    tracks.joints[place] = joints
+    tracks.held[place] = held
 
 
 def _clear(hand: HandSpec, finger: FingerSpec, joints: Array, body: list[Array]) -> NDArray[np.bool_]:

@@ -1,8 +1,8 @@
 """Grasps tried out in simulation: how a plan closes on the object, and which of several holds it best.
 
 A search on paper does not know what closing the fingers does: the object turns a little, a contact settles elsewhere.
-So the best few grasps of every path are closed in simulated worlds of their own, and the grip that is measured there is
-judged by how far it can follow the path.
+So the best few grasps of every path are closed in simulated worlds of their own and carry the object to where the grip
+that is measured there is predicted to end. Of those that keep it the one that goes farthest is taken.
 """
 
 from __future__ import annotations
@@ -21,14 +21,16 @@ from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import ObjectSpec, convex_pieces
 from inhand.sim.rolling import Starts, roll
 
+LOSS = 1.0
+"""Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
 APPROACH = 5
 """Poses on the way from a path's start to where the object stands."""
 SUBSTEPS = 5
 """Physics steps for one decision."""
 CLOSING = 30
 """Decisions for which the fingers close."""
-HOLDING = 15
-"""Decisions for which the grip must then hold while the object is moved."""
+CARRYING = 400
+"""Decisions after which the object must have come to where the grip was predicted to end: 8 s."""
 
 
 def closing_joints(
@@ -65,7 +67,7 @@ def rehearsed(
     starts: Array,
     config: IkConfig | None = None,
 ) -> tuple[Array, Array]:
-    """Return opened and closed joint angles `(P, n_joints)` [rad] of the plans whose simulated grips go farthest.
+    """Return opened and closed joint angles `(P, n_joints)` [rad] of the plans that carry their object farthest.
 
     Args:
         held: the hand and the object.
@@ -86,12 +88,15 @@ def rehearsed(
     fingers.begin(state)
     for _ in range(CLOSING):
         state = simulator.step(fingers.act(state), SUBSTEPS)
-    kept = state.touching.all(axis=-1)
+    kept, done = state.touching.all(axis=-1), np.zeros(len(each), dtype=bool)
     expert = IkController(task, config)
     expert.begin(state)
-    for _ in range(HOLDING):
+    for _ in range(CARRYING):
         state = simulator.step(expert.act(state), SUBSTEPS)
-        kept = kept & state.touching.all(axis=-1)
-    value = np.where(kept, expert.limit, -1.0)
+        kept = kept & (done | state.touching.all(axis=-1))
+        done = done | ~kept | expert.finished(state)
+        if done.all():
+            break
+    value = expert.limit - np.where(kept, 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
     return opened[best], closed[best]

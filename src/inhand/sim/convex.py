@@ -35,7 +35,28 @@ def convex_parts(corners: Array) -> tuple[Array, ...]:
         else:
             i, j = _best_diagonal(piece)
             left += [np.concatenate([piece[j:], piece[: i + 1]]), piece[i : j + 1]]
-    return tuple(found)
+    return tuple(_merged(found))
+
+
+def _merged(pieces: list[Array]) -> list[Array]:
+    """Return convex pieces of which no two that share a side are convex together (Hertel and Mehlhorn 1983)."""
+    for k, first in enumerate(pieces):
+        for other in range(k + 1, len(pieces)):
+            whole = _joined(first, pieces[other])
+            if whole is not None and is_convex(whole):
+                rest = [piece for number, piece in enumerate(pieces) if number not in (k, other)]
+                return _merged([*rest, without_straight_corners(whole)])
+    return pieces
+
+
+def _joined(first: Array, second: Array) -> Array | None:
+    """Return the polygon that two make along the side they share, None where they share none."""
+    same = (first[:, None] == second).all(axis=-1)
+    starts, ends = np.nonzero(same & np.roll(same, (-1, 1), axis=(0, 1)))
+    if len(starts) == 0:
+        return None
+    i, j = int(starts[0]), int(ends[0])  # first goes from its corner i to i + 1, second from j - 1 to j
+    return np.concatenate([np.roll(first, -i - 1, axis=0), np.roll(second, -j, axis=0)[1:-1]])
 
 
 def _best_diagonal(corners: Array) -> tuple[int, int]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, transform, way_along
+from inhand.geometry import TURN_ARM, Array, cross, transform, way_along
 from inhand.sim.hands import FINGER_NAMES, HandSpec
 from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
 from inhand.sim.polygons import separation
@@ -27,6 +27,8 @@ from inhand.sim.shapes import palm_outline
 
 BLOCK = 12
 """Poses of a path whose postures are found at a time."""
+OFF_CENTRE = 2.0
+"""What a metre between grip line and object's middle counts against the cosine of its tilt, where one grip is shown."""
 FINE = 8
 """Parts into which the step is cut in which the last grip ends."""
 FINE_CELLS = 8
@@ -300,7 +302,7 @@ def _reached(scene: _Scene, pair: Held, seeds: Grips, known: Held | None) -> Hel
 
 
 def _described(scene: _Scene, pose: Array, way: float, column: _Column) -> Farthest:
-    """Return, of the grips that are left at the end, the one farthest inside the friction cones."""
+    """Return, of the grips left at the end, one well inside the friction cones and near the object's middle."""
     held = [(abs(turn), t, each) for t, (turn, each) in enumerate(zip(scene.turns, column, strict=True)) if each]
     _, t, last = min(held, key=lambda each: each[:2])
     left, right = np.nonzero(last.grips)
@@ -308,7 +310,7 @@ def _described(scene: _Scene, pose: Array, way: float, column: _Column) -> Farth
     line = second.points - first.points
     line /= np.linalg.norm(line, axis=-1, keepdims=True)
     inside = np.minimum(-(line * first.normals).sum(-1), (line * second.normals).sum(-1))
-    best = int(np.argmax(inside))
+    best = int(np.argmax(inside - OFF_CENTRE * np.abs(cross(line, first.points))))
     return Farthest(
         way,
         pose + np.array([0.0, 0.0, scene.turns[t]]),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array, cross, unit
+from inhand.geometry import Array, cross
 from inhand.sim.polygons import edge_normals
 
 Corners = tuple[tuple[float, float], ...]
@@ -95,20 +95,6 @@ def points_along(corners: Array, step: float) -> tuple[Array, Array]:
     share = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
     points = np.repeat(corners, counts, axis=0) + share[:, None] * np.repeat(edges, counts, axis=0)
     return points, np.repeat(edge_normals(corners), counts, axis=0)
-
-
-def corner_contacts(corners: Array, sharp: float, count: int) -> tuple[Array, Array]:
-    """Return the outward corners `(N, 2)` that turn by more than `sharp` [rad], each with `count` normals `(N, 2)`.
-
-    A body that touches a corner has its own normal there: any between those of the corner's two faces.
-    """
-    normals = edge_normals(corners)
-    turn = np.arcsin(np.clip(turns(corners), -1, 1))
-    turn = np.where((normals * np.roll(normals, 1, axis=0)).sum(-1) < 0, np.pi - turn, turn)
-    chosen = (turns(corners) > STRAIGHT) & (turn > sharp)
-    share = (np.arange(count) + 0.5) / count
-    first = np.arctan2(np.roll(normals, 1, axis=0)[chosen, 1], np.roll(normals, 1, axis=0)[chosen, 0])
-    return np.repeat(corners[chosen], count, axis=0), unit(first[:, None] + share * turn[chosen, None]).reshape(-1, 2)
 
 
 def segments_meet(first: tuple[Array, Array], second: tuple[Array, Array]) -> NDArray[np.bool_]:

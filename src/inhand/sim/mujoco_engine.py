@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
+from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
@@ -17,6 +18,7 @@ from inhand.sim.hands import HandSpec
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
 from inhand.sim.objects import ObjectSpec, convex_pieces
 from inhand.sim.polygons import is_box
+from inhand.sim.snapshot import Snapshot, check_restore
 from inhand.sim.state import State
 
 
@@ -28,7 +30,11 @@ class Readings:
     qpos: Array
     qvel: Array
     ctrl: Array
+    qacc_warmstart: Array
     sensors: Array
+
+
+_KEPT = tuple(field.name for field in fields(Snapshot))
 
 
 class MujocoSimulator:
@@ -70,9 +76,7 @@ class MujocoSimulator:
         self._stepper = _batch([kinds[world] for world in worlds], threads)
         self._meter = _batch([meters[world] for world in worlds], threads)
         bind = self._stepper.bind
-        self._readings = Readings(
-            bind("time"), bind("qpos"), bind("qvel"), bind("ctrl"), self._meter.bind("sensordata")
-        )
+        self._readings = Readings(**{name: bind(name) for name in _KEPT}, sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
         self._height = np.array([spec.height / 2 for spec in objects])
 
@@ -86,7 +90,7 @@ class MujocoSimulator:
         self._readings.qpos[:, n:] = spatial(object_pose, 0.0)
         self._readings.qpos[:, n + 2] = self._height
         self._readings.ctrl[:] = joint_angles
-        return self._measure()
+        return self.measure()
 
     def step(self, targets: Array, substeps: int) -> State:
         """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
@@ -99,9 +103,33 @@ class MujocoSimulator:
         check_targets(targets, len(self.objects), self.hand.n_joints)
         self._readings.ctrl[:] = targets
         self._stepper.step(nstep=substeps)
-        return self._measure()
+        return self.measure()
 
-    def _measure(self) -> State:
+    def snapshot(self) -> Snapshot:
+        """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
+        return Snapshot(**{name: getattr(self._readings, name).copy() for name in _KEPT})
+
+    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+        """Put worlds `(K,)` back to rows `(K,)` of a snapshot; the other worlds are not touched.
+
+        The snapshot may be another simulator's, of any number of worlds. A world goes on byte for byte where hand,
+        object and scene are those it was taken with; a like object of another size or mass takes the pose over as it
+        is. Nothing is measured: `measure` does that, once for all that was put back.
+
+        Raises:
+            InputError: worlds or rows that are not there, a world named twice, or a hand of another number of joints.
+        """
+        check_restore(worlds, len(self.objects), snapshot, rows)
+        if snapshot.ctrl.shape[1] != self.hand.n_joints:
+            raise InputError(
+                f"a snapshot of a hand of {snapshot.ctrl.shape[1]} joints for one of {self.hand.n_joints}; put worlds"
+                " back to snapshots of their own hand"
+            )
+        for name in _KEPT:
+            getattr(self._readings, name)[worlds] = getattr(snapshot, name)[rows]
+
+    def measure(self) -> State:
+        """Return the state of the present instant."""
         self._measured_qpos[:] = self._readings.qpos
         self._meter.forward(stage=mujoco.mjtStage.mjSTAGE_POS)
         return _state_from(self._readings, self.hand)

@@ -42,5 +42,5 @@ study: .venv/.run
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
 lock:
 	$(LOCK) $(INPUTS) --output-file requirements/run.txt
-	$(LOCK) $(INPUTS) --extra dev --extra bullet --constraints requirements/run.txt --overrides requirements/overrides.txt \
+	$(LOCK) $(INPUTS) --extra dev --extra bullet --extra rl --constraints requirements/run.txt --overrides requirements/overrides.txt \
 		$(addprefix --no-emit-package ,mujoco mujoco-studio glfw pyopengl websockets) --output-file requirements/dev.txt

@@ -224,5 +224,7 @@ def test_bad_input_is_refused() -> None:
 
 def test_a_missing_engine_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pybullet", None)
-    with pytest.raises(InputError, match=r'PyBullet is not installed; install it with pip install "inhand\[bullet\]"'):
+    with pytest.raises(
+        InputError, match=r"the engine PyBullet needs the extra `bullet`: pip install 'inhand\[bullet\]'"
+    ):
         BulletSimulator(HAND, [CUBE])

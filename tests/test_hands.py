@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from inhand.errors import InputError, near_matches
+from inhand.errors import InputError, near_matches, needs_extra
 from inhand.geometry import Array
 from inhand.sim.hand_names import CATALOGUE, FINGER_LENGTH, parse_hand_name
 from inhand.sim.hands import FINGER_NAMES, HandSpec, build_hand, lab_limits
@@ -136,6 +136,12 @@ def test_near_matches_ignore_case_and_join_with_or() -> None:
     assert near_matches("CUBE_39", ["cube_39", "ball"]) == "; did you mean cube_39?"
     assert near_matches("cube_39", ["CUBE_3", "Cube_39", "ball"]) == "; did you mean Cube_39 or CUBE_3?"
     assert near_matches("zzz", ["cube_39"]) == ""
+
+
+def test_a_missing_extra_is_named_with_the_command_that_installs_it() -> None:
+    error = needs_extra("rl", "the command `inhand train`")
+    assert isinstance(error, InputError)
+    assert str(error) == "the command `inhand train` needs the extra `rl`: pip install 'inhand[rl]'"
 
 
 @pytest.mark.parametrize(

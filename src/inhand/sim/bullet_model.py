@@ -13,7 +13,7 @@ from types import ModuleType
 
 import numpy as np
 
-from inhand.errors import InputError
+from inhand.errors import needs_extra
 from inhand.geometry import Array
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
@@ -59,9 +59,7 @@ def load_pybullet() -> ModuleType:
     try:
         return importlib.import_module("pybullet")
     except ImportError as error:
-        raise InputError(
-            'the engine PyBullet is not installed; install it with pip install "inhand[bullet]", or use MuJoCo'
-        ) from error
+        raise needs_extra("bullet", "the engine PyBullet") from error
 
 
 def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> World:

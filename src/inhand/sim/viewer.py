@@ -8,7 +8,7 @@ from importlib import import_module
 import mujoco
 import numpy as np
 
-from inhand.errors import InputError
+from inhand.errors import needs_extra
 from inhand.geometry import Array
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec, build_model
@@ -24,7 +24,7 @@ def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Arr
     try:
         viewer = import_module("mujoco.viewer")
     except ImportError as error:
-        raise InputError(f'the viewer is not installed ({error}): pip install "inhand[viewer]"') from error
+        raise needs_extra("viewer", f"the viewer ({error})") from error
     model = build_model(hand, spec, SceneSpec())
     _light(model)
     data = mujoco.MjData(model)

@@ -1,0 +1,1 @@
+"""Learning: networks, replay, DDPGfD and the loop that trains."""

@@ -23,14 +23,14 @@ from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
-from inhand.trials.trial import LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
+from inhand.trials.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 CUBE = OBJECTS["cube_39"]
 
 
-def state_with(touching: NDArray[np.bool_], time: float = 0.0) -> State:
-    """Return a state of which only the contacts `(B, 2)` and the time mean anything."""
+def state_with(touching: NDArray[np.bool_], time: float = 0.0, diverged: NDArray[np.bool_] | None = None) -> State:
+    """Return a state of which only the contacts `(B, 2)`, the time and what diverged `(B,)` mean anything."""
     n = len(touching)
     points = np.tile([[-0.0195, 0.0936], [0.0195, 0.0936]], (n, 1, 1))
     return State(
@@ -45,6 +45,7 @@ def state_with(touching: NDArray[np.bool_], time: float = 0.0) -> State:
         finger_points=points,
         object_points=points,
         gaps=np.where(touching, 0.0, 0.001),
+        diverged=np.zeros(n, dtype=bool) if diverged is None else diverged,
     )
 
 
@@ -54,6 +55,8 @@ class Scripted:
 
     contacts: NDArray[np.bool_]
     """Contacts `(T, B, 2)` after each step; the last row stays."""
+    diverging: dict[int, int] = field(default_factory=dict)
+    """The step at which a world diverges, for those that do."""
     timestep: float = 0.004
     steps: int = 0
     hand: HandSpec = HAND
@@ -74,7 +77,8 @@ class Scripted:
         del targets
         row = self.contacts[min(self.steps, len(self.contacts) - 1)]
         self.steps += 1
-        return state_with(row, self.steps * substeps * self.timestep)
+        diverged = np.array([self.steps >= self.diverging.get(world, np.inf) for world in range(len(row))])
+        return state_with(row, self.steps * substeps * self.timestep, diverged)
 
 
 @dataclass
@@ -108,8 +112,13 @@ def task_for(simulator: Scripted | MujocoSimulator, substeps: int = 5) -> Task:
     return Task(simulator.hand, simulator.objects, paths, progress, substeps * 0.004, 0.004)
 
 
-def run_script(contacts: NDArray[np.bool_], phases: Sequence[Phase], substeps: int = 5) -> Recording:
-    simulator = Scripted(contacts)
+def run_script(
+    contacts: NDArray[np.bool_],
+    phases: Sequence[Phase],
+    substeps: int = 5,
+    diverging: dict[int, int] | None = None,
+) -> Recording:
+    simulator = Scripted(contacts, diverging or {})
     start = simulator.reset(np.zeros((1, 3)), np.zeros((1, 4)))
     return run_episodes(simulator, task_for(simulator, substeps), phases, start)
 
@@ -187,6 +196,29 @@ def test_no_grasp_anywhere_ends_the_batch() -> None:
     recording = run_script(np.zeros((1, 2, 2), dtype=bool), phases)
     assert recording.outcomes == (NO_GRASP, NO_GRASP)
     assert len(recording.states) == 5
+
+
+@pytest.mark.parametrize("step", [1, 3, 4])
+def test_a_world_that_diverges_is_out_at_once_in_any_phase_and_others_go_on(step: int) -> None:
+    """Its last row is the one before: nothing was measured in the row in which it was found."""
+    phases = [Phase("grasp", lambda _: Counting((3, 3)), 1.0, must_hold=True), carrying(4, 4)]
+    recording = run_script(np.ones((1, 2, 2), dtype=bool), phases, diverging={0: step})
+    assert recording.outcomes == (DIVERGED, REACHED)
+    np.testing.assert_array_equal(recording.last, [step - 1, 7])
+
+
+def test_diverging_changes_no_verdict_that_was_given_before() -> None:
+    contacts = np.ones((20, 2, 2), dtype=bool)
+    contacts[2:, 1] = False
+    recording = run_script(contacts, [carrying(4, 30)], diverging={0: 6, 1: 8})
+    assert recording.outcomes == (REACHED, LOST_CONTACT)
+    np.testing.assert_array_equal(recording.last, [4, 7])
+
+
+def test_a_batch_in_which_every_world_diverged_is_over() -> None:
+    recording = run_script(np.ones((1, 2, 2), dtype=bool), [carrying(9, 9)], diverging={0: 2, 1: 3})
+    assert recording.outcomes == (DIVERGED, DIVERGED)
+    assert len(recording.states) == 4
 
 
 def test_contact_may_be_missing_where_a_phase_does_not_ask_for_it() -> None:

@@ -25,7 +25,7 @@ from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.objects import CATALOGUE as OBJECTS
 from inhand.tasks.primitives import primitive_at
 from inhand.trials.human import HumanTrial, read_human_file
-from inhand.trials.trial import LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
+from inhand.trials.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 
 REQUIRED = (
     "direction",
@@ -128,7 +128,7 @@ def test_a_failed_grasp_is_no_distance_and_no_contact() -> None:
 
 @pytest.mark.parametrize(
     ("outcome", "kept"),
-    [(REACHED, True), (LOST_CONTACT, False), (NO_GRASP, False), (TIME_OUT, False), (RECORDED, True)],
+    [(REACHED, True), (LOST_CONTACT, False), (NO_GRASP, False), (TIME_OUT, False), (DIVERGED, False), (RECORDED, True)],
 )
 def test_only_reached_and_recorded_trials_kept_the_object(outcome: str, kept: bool) -> None:
     assert replace(result_of_trial(straight()), outcome=outcome).kept is kept
@@ -231,6 +231,18 @@ def test_what_failed_says_how_often_which_finger_and_where() -> None:
 def test_a_grasp_that_never_held_has_no_distance_to_tell() -> None:
     (sentence,) = failures([result_of_trial(no_grasp())])
     assert sentence == "Out: no grasp in 1 of 1 trials, first by left and right."
+
+
+def test_a_simulation_that_diverged_is_told_as_no_verdict_on_the_hand() -> None:
+    trials = [straight(90, 40, 1), straight(90, 25, 2, DIVERGED), replace(no_grasp(), outcome=DIVERGED)]
+    results = [result_of_trial(trial) for trial in trials]
+    assert [result.first_lost for result in results] == [None] * 3
+    (row,) = table_rows(results, [])
+    assert row[-1] == "diverged 1/3"
+    assert failures(results) == [
+        "Out: diverged in 2 of 3 trials after 25, 0 mm (25, 0 mm with lost and regained contacts allowed)."
+        " A simulation that diverged says nothing about the hand: lower its stiffness, torque or physics step."
+    ]
 
 
 @pytest.mark.parametrize("make", [straight, no_grasp])

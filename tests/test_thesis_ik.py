@@ -44,6 +44,7 @@ def holding(contacts: Array, pose: Array) -> State:
         finger_points=(points - 5e-5 * normals)[None],
         object_points=points[None],
         gaps=np.zeros((1, 2)),
+        diverged=np.zeros(1, dtype=bool),
     )
 
 

@@ -88,12 +88,12 @@ def rehearsed(
     fingers.begin(state)
     for _ in range(CLOSING):
         state = simulator.step(fingers.act(state), SUBSTEPS)
-    kept, done = state.touching.all(axis=-1), np.zeros(len(each), dtype=bool)
+    kept, done = state.touching.all(axis=-1) & ~state.diverged, np.zeros(len(each), dtype=bool)
     expert = IkController(task, config)
     expert.begin(state)
     for _ in range(CARRYING):
         state = simulator.step(expert.act(state), SUBSTEPS)
-        kept = kept & (done | state.touching.all(axis=-1))
+        kept = kept & (done | (state.touching.all(axis=-1) & ~state.diverged))
         done = done | ~kept | expert.finished(state)
         if done.all():
             break

@@ -12,7 +12,7 @@ from inhand.controllers.controller import Controller, Task
 from inhand.episodes.phases import Phase
 from inhand.sim.engine import Simulator
 from inhand.sim.state import State
-from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
+from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 
 LOST_AFTER = 20
 """A contact lost for more simulation steps than this ends an episode (thesis 3.2)."""
@@ -27,7 +27,7 @@ class Recording:
     phase: NDArray[np.int64]
     """Phase of each state `(T,)`."""
     last: NDArray[np.int64]
-    """Index of each world's last state `(B,)`."""
+    """Index of each world's last state `(B,)`; of one that diverged, the last that was measured before."""
     outcomes: tuple[str, ...]
     """How each world's episode ended."""
 
@@ -83,6 +83,7 @@ def run_episodes(
             states.append(state)
             phase_of.append(number)
             index = len(states) - 1
+            verdicts.end(state.diverged, index - 1, DIVERGED)
             verdicts.end(np.asarray(verdicts.lost > LOST_AFTER), index, LOST_CONTACT)
             if number == len(phases) - 1:
                 verdicts.end(done, index, REACHED)

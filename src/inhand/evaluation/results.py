@@ -20,7 +20,7 @@ from inhand.sim.hands import FINGER_NAMES
 from inhand.tasks.primitives import twisted_name
 from inhand.trials.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import REACHED, Passport, Trial
+from inhand.trials.trial import DIVERGED, REACHED, Passport, Trial
 
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
@@ -43,7 +43,7 @@ class Result:
     carried_mm: float
     """Farthest progress before the end with lost and regained contacts allowed, as in the thesis [mm]."""
     first_lost: str | None
-    """The finger that let go first, None where none did."""
+    """The finger that let go first, None where none did or no finger was the end of it: the simulation diverged."""
     labels: tuple[str, ...] | None
     """Labels of the Asterisk Test, None where the hand has no span to normalise with."""
     compatible: AsteriskMetrics | None
@@ -75,7 +75,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
     path, rotation, touching = trial.manipulated_path()
     target, angle = passport.rotation_deg, passport.angle_deg
     metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, substeps=passport.substeps)
-    lost = np.flatnonzero(~touching.all(axis=-1))
+    lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
     hand = passport.hand.name.partition("_")[0]

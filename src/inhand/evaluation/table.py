@@ -9,7 +9,7 @@ import numpy as np
 from inhand.evaluation.beside import Beside
 from inhand.evaluation.results import Result, averaged, by_direction, mean_fraction, result_of_human
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
+from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 
 HEADER = (
     "Direction",
@@ -28,7 +28,9 @@ HEADER = (
 
 NOTHING = "-"
 """A cell without a value."""
-WORST_FIRST = (NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
+NO_VERDICT = "A simulation that diverged says nothing about the hand: lower its stiffness, torque or physics step."
+"""Follows a sentence about trials of which one diverged."""
+WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
 
 
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
@@ -68,8 +70,9 @@ def failures(results: Sequence[Result]) -> list[str]:
             if all(r.outcome == NO_GRASP for r in bad)
             else (f" after {counted} mm ({carried} mm with lost and regained contacts allowed)")
         )
+        advice = f" {NO_VERDICT}" if any(r.outcome == DIVERGED for r in bad) else ""
         finger = f", first by {' or '.join(fingers)}" if fingers else ""
-        sentences.append(f"{name}: {why} in {len(bad)} of {len(group)} trials{held}{finger}.")
+        sentences.append(f"{name}: {why} in {len(bad)} of {len(group)} trials{held}{finger}.{advice}")
     return sentences
 
 

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
@@ -25,7 +26,7 @@ from inhand.sim.engine import check_start, check_substeps, check_targets
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import FAR, SceneSpec, scene_of_each
 from inhand.sim.objects import ObjectSpec
-from inhand.sim.state import State
+from inhand.sim.state import State, ran_away
 
 POSITION_GAIN = 0.1
 """Share of its error that a servo closes in one physics step (PyBullet's default)."""
@@ -40,7 +41,8 @@ the nearest points of both."""
 class BulletSimulator:
     """B worlds of one hand, each with its own object and surroundings, stepped one after another on one thread.
 
-    Distances are queries made after the last physics step, so that everything in `State` belongs to one instant.
+    Distances are queries made after the last physics step, so that everything in `State` belongs to one instant. A
+    world that diverges is put back and told in `State.diverged`.
     """
 
     def __init__(
@@ -67,6 +69,8 @@ class BulletSimulator:
         self._clients = [self._engine.connect(self._engine.DIRECT) for _ in objects]
         weakref.finalize(self, _disconnect, self._engine, self._clients)
         self._worlds: list[World] = []
+        self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, hand.n_joints))
+        self._diverged = np.zeros(len(self.objects), dtype=bool)
         self._steps = 0
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
@@ -76,12 +80,9 @@ class BulletSimulator:
         """
         check_targets(joint_angles, len(self.objects), self.hand.n_joints)
         check_start(object_pose, len(self.objects))
-        self._worlds = [
-            build_world(self._engine, client, self.hand, spec, scene)
-            for client, spec, scene in zip(self._clients, self.objects, self._scenes, strict=True)
-        ]
-        for world, spec, pose, angles in zip(self._worlds, self.objects, object_pose, joint_angles, strict=True):
-            _place(self._engine, world, spatial(pose, spec.height / 2), angles)
+        self._starts = object_pose.copy(), joint_angles.copy()
+        self._worlds = [self._begin(index) for index in range(len(self.objects))]
+        self._diverged[:] = False
         self._steps = 0
         return self._measure(joint_angles)
 
@@ -90,7 +91,6 @@ class BulletSimulator:
 
         Raises:
             InputError: a target is not finite (the text names world and joint), or nothing was reset yet.
-            RuntimeError: a world diverged.
         """
         check_substeps(substeps)
         check_targets(targets, len(self.objects), self.hand.n_joints)
@@ -103,9 +103,21 @@ class BulletSimulator:
         self._steps += substeps
         return self._measure(targets)
 
+    def _begin(self, index: int) -> World:
+        """Build one world anew, at rest where it was last reset to."""
+        spec, (poses, angles) = self.objects[index], self._starts
+        world = build_world(self._engine, self._clients[index], self.hand, spec, self._scenes[index])
+        _place(self._engine, world, spatial(poses[index], spec.height / 2), angles[index])
+        return world
+
     def _measure(self, targets: Array) -> State:
         rows = [_read(self._engine, world, self.hand) for world in self._worlds]
-        return _state_from(rows, self.hand, self._steps * self.timestep, targets)
+        wild = ran_away(*(np.array(part) for part in list(zip(*rows, strict=True))[:4]))
+        for index in np.flatnonzero(wild).tolist():
+            self._worlds[index] = self._begin(index)
+            rows[index] = _read(self._engine, self._worlds[index], self.hand)
+        self._diverged |= wild
+        return _state_from(rows, self.hand, self._steps * self.timestep, targets, self._diverged.copy())
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -166,11 +178,8 @@ def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tu
     return list(found or ())
 
 
-def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array) -> State:
+def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array, diverged: NDArray[np.bool_]) -> State:
     joints, velocities, poses, object_velocities, links = (np.array(part) for part in zip(*rows, strict=True))
-    if not np.isfinite(poses).all():
-        world = int(np.argwhere(~np.isfinite(poses))[0, 0])
-        raise RuntimeError(f"the simulation of world {world} diverged; lower the torque or the physics step")
     n_left = len(hand.left.links)
     gaps = links[..., 0]
     left, right = gaps[:, :n_left].argmin(axis=1), gaps[:, n_left:].argmin(axis=1)
@@ -187,4 +196,5 @@ def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array
         finger_points=chosen[..., 1:3],
         object_points=chosen[..., 3:5],
         gaps=chosen[..., 0],
+        diverged=diverged,
     )

@@ -32,7 +32,10 @@ class Simulator(Protocol):
         """Place objects `(B, 3)` and joints `(B, n)` at rest and return what is measured there."""
 
     def step(self, targets: Array, substeps: int) -> State:
-        """Hold joint targets `(B, n)` [rad] for some physics steps and measure the instant after the last."""
+        """Hold joint targets `(B, n)` [rad] for some physics steps and measure the instant after the last.
+
+        A world that diverges ends no batch: it is put back and told in `State.diverged`.
+        """
 
 
 def check_start(object_pose: Array, n_worlds: int) -> None:

@@ -19,7 +19,7 @@ from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model,
 from inhand.sim.objects import ObjectSpec, convex_pieces
 from inhand.sim.polygons import is_box
 from inhand.sim.snapshot import Snapshot, check_restore
-from inhand.sim.state import State
+from inhand.sim.state import State, ran_away
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,8 @@ class MujocoSimulator:
 
     A step advances a batch that computes no sensors; a second batch, without contacts, then measures positions
     and distances of the new state, so that everything in `State` belongs to the same instant. (MuJoCo's own
-    sensors lag one physics step behind the positions.) A world that diverges raises `RuntimeError`.
+    sensors lag one physics step behind the positions.) A world that diverges is put back and told in
+    `State.diverged`; the others go on as if nothing had happened.
     """
 
     def __init__(
@@ -79,6 +80,8 @@ class MujocoSimulator:
         self._readings = Readings(**{name: bind(name) for name in _KEPT}, sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
         self._height = np.array([spec.height / 2 for spec in objects])
+        self._start = self._readings.qpos.copy()
+        self._diverged = np.zeros(len(objects), dtype=bool)
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state."""
@@ -90,6 +93,8 @@ class MujocoSimulator:
         self._readings.qpos[:, n:] = spatial(object_pose, 0.0)
         self._readings.qpos[:, n + 2] = self._height
         self._readings.ctrl[:] = joint_angles
+        self._start[:] = self._readings.qpos
+        self._diverged[:] = False
         return self.measure()
 
     def step(self, targets: Array, substeps: int) -> State:
@@ -97,7 +102,6 @@ class MujocoSimulator:
 
         Raises:
             InputError: a target is not finite; the text names world and joint. Or no physics step was asked for.
-            RuntimeError: a world diverged.
         """
         check_substeps(substeps)
         check_targets(targets, len(self.objects), self.hand.n_joints)
@@ -127,12 +131,28 @@ class MujocoSimulator:
             )
         for name in _KEPT:
             getattr(self._readings, name)[worlds] = getattr(snapshot, name)[rows]
+        self._diverged[worlds] = False
 
     def measure(self) -> State:
-        """Return the state of the present instant."""
+        """Return the state of the present instant, worlds that diverged put back first."""
+        self._put_back()
         self._measured_qpos[:] = self._readings.qpos
         self._meter.forward(stage=mujoco.mjtStage.mjSTAGE_POS)
-        return _state_from(self._readings, self.hand)
+        return _state_from(self._readings, self.hand, self._diverged.copy())
+
+    def _put_back(self) -> None:
+        """Find worlds that diverged and put them at rest where they were last reset to; their time goes on.
+
+        MuJoCo's own answer, a reset to the model's defaults with the clock at 0, is off (`build_model`): it would look
+        like a measurement.
+        """
+        now = self._readings
+        wild = ran_away(now.qpos, now.qvel)
+        if wild.any():
+            self._diverged |= wild
+            now.qpos[wild] = self._start[wild]
+            now.qvel[wild] = 0.0
+            now.qacc_warmstart[wild] = 0.0
 
 
 def _check_alike(objects: Sequence[ObjectSpec]) -> None:
@@ -162,13 +182,10 @@ def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
     return batch
 
 
-def _state_from(readings: Readings, hand: HandSpec) -> State:
+def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_]) -> State:
     """Return the state, its arrays copied from the engine's so that a later step cannot change them."""
     n, n_left = hand.n_joints, len(hand.left.links)
     qpos, qvel = readings.qpos.copy(), readings.qvel.copy()
-    if not np.isfinite(qpos).all():
-        world = int(np.argwhere(~np.isfinite(qpos))[0, 0])
-        raise RuntimeError(f"the simulation of world {world} diverged; lower the gains or the physics step")
     links = _nearest_piece(readings.sensors.reshape(len(qpos), n, -1, LINK_SENSOR_SIZE))
     link_gaps = links[..., 0].copy()
     left = link_gaps[:, :n_left].argmin(axis=1)
@@ -188,6 +205,7 @@ def _state_from(readings: Readings, hand: HandSpec) -> State:
         finger_points=chosen[..., 1:3],
         object_points=chosen[..., 4:6],
         gaps=chosen[..., 0],
+        diverged=diverged,
     )
 
 

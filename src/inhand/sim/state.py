@@ -12,6 +12,10 @@ from inhand.geometry import Array, planar
 CONTACT_TOLERANCE = 1e-4
 """A finger touches the object where its distance is at most this [m] (guessed: a tenth of a millimetre)."""
 
+LARGEST = 1e6
+"""Angles, positions and speeds beyond this [rad, m, rad/s, m/s] are a simulation that diverged (guessed: nothing that
+a hand does comes near, and squares of it are still harmless)."""
+
 
 @dataclass(frozen=True)
 class State:
@@ -39,6 +43,9 @@ class State:
     """The point of the object nearest to each finger `(B, 2, 2)` [m]."""
     gaps: Array
     """Distance of each finger to the object `(B, 2)` [m], negative where they overlap."""
+    diverged: NDArray[np.bool_]
+    """Whether the world's simulation has diverged since it was last reset or restored `(B,)`. The simulator puts such
+    a world at rest where it was last reset to, so that the other arrays are finite and mean nothing."""
 
     @property
     def pose(self) -> Array:
@@ -54,6 +61,11 @@ class State:
     def n_worlds(self) -> int:
         """Number of worlds B."""
         return int(self.time.shape[0])
+
+
+def ran_away(*parts: Array) -> NDArray[np.bool_]:
+    """Return in which worlds angles, positions or speeds `(B, k)` are no numbers or beyond `LARGEST` `(B,)`."""
+    return np.asarray(~np.logical_and.reduce([np.abs(part).max(axis=1) <= LARGEST for part in parts]))
 
 
 def select(state: State, worlds: NDArray[np.int64] | NDArray[np.bool_] | slice) -> State:

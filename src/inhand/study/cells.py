@@ -74,7 +74,7 @@ def compute(job: Job, parent: int) -> Job:
     try:
         trials = simulate(job.config, prepare(job.config), watch, threads=1)
         entries = [as_entry(result_of_trial(trial)) for trial in trials]
-    except (InputError, RuntimeError) as error:  # RuntimeError: a world diverged
+    except (InputError, RuntimeError) as error:  # RuntimeError: the engine itself gave up
         reason = str(error)
     content = {
         "hand": job.names[0],

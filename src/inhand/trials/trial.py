@@ -29,7 +29,8 @@ REACHED = "reached"
 LOST_CONTACT = "lost contact"
 NO_GRASP = "no grasp"
 TIME_OUT = "time out"
-OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT)
+DIVERGED = "diverged"
+OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT, DIVERGED)
 """How a trial can end."""
 
 

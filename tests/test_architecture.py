@@ -69,7 +69,7 @@ def test_few_files_take_part_in_one_control_step(name: str) -> None:
     before = sys.getprofile()
     sys.setprofile(note)
     try:
-        control_step(simulator, controller, state, 5)
+        control_step(simulator, controller.act(state), np.zeros(1, dtype=np.int64), 5)
     finally:
         sys.setprofile(before)
     assert {"episodes/loop.py", "sim/mujoco_engine.py"} <= set(seen)

@@ -11,7 +11,7 @@ from inhand.controllers.catalogue import Grasp, planned_grasp
 from inhand.controllers.controller import Controller, Task
 from inhand.controllers.ik import IkController
 from inhand.controllers.joint import JointPid, PidConfig
-from inhand.episodes.loop import LOST_AFTER, Recording, control_step, lost_steps, run_episodes
+from inhand.episodes.loop import LOST_AFTER, Recording, control_step, dropped, lost_steps, run_episodes
 from inhand.episodes.phases import Phase, standard_phases
 from inhand.episodes.record import cut_trials
 from inhand.geometry import Array, spatial
@@ -341,15 +341,24 @@ def test_open_fingers_grasp_nothing() -> None:
     assert recording.phase[-1] == 1
 
 
-def test_one_control_step_decides_simulates_and_measures() -> None:
+def test_one_control_step_simulates_measures_and_counts_lost_contact() -> None:
     simulator, task, grasp, start = grasped(1)
     controller = JointPid(task, grasp.closed)
     controller.begin(start)
-    state = control_step(simulator, controller, start, 5)
+    targets, lost = controller.act(start), np.array([7])
+    assert not start.touching.all()
+    state, counted = control_step(simulator, targets, lost, 5)
     assert state.time[0] == pytest.approx(0.02)
     assert start.time[0] == 0.0
-    controller.begin(start)
-    np.testing.assert_array_equal(state.targets, controller.act(start))
+    np.testing.assert_array_equal(state.targets, targets)
+    np.testing.assert_array_equal(counted, [12])
+    np.testing.assert_array_equal(lost, [7])
+
+
+def test_an_object_is_dropped_after_twenty_steps_without_contact_or_when_its_world_diverged() -> None:
+    state = state_with(np.ones((4, 2), dtype=bool), diverged=np.array([False, False, True, True]))
+    lost = np.array([LOST_AFTER, LOST_AFTER + 1, 0, LOST_AFTER + 1])
+    np.testing.assert_array_equal(dropped(state, lost), [False, True, True, True])
 
 
 @dataclass

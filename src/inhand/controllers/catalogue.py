@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
 from inhand.controllers.controller import Controller, Task
-from inhand.controllers.grasp_search import SearchConfig, plan_grasps
+from inhand.controllers.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.controllers.ik import IkConfig, IkController
-from inhand.controllers.rehearsal import rehearsed
+from inhand.controllers.rehearsal import best_plans, closing_joints
 from inhand.controllers.thesis_ik import ThesisIkController
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, transform
@@ -73,7 +73,29 @@ def planned_grasp(
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(hand, spec, distinct, config[0])
     starts = poses[:, 0] if starts is None else starts
-    return Grasp(*rehearsed((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1]))
+    best = best_plans((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1])
+    return Grasp(*closing_joints(hand, spec, best, poses[:, 0], starts))
+
+
+def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array) -> list[GraspPlan]:
+    """Return for every path `(P, S, 3)` the planned grasp that is best where the object stands exactly at its start.
+
+    One plan serves every trial of a direction, which is what a learned controller trains and runs with.
+    """
+    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
+    best = best_plans((hand, spec), plan_grasps(hand, spec, distinct), distinct, distinct[:, 0])
+    return [best[k] for k in index]
+
+
+def rough_plan(hand: HandSpec, spec: ObjectSpec) -> GraspPlan:
+    """Return the grasp that puts both fingers on the middle of the object's sides (thesis 3.2).
+
+    Raises:
+        InputError: a finger does not reach its side.
+    """
+    half = float(polygon(spec)[:, 0].max())
+    contacts, normals = np.array([[-half, 0.0], [half, 0.0]]), np.array([[-1.0, 0.0], [1.0, 0.0]])
+    return GraspPlan(contacts, normals, _sides(hand, spec, half), 1)
 
 
 def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
@@ -83,23 +105,28 @@ def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | 
         InputError: a finger does not reach its side.
     """
     del starts
-    half = float(polygon(spec)[:, 0].max())
-    config = SearchConfig()
-    opened, closed = np.empty(hand.n_joints), np.empty(hand.n_joints)
-    for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
-        normal = np.array([sign, 0.0])
-        for goal, distance in ((opened, half + config.opening), (closed, half - ROUGH_SQUEEZE)):
-            found = touch(hand, finger, transform(poses[0, 0], distance * normal), normal)
-            if not found.reached:
-                raise InputError(
-                    f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: the {side} finger does not"
-                    " reach the middle of its side; use another object or hand, or the controller 'ik'"
-                )
-            goal[place] = found.joints
-    count = len(poses)
+    half, count = float(polygon(spec)[:, 0].max()), len(poses)
+    opened, closed = (_sides(hand, spec, half + away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
     return Grasp(np.tile(opened, (count, 1)), np.tile(closed, (count, 1)))
 
 
+def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
+    """Return joint angles `(n_joints,)` that touch points left and right of the object's start at a distance [m]."""
+    joints, pose = np.empty(hand.n_joints), np.array([*hand.start_position, 0.0])
+    for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
+        normal = np.array([sign, 0.0])
+        found = touch(hand, finger, transform(pose, distance * normal), normal)
+        if not found.reached:
+            raise InputError(
+                f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: the {side} finger does not"
+                " reach the middle of its side; use another object or hand, or the controller 'ik'"
+            )
+        joints[place] = found.joints
+    return joints
+
+
+GraspKind = Literal["planned", "rough"]
+"""How an object is held: as the contact search plans it, or on the middle of its sides."""
 PLAN_EVERY = 3
 """The contact search looks at every third waypoint of a path."""
 ROUGH_SQUEEZE = 0.001

@@ -60,14 +60,14 @@ def closing_joints(
     return opened, closed
 
 
-def rehearsed(
+def best_plans(
     held: tuple[HandSpec, ObjectSpec],
     plans: Sequence[Sequence[GraspPlan]],
     poses: Array,
     starts: Array,
     config: IkConfig | None = None,
-) -> tuple[Array, Array]:
-    """Return opened and closed joint angles `(P, n_joints)` [rad] of the plans that carry their object farthest.
+) -> list[GraspPlan]:
+    """Return for every path the plan that carries its object farthest in simulation.
 
     Args:
         held: the hand and the object.
@@ -99,4 +99,4 @@ def rehearsed(
             break
     value = expert.limit - np.where(kept, 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
-    return opened[best], closed[best]
+    return [each[number] for number in best]

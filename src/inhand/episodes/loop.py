@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.controllers.controller import Controller, Task
+from inhand.controllers.controller import Task
 from inhand.episodes.phases import Phase
+from inhand.geometry import Array
 from inhand.sim.engine import Simulator
 from inhand.sim.state import State
 from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
@@ -49,9 +50,24 @@ class _Verdicts:
         self.running = self.running & ~worlds
 
 
-def control_step(simulator: Simulator, controller: Controller, state: State, substeps: int) -> State:
-    """Decide, simulate and measure: return the state after one control step."""
-    return simulator.step(controller.act(state), substeps)
+def control_step(
+    simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int
+) -> tuple[State, NDArray[np.int64]]:
+    """Simulate one decision and measure; return the state after it and the steps for which contact has been lost.
+
+    Args:
+        simulator: the worlds.
+        targets: what was decided, joint targets `(B, n_joints)` [rad].
+        lost: simulation steps for which each world has not been held by both fingers `(B,)`.
+        substeps: physics steps for one decision.
+    """
+    state = simulator.step(targets, substeps)
+    return state, lost_steps(lost, state, substeps)
+
+
+def dropped(state: State, lost: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which worlds have no object in the hand any more, or no simulation that could tell `(B,)`."""
+    return np.asarray((lost > LOST_AFTER) | state.diverged)
 
 
 def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[np.int64]:
@@ -107,11 +123,11 @@ def _run_phase(
     controller = phase.controller(task)
     controller.begin(state)
     for _ in range(round(phase.longest / task.control_period)):
-        state = control_step(simulator, controller, state, substeps)
+        state, lost = control_step(simulator, controller.act(state), verdicts.lost, substeps)
         done = controller.finished(state)
         if phase.keep_contact:
-            verdicts.lost = lost_steps(verdicts.lost, state, substeps)
-            done = done & (verdicts.lost == 0)
+            verdicts.lost = lost
+            done = done & (lost == 0)
         yield state, done
         if bool((done | ~verdicts.running).all()):
             return

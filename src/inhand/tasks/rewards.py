@@ -1,0 +1,125 @@
+"""Rewards: weighted sums of terms, each a pure function of what one decision changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.errors import InputError, near_matches
+from inhand.geometry import Array
+from inhand.sim.state import State
+from inhand.tasks.aim import Aim
+
+CONTACT_CAP = -1000.0
+"""Contact rewards at or below this become -100 (thesis 3.3.3); it takes a gap of 6.9 m, so it never acts."""
+
+
+NEAR = 0.001
+"""An object within this of its end has arrived [m]."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One decision of a batch of B worlds."""
+
+    before: State
+    """The state it was taken in."""
+    after: State
+    """The state it led to."""
+    action: Array
+    """The action `(B, n)`."""
+    last: Array
+    """The action before it `(B, n)`."""
+    dropped: NDArray[np.bool_]
+    """Whether the episode ended by losing the object `(B,)`."""
+    aim: Aim
+    """What was asked."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One weighted part of a reward."""
+
+    name: str
+    """Its name in `info`."""
+    weight: float
+    """Its weight."""
+    value: Callable[[Decision], Array]
+    """Gives it, unweighted, `(B,)`."""
+
+
+def reward(terms: tuple[Term, ...], decision: Decision) -> tuple[Array, dict[str, Array]]:
+    """Return the rewards `(B,)` and every weighted term by name."""
+    parts = {term.name: term.weight * term.value(decision) for term in terms}
+    return np.sum(list(parts.values()), axis=0), parts
+
+
+def find_reward(name: str) -> tuple[Term, ...]:
+    """Return the terms of a reward by name.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if name not in REWARDS:
+        raise InputError(f"unknown reward {name!r}{near_matches(name, REWARDS)}; allowed are {', '.join(REWARDS)}")
+    return REWARDS[name]
+
+
+def contact(decision: Decision) -> Array:
+    """-exp of the summed gaps of both fingers [m], divided by 100, or -100 beyond the cap (thesis 3.3.3)."""
+    value = -np.exp(np.maximum(decision.after.gaps, 0.0).sum(axis=-1))
+    return np.where(value <= CONTACT_CAP, -100.0, value / 100.0)
+
+
+def direction(decision: Decision) -> Array:
+    """Distance along the primitive less half the distance across it, from its start [m] (thesis 3.3.3)."""
+    shift = decision.aim.shift(decision.after.pose)
+    return np.asarray(shift[:, 0] - 0.5 * np.abs(shift[:, 1]))
+
+
+def progress(decision: Decision) -> Array:
+    """Way gained along the primitive [m]; what lies beyond where the object is to stay does not count."""
+    aim = decision.aim
+    after, before = (
+        np.minimum(aim.shift(state.pose)[:, 0], aim.distance) for state in (decision.after, decision.before)
+    )
+    return np.asarray(after - before)
+
+
+def waiting(decision: Decision) -> Array:
+    """1 where the object is not yet within `NEAR` of where it is to stay."""
+    return np.asarray(decision.aim.left(decision.after.pose) > NEAR, dtype=float)
+
+
+def astray(decision: Decision) -> Array:
+    """How far the object is off [m]: across beyond 0.5 mm, past its end, and a tenth of its turn beyond 0.01 [rad]."""
+    aim, pose = decision.aim, decision.after.pose
+    shift = np.abs(aim.shift(pose))
+    across, turned = np.maximum(shift[:, 1] - 5e-4, 0.0), np.maximum(shift[:, 2] - 0.01, 0.0)
+    return np.asarray(across + 0.1 * turned + np.maximum(-aim.left(pose) - NEAR, 0.0))
+
+
+def jerk(decision: Decision) -> Array:
+    """Mean square of the change of action."""
+    return np.asarray(((decision.action - decision.last) ** 2).mean(axis=-1))
+
+
+def drop(decision: Decision) -> Array:
+    """1 where the object was lost."""
+    return decision.dropped.astype(float)
+
+
+REWARDS = {
+    "thesis": (Term("contact", 1.0, contact), Term("direction", 100.0, direction)),
+    "progress": (
+        Term("progress", 100.0, progress),
+        Term("waiting", -0.01, waiting),
+        Term("astray", -10.0, astray),
+        Term("jerk", -0.002, jerk),
+        Term("drop", -10.0, drop),
+    ),
+}
+"""Rewards by name. `progress` counts a centimetre along as 1; its other weights are guessed."""

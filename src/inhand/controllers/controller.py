@@ -30,6 +30,8 @@ class Task:
     """Time between two decisions [s]."""
     timestep: float
     """Physics step [s]."""
+    distance: Array | None = None
+    """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
 
     @property
     def n_worlds(self) -> int:

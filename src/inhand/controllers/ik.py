@@ -67,7 +67,8 @@ class IkController:
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         config = self.config
-        self.limit = follow_limit(self._task, state, config.friction_share, config.margin)
+        known = self._task.distance
+        self.limit = follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known
         n = state.n_worlds
         self._start = state.pose
         self._rest = state.joint_angles

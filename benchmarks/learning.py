@@ -1,0 +1,190 @@
+"""What learns to move the object, and what each departure from the thesis is worth: one table over seeds.
+
+Every controller is run through the whole Asterisk Test (place, grasp, manipulate) in 8 + 8 directions with start noise,
+7 trials each, so 112 episodes, from starts that no training saw. Training times are wall clock on this machine from the
+first grasp planned to the last checkpoint.
+
+Groups: `default` (both variants), `ablations` (default less one departure, half its budget), `thesis`, `experts`.
+Run: python benchmarks/learning.py --groups default experts --seeds 0 1 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import Result, result_of_trial
+from inhand.evaluation.run import prepare, simulate
+from inhand.rl.config import Training, default, thesis
+from inhand.rl.runs import finished, train
+from inhand.tasks.primitives import TRAIN
+from timing import environment
+
+TRIALS, TEST_SEED = 7, 100
+"""Trials of each direction, and the seed of their starts."""
+Change = Callable[[Training], Training]
+
+
+def _half(config: Training) -> Training:
+    """Return a configuration with half the demonstrations and episodes."""
+    return replace(
+        config, recipe=replace(config.recipe, episodes=config.recipe.episodes // 2), episodes=config.episodes // 2
+    )
+
+
+def _learning(**changes: Any) -> Change:  # noqa: ANN401 fields of `Learning` of several types
+    return lambda config: replace(config, learning=replace(config.learning, **changes))
+
+
+def _recipe(**changes: Any) -> Change:  # noqa: ANN401 fields of `Recipe` of several types
+    return lambda config: replace(config, recipe=replace(config.recipe, **changes))
+
+
+def _interface(**changes: Any) -> Change:  # noqa: ANN401 fields of `Interface` of several types
+    return lambda config: replace(config, interface=replace(config.interface, **changes))
+
+
+EIGHT = replace(default(), directions="train")
+"""The default trained on the 8 directions alone, as in the thesis."""
+ABLATIONS: dict[str, Change] = {
+    "default, half": lambda config: config,
+    "no start from demonstrations": lambda config: replace(config, imitate=0),
+    "start only, no learning after it": lambda config: replace(config, warm_up=0, episodes=1),
+    "no imitation term": _learning(imitation=0.0),
+    "no demonstrations in the batch": lambda config: replace(config, expert_share=0.0),
+    "one critic": _learning(critics=1),
+    "no pushes": _recipe(push=0.0),
+    "no starts midway": _recipe(midway=0.0),
+    "no other grips": _recipe(grip_spread=0.0),
+    "way left unseen": _interface(observation="grip-open"),
+    "observation of table 3.1": _interface(observation="thesis"),
+    "actions as joint angles": _interface(actions="angles"),
+}
+GROUPS: dict[str, dict[str, Training]] = {
+    "default": {"default": default(), "default on 8 directions": EIGHT},
+    "ablations": {name: change(_half(EIGHT)) for name, change in ABLATIONS.items()},
+    "thesis": {"thesis": thesis()},
+}
+
+
+def tested(controller: str) -> tuple[Result, ...]:
+    """Return the results of a controller in all directions."""
+    config = AsteriskConfig(controller=controller, trials=TRIALS, seed=TEST_SEED)
+    return tuple(result_of_trial(trial) for trial in simulate(config, prepare(config)))
+
+
+def summary(results: Sequence[Result]) -> dict[str, Any]:
+    """Return the numbers of a table row."""
+    seen = {primitive.name for primitive in TRAIN}
+    told: dict[str, Any] = {}
+    for group, mine in (
+        ("trained", [r for r in results if r.direction in seen]),
+        ("unseen", [r for r in results if r.direction not in seen]),
+    ):
+        by_direction: dict[str, list[float]] = {}
+        for result in mine:
+            by_direction.setdefault(result.direction, []).append(result.fraction or 0.0)
+        means = {name: float(np.mean(values)) for name, values in by_direction.items()}
+        kept = {name: all(r.kept for r in mine if r.direction == name) for name in means}
+        told[group] = {
+            "fraction": float(np.mean(list(means.values()))),
+            "least": min(means.values()),
+            "directions": means,
+            "kept": sum(kept.values()),
+            "dropped": sum(not r.kept for r in mine),
+            "trials": len(mine),
+        }
+    told["lateral_mm"] = max(r.metrics.lateral_max_mm for r in results)
+    told["rotation_deg"] = max(r.metrics.rotation_max_deg for r in results)
+    told["contact"] = float(np.mean([r.metrics.contact_fraction for r in results]))
+    return told
+
+
+def trained(name: str, config: Training, out: Path) -> dict[str, Any]:
+    """Train a configuration unless its folder is finished, test it, and return its row."""
+    row = out / "row.json"
+    if row.is_file():
+        return dict(json.loads(row.read_text()))
+    began, passed = time.perf_counter(), None
+    seconds = 0.0
+    if not finished(out):
+        train(config, out, (lambda *_: None, lambda _: None), overwrite=True)
+        seconds = time.perf_counter() - began
+    lines = [json.loads(line) for line in (out / "metrics.jsonl").read_text().splitlines()]
+    tries = [line for line in lines if line["kind"] == "evaluation"]
+    passed = next((line["seconds"] for line in tries if line["total"] > line["expert_total"]), None)
+    told = summary(tested(str(out))) | {
+        "name": name,
+        "seed": config.seed,
+        "wall_s": seconds,
+        "learning_s": tries[-1]["seconds"],
+        "passed_expert_s": passed,
+        "decisions": tries[-1]["decisions"],
+        "updates": tries[-1]["updates"],
+    }
+    row.write_text(json.dumps(told, indent=1) + "\n")
+    return told
+
+
+def line_of(row: dict[str, Any]) -> str:
+    """Return a row of the Markdown table."""
+    a, b = row["trained"], row["unseen"]
+    passed = row.get("passed_expert_s")
+    cells = [
+        row["name"],
+        str(row.get("seed", "-")),
+        f"{a['fraction']:.3f}",
+        f"{a['least']:.3f}",
+        f"{a['kept']}",
+        f"{b['fraction']:.3f}",
+        f"{b['least']:.3f}",
+        f"{b['kept']}",
+        f"{a['dropped'] + b['dropped']} of {a['trials'] + b['trials']}",
+        f"{row['lateral_mm']:.1f}",
+        f"{row['rotation_deg']:.1f}",
+        f"{row['contact']:.3f}",
+        f"{row['wall_s']:.0f}" if row.get("wall_s") else "-",
+        "-" if passed is None else f"{passed:.0f}",
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+HEADER = (
+    "| controller | seed | trained: share | least | kept of 8 | unseen: share | least | kept of 8 | dropped"
+    " | lateral [mm] | turn [deg] | contact | training [s] | passes the expert after [s] |\n" + "| --- " * 14 + "|"
+)
+
+
+def main() -> None:
+    """Train, test and print the table as it grows."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--groups", nargs="+", default=["default", "experts"], choices=[*GROUPS, "experts"])
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
+    parser.add_argument("--only", nargs="+", default=[], help="names of rows, all without it")
+    parser.add_argument("--out", type=Path, default=Path("results/learning"))
+    given = parser.parse_args()
+    print(environment())
+    print(HEADER)
+    for group in given.groups:
+        if group == "experts":
+            for name in ("ik", "thesis-ik"):
+                print(line_of(summary(tested(name)) | {"name": name}), flush=True)
+            continue
+        for name, config in GROUPS[group].items():
+            if given.only and name not in given.only:
+                continue
+            for seed in given.seeds:
+                folder = given.out / f"{name.replace(' ', '-').replace(',', '')}-{seed}"
+                print(line_of(trained(name, replace(config, seed=seed), folder)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

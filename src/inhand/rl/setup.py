@@ -1,0 +1,155 @@
+"""What training needs before it starts: grasps, demonstrations, starts and what to measure against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from inhand.episodes.demonstrations import Episodes, demonstrations, recorded
+from inhand.episodes.starts import Starts, grid_of, gripped, joined, plans_for, reach_of
+from inhand.evaluation.reach import limits
+from inhand.geometry import Array
+from inhand.rl.config import Training
+from inhand.rl.replay import Columns, Replay, rows_of
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import ObjectSpec
+from inhand.sim.snapshot import Snapshot
+from inhand.sim.spec_files import load_hand, load_object
+from inhand.sim.state import State
+from inhand.tasks.observations import find_layout
+from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
+
+Told = Callable[[str, int, int], None]
+"""Told what is being done, how far it is, and how far it has to go."""
+TEST_SEED = 9000
+"""Added to a run's seed for the starts that it is measured from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """What a training run starts with."""
+
+    held: tuple[HandSpec, ObjectSpec]
+    """The hand and the object."""
+    columns: Columns
+    """Layout of a replay's rows."""
+    starts: Starts
+    """Where the agent's episodes start: where the demonstrations started."""
+    tests: Starts
+    """Where evaluations start: `trials` for each of the 16 directions."""
+    limit: Array
+    """How far the hand could carry the object in each test start's direction, whatever its grip `(N,)` [m]."""
+    expert_total: Array
+    """Sum of the rewards of the expert from each test start `(N,)`."""
+    expert_rows: int
+    """Rows of the demonstrations."""
+
+    @property
+    def trained(self) -> Array:
+        """Which test starts are of the 8 training directions `(N,)`."""
+        return np.asarray(np.isclose(self.tests.angle_deg % 45.0, 0.0))
+
+
+def angles_of(primitives: Sequence[Primitive]) -> Array:
+    """Return the directions of primitives that translate [deg]."""
+    return np.array([primitive.angle_deg for primitive in primitives if primitive.angle_deg is not None])
+
+
+def draw_directions(config: Training, rng: np.random.Generator, count: int) -> Array:
+    """Return drawn directions [deg]."""
+    named = rng.choice(angles_of(TRAIN), count)
+    if config.directions == "train":
+        return np.asarray(named)
+    unseen = angles_of(UNSEEN)
+    anywhere = 360.0 * rng.random((20, count))
+    away = np.abs((anywhere[..., None] - unseen + 180.0) % 360.0 - 180.0).min(axis=-1)
+    allowed = away >= config.held_out
+    first = allowed.argmax(axis=0)
+    found = np.where(allowed.any(axis=0), anywhere[first, np.arange(count)], named)
+    return np.where(rng.random(count) < 0.5, named, found)
+
+
+def make_ready(config: Training, folder: Path, told: Told) -> Ready:
+    """Plan grasps, record the demonstrations into `folder/expert.rows` and measure the expert."""
+    rng = np.random.default_rng(config.seed)
+    held = load_hand(config.hand), load_object(config.object)
+    every = angles_of((*TRAIN, *UNSEEN))
+    wide = config.directions == "continuous" or config.recipe.grip_spread > 0
+    grid = grid_of(np.arange(0.0, 360.0, 1.0) if wide else every)
+    told("grasps", 0, len(grid))
+    plans = plans_for(*held, grid, config.recipe.grasp)
+    columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
+    room = config.recipe.episodes * config.interface.horizon
+    replay = Replay(folder / "expert.rows", columns, room, 0)
+    parts = []
+    made = config.recipe, config.interface, config.noise
+    for batch in demonstrations(held, plans, lambda n: draw_directions(config, rng, n), made, rng):
+        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
+        parts.append(batch.starts)
+        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
+    replay.flush()
+    test_rng = np.random.default_rng(config.seed + TEST_SEED)
+    tests = gripped(*held, (plans, np.repeat(every, config.trials)), test_rng, config.noise)
+    tests = replace(tests, distance=reach_of(held, tests))
+    told("expert", 0, len(tests))
+    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
+    reach = {each.primitive.angle_deg: each.distance for each in limits(*held, (*TRAIN, *UNSEEN))}
+    return Ready(
+        held,
+        columns,
+        joined(parts),
+        tests,
+        np.array([reach[angle] for angle in tests.angle_deg]),
+        (shown.rewards * shown.valid).sum(axis=0),
+        replay.written,
+    )
+
+
+def add_demonstrations(replay: Replay, columns: Columns, batch: Episodes, looking: tuple[float, int]) -> None:
+    """Write the rows of recorded episodes to a replay."""
+    for world, count in enumerate(batch.valid.sum(axis=0)):
+        episode = (
+            batch.observations[: count + 1, world],
+            batch.actions[:count, world],
+            batch.wanted[:count, world],
+            batch.rewards[:count, world],
+        )
+        replay.add(rows_of(columns, episode, looking, terminated=bool(batch.terminated[world])))
+
+
+def save_ready(ready: Ready, path: Path) -> None:
+    """Write everything but the rows to a `.npz` file, moved into place once it is complete."""
+    arrays = {"limit": ready.limit, "expert_total": ready.expert_total, "expert_rows": np.array(ready.expert_rows)}
+    for name, starts in (("starts", ready.starts), ("tests", ready.tests)):
+        arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
+        for part, kind in ((starts.snapshot, Snapshot), (starts.state, State)):
+            arrays |= {f"{name}.{kind.__name__}.{f.name}": getattr(part, f.name) for f in fields(kind)}
+    temporary = path.with_name(path.name + ".part")
+    with temporary.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+    temporary.replace(path)
+
+
+def load_ready(config: Training, path: Path) -> Ready:
+    """Return what `save_ready` wrote."""
+    held = load_hand(config.hand), load_object(config.object)
+    with np.load(path, allow_pickle=False) as data:
+
+        def starts(name: str) -> Starts:
+            snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
+            state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
+            return Starts(snapshot, state, data[f"{name}.angle_deg"], data[f"{name}.distance"])
+
+        columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
+        return Ready(
+            held,
+            columns,
+            starts("starts"),
+            starts("tests"),
+            data["limit"],
+            data["expert_total"],
+            int(data["expert_rows"]),
+        )

@@ -1,0 +1,131 @@
+"""The learner: its targets, its losses, and toys that it must solve in seconds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
+
+import jax
+import jax.numpy as jnp
+
+from inhand.rl.config import Learning
+from inhand.rl.ddpgfd import Learner, imitate_many, new_learner, update_many
+from inhand.rl.networks import act, values
+from inhand.rl.replay import Columns, Replay, rows_of
+
+COLUMNS = Columns(1, 1)
+SMALL = Learning(
+    hidden=(32, 32), actor_rate=1e-3, critic_rate=3e-3, weight_decay=0.0, batch=64, look_ahead=3, discount=0.9
+)
+
+
+def _points(rng: np.random.Generator, episodes: int, expert: bool) -> np.ndarray:
+    """Return rows of a point that is pushed about on a line and rewarded for being near 0.3."""
+    blocks = []
+    for _ in range(episodes):
+        x, seen, done, rewards = rng.uniform(-1, 1), [], [], []
+        for _ in range(10):
+            seen.append([x])
+            action = np.clip(5.0 * (0.3 - x), -1, 1) if expert else rng.uniform(-1, 1)
+            x = np.clip(x + 0.2 * action, -1, 1)
+            done.append([action])
+            rewards.append(-((x - 0.3) ** 2))
+        actions = np.array(done)
+        episode = np.array([*seen, [x]]), actions, actions if expert else None, np.array(rewards)
+        blocks.append(rows_of(COLUMNS, episode, (SMALL.discount, SMALL.look_ahead), terminated=False))
+    return np.concatenate(blocks)
+
+
+def _learned(rows: np.ndarray, learning: Learning, updates: int, strength: float = 1.0) -> Learner:
+    learner, rng = new_learner(learning, COLUMNS, 0), np.random.default_rng(0)
+    for _ in range(updates // 500):
+        drawn = rows[rng.integers(len(rows), size=(500, learning.batch))]
+        weights = np.ones((500, learning.batch), dtype=np.float32)
+        learner, report = update_many(learner, drawn, weights, learning, COLUMNS, strength=strength)
+        assert np.isfinite(np.asarray(report.critic_loss)).all()
+    return learner
+
+
+def _end(learner: Learner) -> np.ndarray:
+    """Return where points are after 10 decisions of the actor."""
+    x = np.linspace(-1, 1, 21)[:, None]
+    for _ in range(10):
+        x = np.clip(x + 0.2 * np.asarray(act(learner.actor, jnp.asarray(x))), -1, 1)
+    return x[:, 0]
+
+
+@pytest.mark.parametrize("critics", [1, 2])
+def test_the_learner_brings_a_point_to_its_place_from_random_tries(critics: int) -> None:
+    rows = _points(np.random.default_rng(1), 200, expert=False)
+    learning = Learning(**{**vars(SMALL), "critics": critics})
+    before = np.abs(_end(new_learner(learning, COLUMNS, 0)) - 0.3).mean()
+    after = np.abs(_end(_learned(rows, learning, 3000)) - 0.3).mean()
+    assert before > 0.4
+    assert after < 0.06
+
+
+def test_values_of_demonstrations_are_their_returns() -> None:
+    rows = _points(np.random.default_rng(2), 200, expert=True)
+    learning = Learning(**{**vars(SMALL), "imitation": 1.0})
+    learner = _learned(rows, learning, 4000, strength=0.0)
+    x = np.linspace(-0.8, 0.8, 9)
+    expected = []
+    for place in x:
+        total, now = 0.0, place
+        for step in range(200):
+            now = np.clip(now + 0.2 * np.clip(5.0 * (0.3 - now), -1, 1), -1, 1)
+            total -= 0.9**step * (now - 0.3) ** 2
+        expected.append(total)
+    action = jnp.asarray(np.clip(5.0 * (0.3 - x), -1, 1)[:, None])
+    found = np.asarray(values(learner.critics, jnp.asarray(x[:, None]), action))[0]
+    np.testing.assert_allclose(found, expected, atol=0.08)
+
+
+def test_imitation_alone_copies_what_was_wanted() -> None:
+    rows = _points(np.random.default_rng(3), 100, expert=True)
+    learner, rng = new_learner(SMALL, COLUMNS, 0), np.random.default_rng(0)
+    actor, moments = learner.actor, None
+    for _ in range(3):
+        drawn = rows[rng.integers(len(rows), size=(500, 64))]
+        actor, moments, loss = imitate_many(actor, moments, drawn, COLUMNS, 1500)
+    assert float(loss) < 0.05
+    x = np.array([[-0.5], [0.28], [0.9]])
+    np.testing.assert_allclose(np.asarray(act(actor, jnp.asarray(x))), np.clip(5 * (0.3 - x), -1, 1), atol=0.15)
+
+
+def test_without_strength_and_imitation_the_actor_stays_as_it_is() -> None:
+    rows = _points(np.random.default_rng(4), 20, expert=False)
+    learner = _learned(rows, SMALL, 500, strength=0.0)
+    for old, new in zip(
+        jax.tree.leaves(new_learner(SMALL, COLUMNS, 0).actor), jax.tree.leaves(learner.actor), strict=True
+    ):
+        np.testing.assert_allclose(old, new, atol=1e-7)
+
+
+def test_weight_decay_makes_networks_smaller() -> None:
+    rows = _points(np.random.default_rng(5), 20, expert=False)
+    plain = _learned(rows, SMALL, 1500)
+    decayed = _learned(rows, Learning(**{**vars(SMALL), "weight_decay": 0.05}), 1500)
+    size = [sum(float((leaf**2).sum()) for leaf in jax.tree.leaves(each.critics)) for each in (plain, decayed)]
+    assert size[1] < 0.7 * size[0]
+
+
+def test_terminated_rows_have_no_value_after_them() -> None:
+    learning = Learning(**{**vars(SMALL), "n_step_weight": 1.0})
+    episode = np.zeros((2, 1)), np.zeros((1, 1)), None, np.array([-1.0])
+    ended = rows_of(COLUMNS, episode, (0.9, 3), terminated=True)
+    learner = _learned(ended, learning, 2000, strength=0.0)
+    assert float(values(learner.critics, jnp.zeros((1, 1)), jnp.zeros((1, 1)))[0, 0]) == pytest.approx(-1.0, abs=0.01)
+
+
+def test_one_seed_gives_the_same_bytes(tmp_path: Path) -> None:
+    rows = _points(np.random.default_rng(6), 50, expert=False)
+    replay = Replay(tmp_path / "rows", COLUMNS, len(rows), 0)
+    replay.add(rows)
+    first, second = (_learned(replay.at(np.arange(len(rows))), SMALL, 500) for _ in range(2))
+    for one, other in zip(jax.tree.leaves(first.actor), jax.tree.leaves(second.actor), strict=True):
+        assert np.asarray(one).tobytes() == np.asarray(other).tobytes()

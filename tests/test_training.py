@@ -1,0 +1,213 @@
+"""Training runs: the same bytes again, going on after a kill, stopping at a NaN, and folders that are refused."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
+
+from inhand.controllers.policy import ACTOR, load_policy
+from inhand.errors import InputError
+from inhand.rl.collect import Collector
+from inhand.rl.config import Training, default, thesis
+from inhand.rl.replay import Replay
+from inhand.rl.runs import card_of, preset, read_config, resume, train
+from inhand.rl.setup import Ready, draw_directions, load_ready, make_ready, save_ready
+from inhand.rl.training import Evaluation, Trainer
+from inhand.tasks.primitives import UNSEEN
+
+SMALL = thesis()
+SMALL = replace(
+    SMALL,
+    interface=replace(SMALL.interface, observation="grip", actions="steps", reward="progress", horizon=25),
+    recipe=replace(SMALL.recipe, episodes=24, push=0.01, midway=0.5),
+    learning=replace(SMALL.learning, hidden=(16, 16), batch=16, imitation=1.0),
+    imitate=1000,
+    warm_up=1000,
+    episodes=90,
+    worlds=10,
+    decisions=8,
+    updates=20,
+    evaluate_every=30,
+    trials=1,
+)
+"""A run of seconds: rough grips need no search, and an episode is half a second long."""
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with everything a small run starts with."""
+    folder = tmp_path_factory.mktemp("prepared")
+    save_ready(make_ready(SMALL, folder, lambda *_: None), folder / "ready.npz")
+    return folder
+
+
+def _trainer(
+    prepared: Path, folder: Path, config: Training = SMALL, told: Callable[[Evaluation], None] = lambda _: None
+) -> Trainer:
+    if not folder.exists():
+        shutil.copytree(prepared, folder)
+    return Trainer(config, load_ready(config, folder / "ready.npz"), folder, told)
+
+
+def test_a_seed_gives_the_same_bytes_and_another_gives_others(prepared: Path, tmp_path: Path) -> None:
+    actors = []
+    for name, seed in (("a", 0), ("b", 0), ("c", 1)):
+        _trainer(prepared, tmp_path / name, replace(SMALL, seed=seed)).run()
+        actors.append((tmp_path / name / "last" / ACTOR).read_bytes())
+    assert actors[0] == actors[1]
+    assert actors[0] != actors[2]
+
+
+@pytest.mark.parametrize("prioritised", [False, True])
+def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
+    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prioritised: bool
+) -> None:
+    config = replace(SMALL, learning=replace(SMALL.learning, prioritised=prioritised))
+    _trainer(prepared, tmp_path / "whole", config).run()
+    whole = (tmp_path / "whole" / "metrics.jsonl").read_text()
+    rounds = 0
+    collect = Collector.collect
+
+    def killed(self: Collector, *given: object) -> object:
+        nonlocal rounds
+        rounds += 1
+        if rounds > 14:
+            raise KeyboardInterrupt
+        return collect(self, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Collector, "collect", killed)
+    with pytest.raises(KeyboardInterrupt):
+        _trainer(prepared, tmp_path / "cut", config).run()
+    assert (tmp_path / "cut" / "checkpoint.npz").is_file()
+    assert (tmp_path / "cut" / "last" / ACTOR).read_bytes() != (tmp_path / "whole" / "last" / ACTOR).read_bytes()
+    monkeypatch.setattr(Collector, "collect", collect)
+    again = _trainer(prepared, tmp_path / "cut", config)
+    assert 0 < again.counters.episodes < SMALL.episodes
+    again.run()
+    for kind in ("last", "best"):
+        assert (tmp_path / "cut" / kind / ACTOR).read_bytes() == (tmp_path / "whole" / kind / ACTOR).read_bytes()
+    assert _timeless((tmp_path / "cut" / "metrics.jsonl").read_text()) == _timeless(whole)
+
+
+def _timeless(lines: str) -> list[dict[str, object]]:
+    return [{k: v for k, v in json.loads(line).items() if k != "seconds"} for line in lines.splitlines()]
+
+
+def test_a_value_that_is_not_a_number_stops_training_with_its_state_kept(
+    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add = Replay.add
+    monkeypatch.setattr(Replay, "add", lambda self, rows: add(self, rows * np.nan))
+    with pytest.raises(InputError, match=r"stopped at update \d+: the critic's loss is nan.*lower the learning rate"):
+        _trainer(prepared, tmp_path / "run", replace(SMALL, expert_share=0.2)).run()
+    assert (tmp_path / "run" / "stopped.npz").is_file()
+    policy = load_policy(tmp_path / "run" / "last")
+    assert all(np.isfinite(weight).all() for weight in policy.weights)
+
+
+def test_what_a_run_leaves(prepared: Path, tmp_path: Path) -> None:
+    found: list[Evaluation] = []
+    best = _trainer(prepared, tmp_path / "run", told=found.append).run()
+    policy = load_policy(best)
+    assert policy.observation == "grip"
+    assert found[0].counters.episodes == 0
+    assert found[-1].counters.episodes >= SMALL.episodes
+    lines = [json.loads(line) for line in (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()]
+    assert sum(line["kind"] == "episode" for line in lines) == found[-1].counters.episodes
+    evaluations = [line for line in lines if line["kind"] == "evaluation"]
+    assert len(evaluations) == len(found)
+    assert len(evaluations[0]["directions"]) == 16
+    assert any((tmp_path / "run" / "events").iterdir())
+
+
+def test_imitation_of_24_episodes_already_carries_the_object_most_of_the_time(prepared: Path, tmp_path: Path) -> None:
+    lines: list[Evaluation] = []
+    config = replace(SMALL, imitate=3000, episodes=1, learning=replace(SMALL.learning, hidden=(64, 64)))
+    trainer = _trainer(prepared, tmp_path / "run", config, lines.append)
+    trainer.run()
+    ready: Ready = load_ready(config, prepared / "ready.npz")
+    assert np.median(lines[0].tried.total) > 0.5 * np.median(ready.expert_total)
+
+
+def test_continuous_directions_leave_the_held_out_sectors_alone() -> None:
+    drawn = draw_directions(default(), np.random.default_rng(0), 4000)
+    unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
+    away = np.abs((drawn[:, None] - unseen + 180) % 360 - 180).min(axis=1)
+    assert away.min() >= default().held_out
+    assert 0.4 < (drawn % 45 == 0).mean() < 0.6
+    assert len(np.unique(np.floor(drawn / 10))) >= 28
+
+
+def test_the_share_of_the_expert_decays_by_a_fifth(prepared: Path, tmp_path: Path) -> None:
+    trainer = _trainer(prepared, tmp_path / "run", replace(SMALL, expert_share=1.0, share_every=100))
+    shares = []
+    for episodes in (0, 99, 100, 250):
+        trainer.counters.episodes = episodes
+        shares.append(trainer.share)
+    np.testing.assert_allclose(shares, [1.0, 1.0, 0.8, 0.64])
+
+
+def _card(folder: Path, change: Callable[[dict[str, object]], None]) -> Path:
+    folder.mkdir()
+    with pytest.raises(InputError, match="no training run"):
+        read_config(folder)
+    card = card_of(SMALL)
+    change(card)
+    (folder / "config.json").write_text(json.dumps(card))
+    return folder
+
+
+def test_a_configuration_comes_back_as_it_was(tmp_path: Path) -> None:
+    assert read_config(_card(tmp_path / "run", lambda _: None)) == SMALL
+
+
+def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
+    folder = _card(tmp_path / "run", lambda card: card.update(version="0.0.1"))
+    with pytest.raises(InputError, match=r"of version 0\.0\.1, this is .*train anew"):
+        resume(folder, (lambda *_: None, lambda _: None))
+
+
+def test_a_run_of_another_layout_is_refused_and_both_are_shown(tmp_path: Path) -> None:
+    folder = _card(tmp_path / "run", lambda card: card.update(layout=["grip-0", [["direction", 2, 0]]]))
+    with pytest.raises(InputError, match=r"(?s)there: grip-0: direction: 2.*here: grip-1: direction, unit vector"):
+        read_config(folder)
+
+
+def test_a_finished_run_is_not_gone_on_with(tmp_path: Path) -> None:
+    folder = _card(tmp_path / "run", lambda _: None)
+    (folder / "finished.json").write_text("{}")
+    with pytest.raises(InputError, match="is finished; its policy is in"):
+        resume(folder, (lambda *_: None, lambda _: None))
+
+
+@pytest.mark.parametrize(
+    ("config", "text"),
+    [
+        (replace(SMALL, hand="nonsense"), "nonsense"),
+        (replace(SMALL, episodes=0), "episodes 0: give at least 1"),
+        (replace(SMALL, seed=-1), "--seed -1"),
+        (replace(SMALL, learning=replace(SMALL.learning, discount=1.5)), "discount 1.5"),
+        (replace(SMALL, interface=replace(SMALL.interface, observation="grap")), "unknown observation 'grap'"),
+    ],
+)
+def test_what_cannot_be_trained_is_refused_before_anything_is_written(
+    config: Training, text: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=text):
+        train(config, tmp_path / "run", (lambda *_: None, lambda _: None))
+    assert not (tmp_path / "run").exists()
+
+
+def test_presets_have_names() -> None:
+    assert preset("thesis").learning.batch == 10
+    assert preset("default").learning.critics == 2
+    with pytest.raises(InputError, match="unknown preset 'best'; allowed are default, thesis"):
+        preset("best")

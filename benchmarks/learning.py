@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -113,18 +112,15 @@ def trained(name: str, config: Training, out: Path) -> dict[str, Any]:
     row = out / "row.json"
     if row.is_file():
         return dict(json.loads(row.read_text()))
-    began, passed = time.perf_counter(), None
-    seconds = 0.0
     if not finished(out):
         train(config, out, (lambda *_: None, lambda _: None), overwrite=True)
-        seconds = time.perf_counter() - began
     lines = [json.loads(line) for line in (out / "metrics.jsonl").read_text().splitlines()]
     tries = [line for line in lines if line["kind"] == "evaluation"]
     passed = next((line["seconds"] for line in tries if line["total"] > line["expert_total"]), None)
     told = summary(tested(str(out))) | {
         "name": name,
         "seed": config.seed,
-        "wall_s": seconds,
+        "wall_s": json.loads((out / "finished.json").read_text())["last_sitting_s"],
         "learning_s": tries[-1]["seconds"],
         "passed_expert_s": passed,
         "decisions": tries[-1]["decisions"],

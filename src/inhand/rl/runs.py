@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import time
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -138,10 +139,12 @@ def preset(name: str) -> Training:
 
 
 def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
+    began = time.perf_counter()
     ready = _ready(config, out, told[0])
     trainer = Trainer(config, ready, out, told[1])
     best = trainer.run()
-    (out / "finished.json").write_text(json.dumps(vars(trainer.counters)) + "\n")
+    sitting = {"last_sitting_s": time.perf_counter() - began}
+    (out / "finished.json").write_text(json.dumps(vars(trainer.counters) | sitting) + "\n")
     for name in WORKING:
         (out / name).unlink(missing_ok=True)
     return best

@@ -137,7 +137,7 @@ def default() -> Training:
         episodes=600,
         worlds=128,
         decisions=20,
-        updates=1000,
+        updates=500,
         expert_share=0.5,
         share_kept=1.0,
         evaluate_every=100,

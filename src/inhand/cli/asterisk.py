@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from inhand.cli.terminal import print_table, say
+from inhand.controllers.catalogue import notes_of
 from inhand.errors import InputError
 from inhand.evaluation.beside import load_beside
 from inhand.evaluation.config import AsteriskConfig
@@ -28,7 +29,8 @@ def run_asterisk(config: AsteriskConfig) -> None:
     check_folder(config.out, overwrite=config.overwrite)
     trials = _simulated(config, setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
-    run = Run(config, trials, results, people.trials, people.notes, beside)
+    notes = (*people.notes, *notes_of(setup.controller, config.hand, config.object))
+    run = Run(config, trials, results, people.trials, notes, beside)
     with run_folder(config.out) as folder:
         _write_trials(trials, folder)
         write_report(run, folder)
@@ -41,7 +43,7 @@ def run_asterisk(config: AsteriskConfig) -> None:
         }
         write_json(content, folder / "metrics.json")
     header, rows = with_beside(*shown_columns(table_rows(results, people.trials)), beside)
-    print_table(f"{config.controller} on {config.object}, {config.hand}", header, rows)
+    print_table(f"{run.name} on {config.object}, {config.hand}", header, rows)
     for sentence in failures(results):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")

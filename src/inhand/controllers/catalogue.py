@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from importlib import resources
+from pathlib import Path
 from typing import Literal, Protocol
 
 import numpy as np
@@ -12,6 +15,7 @@ import numpy as np
 from inhand.controllers.controller import Controller, Task
 from inhand.controllers.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.controllers.ik import IkConfig, IkController
+from inhand.controllers.policy import ACTOR, Policy, PolicyController, check_joints, load_policy, straight_angles
 from inhand.controllers.rehearsal import best_plans, closing_joints
 from inhand.controllers.thesis_ik import ThesisIkController
 from inhand.errors import InputError, near_matches
@@ -57,6 +61,8 @@ class ControllerEntry:
     """Chooses where the fingers hold the object."""
     manipulate: Callable[[Task], Controller]
     """Makes the controller of the manipulation phase."""
+    policy: Policy | None = None
+    """The learned policy that it is, if it is one."""
 
 
 def planned_grasp(
@@ -161,13 +167,112 @@ CONTROLLERS = {
 
 
 def find_controller(name: str) -> ControllerEntry:
-    """Return a controller of the catalogue.
+    """Return a controller of the catalogue, the policy of the package, or that of a folder.
+
+    Args:
+        name: a name of the catalogue, `rl`, the folder of a training run (its best policy), or that of a policy.
 
     Raises:
-        InputError: there is none of that name; the text offers near matches.
+        InputError: there is none of that name (the text offers near matches), or a folder without a policy.
     """
-    if name not in CONTROLLERS:
-        raise InputError(
-            f"unknown controller {name!r}{near_matches(name, CONTROLLERS)}; allowed are {', '.join(CONTROLLERS)}"
-        )
-    return CONTROLLERS[name]
+    if name in CONTROLLERS:
+        return CONTROLLERS[name]
+    if name == SHIPPED:
+        return _shipped()
+    folder = Path(name)
+    if folder.is_dir():
+        return learned(*policy_of(folder))
+    known = (*CONTROLLERS, SHIPPED)
+    raise InputError(
+        f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)} and the folder of a"
+        " run of `inhand train`"
+    )
+
+
+def learned(name: str, policy: Policy) -> ControllerEntry:
+    """Return the controller that a policy is; it holds objects as it did when it learned."""
+    return ControllerEntry(
+        name,
+        "a learned policy",
+        partial(learned_grasp, policy=policy),
+        partial(PolicyController, policy=policy),
+        policy,
+    )
+
+
+def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
+    """Return name and policy of the folder of a training run, or of the folder of a policy itself.
+
+    Args:
+        folder: the folder.
+        which: `best` or `last` of a training run.
+
+    Raises:
+        InputError: no policy there that this version can use.
+    """
+    own = (folder / ACTOR).is_file()
+    place = folder.resolve()
+    if own and place.name in {"best", "last"}:
+        place, which = place.parent, place.name
+    name = place.name if which == "best" else f"{place.name}-{which}"
+    return _plain(name), load_policy(folder if own else folder / which)
+
+
+def learned_grasp(
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, policy: Policy
+) -> Grasp:
+    """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
+    starts = poses[:, 0] if starts is None else starts
+    rough = policy.grasp == "rough"
+    plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses)
+    return Grasp(*closing_joints(hand, spec, plans, poses[:, 0], starts))
+
+
+def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
+    """Refuse what a learned policy does not know, before anything is computed; other controllers know everything.
+
+    Args:
+        entry: the controller.
+        hand: the hand.
+        paths: paths from the grasp on `(P, S, 3)`, each from the origin [m, m, rad].
+
+    Raises:
+        InputError: a hand with another number of joints, or a path that bends or turns.
+    """
+    if entry.policy is not None:
+        check_joints(entry.policy, hand)
+        straight_angles(paths)
+
+
+def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
+    """Return what a reader should know of a controller's run with a hand and an object, a sentence each."""
+    if entry.policy is None:
+        return ()
+    trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
+    if trained == {"hand": hand, "object": spec}:
+        return ()
+    return (
+        f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
+        f" {hand}.",
+    )
+
+
+def _shipped() -> ControllerEntry:
+    """Return the controller that comes with the package."""
+    with resources.as_file(resources.files("inhand") / "policies" / "default") as folder:
+        if not (folder / ACTOR).is_file():
+            raise InputError(
+                "this version comes without a trained policy: train one with `inhand train --out results/train` (extra"
+                " `rl`) and use it with --controller results/train"
+            )
+        return learned(SHIPPED, load_policy(folder))
+
+
+def _plain(name: str) -> str:
+    """Return a folder's name as a controller's: for file names, and never one of the catalogue."""
+    plain = re.sub(r"[^\w.+-]+", "_", name) or "policy"
+    return f"{plain}-policy" if plain in {*CONTROLLERS, SHIPPED} else plain
+
+
+SHIPPED = "rl"
+"""Name of the policy that comes with the package."""

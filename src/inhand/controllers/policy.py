@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from safetensors import SafetensorError
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file, save
 
 from inhand.controllers.controller import Task
 from inhand.controllers.follow import follow_limit
@@ -79,7 +79,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
         "trained": policy.trained,
     }
     folder.mkdir(parents=True, exist_ok=True)
-    save_file(arrays, folder / (ACTOR + ".part"))
+    (folder / (ACTOR + ".part")).write_bytes(save(arrays))
     (folder / (CARD + ".part")).write_text(json.dumps(card, indent=1) + "\n")
     for name in (ACTOR, CARD):
         (folder / (name + ".part")).replace(folder / name)
@@ -145,7 +145,7 @@ class PolicyController:
             InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
         """
         self._task, self._policy = task, policy
-        self._angle = straight_angles(task)
+        self._angle = straight_angles(task.paths)
         self._layout = find_layout(policy.observation)
         check_joints(policy, task.hand)
         self._scene = Scene(task.hand, task.objects)
@@ -177,16 +177,16 @@ class PolicyController:
         return np.asarray(self._still >= STILL_TIME)
 
 
-def straight_angles(task: Task) -> Array:
-    """Return the direction of every path of a task `(B,)` [rad].
+def straight_angles(paths: Array) -> Array:
+    """Return the direction `(B,)` [rad] of paths `(B, S, 3)` that start at the origin, if all of them are straight.
 
     Raises:
         InputError: a path that turns the object or leaves its line.
     """
-    end = task.paths[:, -1]
+    end = paths[:, -1]
     angle = np.arctan2(end[:, 1], end[:, 0])
-    across = task.paths[..., 1] * np.cos(angle)[:, None] - task.paths[..., 0] * np.sin(angle)[:, None]
-    if max(np.abs(across).max(), np.abs(task.paths[..., 2]).max()) > BENT:
+    across = paths[..., 1] * np.cos(angle)[:, None] - paths[..., 0] * np.sin(angle)[:, None]
+    if max(np.abs(across).max(), np.abs(paths[..., 2]).max()) > BENT:
         raise InputError(
             "a learned policy knows straight primitives that hold the object's rotation; for paths that bend or turn"
             " use the controller 'ik'"

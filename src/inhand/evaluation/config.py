@@ -40,7 +40,7 @@ class AsteriskConfig:
     object: str = "cube_39"
     """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     controller: str = "ik"
-    """Controller: ik, ik-cautious or thesis-ik."""
+    """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
     engine: Literal["mujoco", "bullet"] = "mujoco"
     """Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
     paths: Literal["straight", "human"] = "straight"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.controllers.catalogue import ControllerEntry, find_controller
+from inhand.controllers.catalogue import ControllerEntry, check_known, find_controller
 from inhand.controllers.controller import Task
 from inhand.episodes.loop import run_episodes
 from inhand.episodes.phases import standard_phases
@@ -88,6 +88,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     for primitive in primitives:
         paths = _paths(config, primitive, people)
         assignments += [Assignment(primitive, paths[k % len(paths)], k + 1) for k in range(config.trials)]
+    check_known(entry, hand, stacked([whole_path(each.path) for each in assignments]))
     return Setup(hand, spec, entry, tuple(assignments))
 
 

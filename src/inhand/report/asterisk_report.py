@@ -58,6 +58,11 @@ class Run:
     beside: tuple[Beside, ...] = ()
     """Earlier runs to set beside it."""
 
+    @property
+    def name(self) -> str:
+        """Name of the controller; that of a folder's policy is shorter than the configuration's."""
+        return self.trials[0].passport.controller
+
 
 def file_name(name: str) -> str:
     """Return a primitive's name as part of a file name: `In'-Right'` is `in1-right1`, apart from `in-right`."""
@@ -127,8 +132,8 @@ def _named(run: Run, stem: str) -> str:
 
 
 def _title(run: Run) -> str:
-    config, twist = run.config, _twist(run)
-    return f"{config.controller}, {config.paths} paths" + (
+    twist = _twist(run)
+    return f"{run.name}, {run.config.paths} paths" + (
         f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
     )
 
@@ -163,7 +168,7 @@ def _panels(run: Run, figures: Path) -> list[Picture]:
     if not (run.people or run.beside):
         return []
     curves = direction_curves(run)
-    panels = [Panel(run.config.controller, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
+    panels = [Panel(run.name, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
     for other in reversed(run.beside):
         others, scene = tuple(direction_curves(other)), start_scene(other.trials[0])
         panels.insert(0, Panel(other.name, "an earlier run", others, scene))
@@ -175,7 +180,7 @@ def _panels(run: Run, figures: Path) -> list[Picture]:
 
 
 def _donut(run: Run, figures: Path) -> Picture:
-    series = [turn_series(run.config.controller, run.results)]
+    series = [turn_series(run.name, run.results)]
     people = [result_of_human(trial) for trial in run.people if trial.angle_deg is None]
     if people:
         series.insert(0, turn_series("human", people))
@@ -187,7 +192,7 @@ def _radar(run: Run, figures: Path) -> Picture:
     directions = {r.direction: r.angle_deg for r in run.results if r.angle_deg is not None}
     names = list(directions)
     series = [radar_series(other.name, by_direction(other.results), names) for other in run.beside]
-    series.append(radar_series(run.config.controller, by_direction(run.results), names))
+    series.append(radar_series(run.name, by_direction(run.results), names))
     if run.people:
         people = [result_of_human(t) for t in run.people]
         series.insert(0, radar_series("human", by_direction(people), names))
@@ -225,7 +230,7 @@ def _paths(run: Run, figures: Path) -> list[Picture]:
             continue
         name = f"figures/paths/{file_name(result.direction)}.png"
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
-        subtitle = f"{run.config.controller}, trial 1, {result.outcome}"
+        subtitle = f"{run.name}, trial 1, {result.outcome}"
         figure = path_figure(
             trial_path(trial, result), outline=start_scene(trial), title=result.direction, subtitle=subtitle
         )

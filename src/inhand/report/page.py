@@ -35,7 +35,7 @@ def page(
 ) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     lines = [
-        f"# Asterisk Test: {config.controller} on {config.object} with {config.hand}",
+        f"# Asterisk Test: {results[0].source} on {config.object} with {config.hand}",
         "",
         f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",

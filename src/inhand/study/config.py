@@ -54,7 +54,7 @@ class SweepConfig:
     noise_deg: float = 1.0
     """Standard deviation of the object's start rotation [deg]."""
     controller: str = "ik"
-    """Controller: ik, ik-cautious or thesis-ik."""
+    """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
     jobs: int = 0
     """Hands and objects computed at a time, one on each core; 0 takes every core."""
     out: Path = Path("results/sweep")

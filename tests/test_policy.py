@@ -1,0 +1,234 @@
+"""A learned policy: its file, the function it is, when it holds, and what it refuses."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from inhand.controllers.catalogue import find_controller, learned, notes_of, policy_of
+from inhand.controllers.controller import Task
+from inhand.controllers.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy
+from inhand.errors import InputError
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.run import prepare, simulate
+from inhand.geometry import way_along
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.objects import parse_object_name
+from inhand.sim.state import State
+from inhand.tasks.observations import find_layout
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import TRAIN, primitive_at
+
+HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), parse_object_name("cube_39")
+LARGER = "2v3_25.75_25.35.40_1.1_53"
+MADE = {"preset": "default", "hand": HAND.name, "object": CUBE.name, "seed": 3}
+
+
+def a_policy(layout: str = "grip", strength: float = 1.0) -> Policy:
+    """Return a policy with drawn weights; with strength 0 it does nothing."""
+    rng, size = np.random.default_rng(5), find_layout(layout).size(HAND)
+    sizes = [size, 16, 16, HAND.n_joints]
+    drawn = [strength * rng.standard_normal((a, b)) / np.sqrt(a) for a, b in pairwise(sizes)]
+    weights = tuple(weight.astype(np.float32).astype(float) for weight in drawn)
+    return Policy(weights, tuple(np.zeros(b) for b in sizes[1:]), layout, "steps", "planned", MADE)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Return the folder of a training run with a best and a last policy."""
+    save_policy(a_policy(), tmp_path / "my run" / "best")
+    save_policy(a_policy(strength=0.5), tmp_path / "my run" / "last")
+    return tmp_path / "my run"
+
+
+def task(angles: tuple[float, ...] = (90.0,), distance: float | None = 0.05) -> Task:
+    paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angles])
+    far = None if distance is None else np.full(len(paths), distance)
+    return Task(HAND, (CUBE,) * len(paths), paths, way_along(paths), 0.02, 0.004, far)
+
+
+def held(count: int = 1) -> State:
+    """Return the state of worlds with the object at its start."""
+    simulator = MujocoSimulator(HAND, [CUBE] * count)
+    start = np.tile([*HAND.start_position, 0.0], (count, 1))
+    return simulator.reset(start, np.tile(HAND.limits.mean(axis=1), (count, 1)))
+
+
+def moved(state: State, way: float) -> State:
+    """Return a state with every object moved Out by some way [m]."""
+    return replace(state, object_pose=state.object_pose + np.array([0.0, way, 0, 0, 0, 0, 0]))
+
+
+def test_a_policy_comes_back_as_it_was_and_as_the_same_bytes(tmp_path: Path) -> None:
+    policy = a_policy()
+    save_policy(policy, tmp_path / "a")
+    back = load_policy(tmp_path / "a")
+    save_policy(back, tmp_path / "b")
+    for name in (ACTOR, CARD):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    seen = np.random.default_rng(0).uniform(-1, 1, (7, policy.weights[0].shape[0]))
+    np.testing.assert_array_equal(policy(seen), back(seen))
+    assert (back.observation, back.actions, back.grasp, back.trained) == ("grip", "steps", "planned", MADE)
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == [CARD, ACTOR]
+
+
+@pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="needs the extra `rl`: pip install 'inhand[rl]'")
+def test_numpy_and_jax_act_alike() -> None:
+    import jax.numpy as jnp
+
+    from inhand.rl.networks import Layer, act
+
+    policy = a_policy()
+    network = tuple(Layer(jnp.asarray(w), jnp.asarray(b)) for w, b in zip(policy.weights, policy.biases, strict=True))
+    seen = np.random.default_rng(1).uniform(-1, 1, (100, policy.weights[0].shape[0]))
+    np.testing.assert_allclose(policy(seen), np.asarray(act(network, jnp.asarray(seen))), atol=1e-5)
+
+
+def test_another_layout_is_refused_with_both_shown(folder: Path) -> None:
+    path = folder / "best" / CARD
+    card = json.loads(path.read_text())
+    path.write_text(json.dumps(card | {"layout": "grip-0", "parts": [["way sideways [m]", 1, 0]]}))
+    with pytest.raises(InputError, match="other observations") as caught:
+        load_policy(folder / "best")
+    there, here = str(caught.value).splitlines()[1:]
+    assert there == "  there: grip-0: way sideways [m]: 1 + 0 for each joint"
+    assert here.startswith("  here: grip-1: direction, unit vector: 2 + 0 for each joint, ")
+
+
+def _no_weights(folder: Path) -> None:
+    (folder / ACTOR).unlink()
+
+
+def _broken_weights(folder: Path) -> None:
+    (folder / ACTOR).write_bytes(b"nothing")
+
+
+def _broken_card(folder: Path) -> None:
+    (folder / CARD).write_text("{")
+
+
+def _another_format(folder: Path) -> None:
+    card = json.loads((folder / CARD).read_text())
+    (folder / CARD).write_text(json.dumps(card | {"format": 7}))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "text"),
+    [
+        (_no_weights, "no trained policy in"),
+        (_broken_weights, "cannot be read"),
+        (_broken_card, "cannot be read"),
+        (_another_format, "policy format 7; this version reads 1: train it again"),
+    ],
+)
+def test_spoilt_files_are_refused(folder: Path, spoil: Callable[[Path], None], text: str) -> None:
+    spoil(folder / "best")
+    with pytest.raises(InputError, match=text):
+        load_policy(folder / "best")
+
+
+def test_a_policy_has_finished_once_nothing_is_gained_for_a_while() -> None:
+    controller, state = PolicyController(task(), a_policy()), held()
+    controller.begin(state)
+    decisions = round(STILL_TIME / 0.02)
+    assert [bool(controller.finished(moved(state, 1e-3))[0]) for _ in range(decisions)] == [False] * decisions
+    assert controller.finished(moved(state, 1e-3))[0]
+    assert not controller.finished(moved(state, 2e-3))[0]  # a gain starts the time anew
+    back = [bool(controller.finished(moved(state, 0.0))[0]) for _ in range(decisions)]
+    assert back == [False] * (decisions - 1) + [True]
+    controller.begin(state)
+    assert not controller.finished(state)[0]
+
+
+def test_creeping_less_than_is_seen_is_no_gain() -> None:
+    controller, state = PolicyController(task(), a_policy()), held()
+    controller.begin(state)
+    steps = round(STILL_TIME / 0.02)
+    done = [bool(controller.finished(moved(state, 2e-4 * k / steps))[0]) for k in range(steps)]
+    assert done == [False] * (steps - 1) + [True]
+
+
+def test_targets_are_those_of_the_policy_and_stay_within_the_joints() -> None:
+    still, state = PolicyController(task((90.0, 0.0)), a_policy(strength=0.0)), held(2)
+    still.begin(state)
+    np.testing.assert_allclose(still.act(state), state.targets)
+    wild = PolicyController(task((90.0, 0.0)), a_policy(strength=50.0))
+    wild.begin(state)
+    targets = wild.act(state)
+    assert np.abs(targets - state.targets).max() > 0.01
+    assert ((targets >= HAND.limits[:, 0]) & (targets <= HAND.limits[:, 1])).all()
+
+
+def test_paths_that_bend_or_turn_are_refused() -> None:
+    straight = task()
+    bent, turned = straight.paths.copy(), straight.paths.copy()
+    bent[:, len(bent[0]) // 2, 0] += 1e-3
+    turned[..., 2] = 0.1
+    for paths in (bent, turned):
+        with pytest.raises(InputError, match="knows straight primitives"):
+            PolicyController(replace(straight, paths=paths), a_policy())
+
+
+def test_a_hand_with_other_joints_is_refused(folder: Path) -> None:
+    with pytest.raises(InputError, match=f"trained with {HAND.name} and takes .* hand {LARGER!r} gives .*: use a hand"):
+        PolicyController(replace(task(), hand=parse_hand_name(LARGER)), a_policy())
+    with pytest.raises(InputError, match="use a hand with as many joints"):
+        prepare(AsteriskConfig(controller=str(folder), hand=LARGER))
+    with pytest.raises(InputError, match="knows straight primitives"):
+        prepare(AsteriskConfig(controller=str(folder), directions="twist"))
+
+
+def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
+    for name in (folder, folder / "best"):
+        entry = find_controller(str(name))
+        assert entry.name == "my_run"
+        assert entry.policy is not None
+        assert entry.policy.trained == MADE
+    assert find_controller(str(folder / "last")).name == policy_of(folder, "last")[0] == "my_run-last"
+    (folder.parent / "ik").mkdir()
+    save_policy(a_policy(), folder.parent / "ik")
+    assert policy_of(folder.parent / "ik")[0] == "ik-policy"
+    (folder.parent / "empty").mkdir()
+    with pytest.raises(InputError, match=r"no trained policy in .*empty"):
+        find_controller(str(folder.parent / "empty"))
+    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, thesis-ik, rl and the folder of a run"):
+        find_controller(str(folder / "nothing"))
+
+
+def test_the_policy_of_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.resources.files", lambda _: tmp_path)
+    with pytest.raises(InputError, match="train one with `inhand train"):
+        find_controller("rl")
+    save_policy(a_policy(), tmp_path / "policies" / "default")
+    assert find_controller("rl").name == "rl"
+
+
+def test_a_run_says_what_the_policy_was_trained_with() -> None:
+    entry = learned("mine", a_policy())
+    assert notes_of(entry, HAND.name, CUBE.name) == ()
+    assert notes_of(find_controller("ik"), LARGER, "cylinder_40") == ()
+    assert notes_of(entry, HAND.name, "cylinder_40") == (
+        f"The policy mine was trained with cube_39 and {HAND.name}; here it moves cylinder_40 with {HAND.name}.",
+    )
+
+
+@pytest.mark.parametrize("grasp", ["planned", "rough"])
+def test_an_object_is_held_where_it_stands_and_carried_by_the_policy(grasp: str) -> None:
+    entry = learned("mine", replace(a_policy(strength=0.0), grasp=grasp))
+    config = AsteriskConfig(directions="Right", trials=2)
+    trials = simulate(config, replace(prepare(config), controller=entry))
+    for trial in trials:
+        assert trial.passport.controller == "mine"
+        assert trial.touching[trial.manipulation].all()
+        assert trial.outcome == "reached"
+        assert np.ptp(trial.targets[trial.manipulation], axis=0).max() < 1e-9
+    assert np.abs(trials[0].targets[-1] - trials[1].targets[-1]).max() > 1e-3
+    assert TRAIN[2].name == trials[0].passport.primitive

@@ -1,0 +1,31 @@
+"""The policy that ships: small, made by a known configuration, and able to do what the documentation says."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import inhand.policies
+from inhand.controllers.policy import load_policy
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.results import result_of_trial
+from inhand.evaluation.run import prepare, simulate
+
+FOLDER = Path(inhand.policies.__file__).parent / "default"
+
+
+def test_it_is_small_and_says_how_it_was_made() -> None:
+    assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
+    made = json.loads((FOLDER / "config.json").read_text())["config"]
+    trained = load_policy(FOLDER).trained
+    assert {name: made[name] for name in ("preset", "hand", "object", "seed")} == trained
+    assert made["directions"] == "continuous"
+
+
+def test_it_carries_the_cube_in_trained_and_unseen_directions() -> None:
+    config = AsteriskConfig(controller="rl", directions="Out,Right,In,In-Left,Out',In'-Right'", trials=2, seed=7)
+    results = [result_of_trial(trial) for trial in simulate(config, prepare(config))]
+    assert [result.outcome for result in results] == ["reached"] * 12
+    assert min(result.fraction or 0.0 for result in results) > 0.75
+    assert max(result.metrics.lateral_max_mm for result in results) < 3.0
+    assert max(result.metrics.rotation_max_deg for result in results) < 8.0

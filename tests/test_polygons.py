@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, QhullError
 
 from inhand.geometry import Array, cross, rotate
-from inhand.sim.polygons import contact, edge_normals, separation
+from inhand.sim.polygons import apart, contact, edge_normals, separation
 
 COORDINATE = st.floats(-0.05, 0.05)
 POINTS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=12)
@@ -27,7 +27,7 @@ def hull(points: list[tuple[float, float]]) -> Array:
     return np.asarray(corners)
 
 
-def apart(first: Array, second: Array) -> tuple[float, bool]:
+def distance_of(first: Array, second: Array) -> tuple[float, bool]:
     """Distance of two polygons that do not overlap, and whether it is from a corner to the inside of an edge."""
     return min(
         _from_segment(corner, start, end)
@@ -62,7 +62,7 @@ def test_separation_is_the_distance_or_corner_to_corner_a_lower_bound(pair: tupl
     first, second = pair
     found = float(separation(first, second))
     assume(overlap_depth(first, second) < -1e-6)
-    distance, to_an_edge = apart(first, second)
+    distance, to_an_edge = distance_of(first, second)
     assert 0 < found <= distance + 1e-12
     if to_an_edge:
         np.testing.assert_allclose(found, distance, rtol=1e-9)
@@ -82,7 +82,7 @@ def test_separation_is_the_distance_from_corner_to_face(
     first = foot + gap * normal + rotate(heading, np.array([(0.0, 0.0), (0.03, -0.01), (0.03, 0.01)]))
     found, point, towards = contact(first, second)
     np.testing.assert_allclose(found, gap, atol=1e-12)
-    np.testing.assert_allclose(found, apart(first, second)[0], atol=1e-12)
+    np.testing.assert_allclose(found, distance_of(first, second)[0], atol=1e-12)
     np.testing.assert_allclose(point, first[0], atol=1e-12)
     np.testing.assert_allclose(towards, normal, atol=1e-9)
     assert float(separation(first, second)) == float(found)
@@ -139,7 +139,7 @@ def test_squares_side_by_side_and_overlapping() -> None:
 
 def test_corner_to_corner_is_bounded_from_below() -> None:
     np.testing.assert_allclose(separation(SQUARE + 0.05, SQUARE), 0.01)
-    np.testing.assert_allclose(apart(SQUARE + 0.05, SQUARE)[0], 0.01 * np.sqrt(2))
+    np.testing.assert_allclose(distance_of(SQUARE + 0.05, SQUARE)[0], 0.01 * np.sqrt(2))
 
 
 def test_edge_normals_point_outwards() -> None:
@@ -160,3 +160,15 @@ def test_leading_axes_broadcast() -> None:
             np.testing.assert_allclose(part[i, j], alone, atol=1e-15)
     many = second + rng.uniform(-0.05, 0.05, (4, 3, 1, 2))
     np.testing.assert_allclose(contact(first, many)[0][2, 1], contact(first[2, 1], many[2, 1])[0], atol=1e-15)
+
+
+@settings(deadline=None, max_examples=100)
+@given(pairs())
+def test_polygons_are_apart_where_their_separation_is_positive(pair: tuple[Array, Array]) -> None:
+    first, second = pair
+    turned = np.stack([rotate(turn, first) for turn in (0.0, 1.0, 2.0)])
+    expected = separation(turned, second)
+    assume(np.abs(expected).min() > 1e-9)
+    np.testing.assert_array_equal(apart(turned, second), expected > 0)
+    np.testing.assert_array_equal(apart(second, turned), expected > 0)
+    assert bool(apart(first, second)) == bool(expected[0] > 0)

@@ -36,7 +36,9 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[
         tracks.append(roll(hand, finger, Starts(points, state.joint_angles[:, place], bodies), poses))
     left, right = tracks
     friction = np.array([friction_share * hand.friction * spec.friction for spec in task.objects])
-    held = left.held & right.held & fingers_clear(hand, left.joints, right.joints)
+    both = left.held & right.held
+    held = both.copy()
+    held[both] = fingers_clear(hand, left.joints[both], right.joints[both])
     held &= force_closure(friction[:, None], (left.points, left.normals), (right.points, right.normals))
     reach = np.cumprod(held, axis=-1).sum(axis=-1)
     rows, last = np.arange(len(reach)), np.maximum(reach - 1, 0)

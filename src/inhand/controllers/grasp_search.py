@@ -19,7 +19,7 @@ from inhand.sim.force_closure import force_closure
 from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.sim.kinematics import damped_least_squares, joint_positions, point_jacobian
 from inhand.sim.objects import ObjectSpec, convex_pieces
-from inhand.sim.polygons import separation
+from inhand.sim.polygons import apart
 from inhand.sim.reach.fingers import Body, Postures, touching_postures
 from inhand.sim.reach.limits import body_of
 from inhand.sim.reach.pairs import neighbours
@@ -115,7 +115,7 @@ def fingers_clear(hand: HandSpec, left: Array, right: Array) -> NDArray[np.bool_
     others = link_polygons(hand, hand.right, right)
     for link in link_polygons(hand, hand.left, left):
         for other in others:
-            clear &= separation(link, other) > 0
+            clear &= apart(link, other)
     return clear
 
 

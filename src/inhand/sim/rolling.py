@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, inverse_transform, rotate, transform
 from inhand.sim.hands import FingerSpec, HandSpec
 from inhand.sim.kinematics import damped_least_squares, joint_positions, point_jacobian
-from inhand.sim.polygons import nearest_contact, separation
-from inhand.sim.shapes import link_polygons, palm_outline
+from inhand.sim.polygons import apart, nearest_contact
+from inhand.sim.shapes import link_polygon, link_polygons, palm_outline
 from inhand.sim.touch import within_limits
 
 DAMPING = 1e-4
@@ -76,8 +76,8 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
     rows = np.arange(count)
     body = _placed(starts.bodies, rows, poses[:, 0])
     contacts = transform(poses[:, 0], starts.points)
-    gap, _, facing = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
-    held = _clear(hand, finger, joints, body) & (gap > -TOLERANCE)
+    gap, _, facing, clear = _touch(hand, finger, joints, body)
+    held = clear & (gap > -TOLERANCE)
     _record(tracks, (rows, 0), poses[:, 0], (contacts, facing, joints, held))
     for s in range(1, steps):
         rows, contacts, joints = rows[held], contacts[held], joints[held]
@@ -89,8 +89,9 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
         pose = poses[rows, s]
         moved = transform(pose, inverse_transform(poses[rows, s - 1], contacts))
         body = _placed(starts.bodies, rows, pose)
-        joints, contacts, facing, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints[rows]))
-        held = kept & _clear(hand, finger, joints, body)
+        joints, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints[rows]))
+        gap, contacts, facing, clear = _touch(hand, finger, joints, body)
+        held = kept & (np.abs(gap) < TOLERANCE) & within_limits(finger, joints) & clear
         _record(tracks, (rows, s), pose, (contacts, facing, joints, held))
     return tracks
 
@@ -102,8 +103,8 @@ def _placed(pieces: tuple[Array, ...], rows: NDArray[np.int64], poses: Array) ->
 
 def _follow(
     hand: HandSpec, finger: FingerSpec, body: list[Array], start: tuple[Array, Array, Array, Array]
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Move the touching points along, close the remaining gap, and return joints, contacts, normals and success."""
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Move the touching points along and close the remaining gap; return joints and whether no step was too large."""
     joints, contacts, moved, rest = start
     jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], contacts)
     posture = POSTURE_GAIN * (rest - joints) if joints.shape[-1] > 2 else None
@@ -111,12 +112,13 @@ def _follow(
     joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
     kept = (np.abs(step) < LARGEST_STEP).all(-1)
     for _ in range(CORRECTIONS):
-        gap, contacts, normals = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
-        jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], contacts)
+        places = joint_positions(finger, joints)
+        tip = link_polygon(hand, finger, (joints, places), len(finger.links) - 1)
+        gap, contacts, normals = nearest_contact(tip, body)
+        jacobian = point_jacobian(places[..., :-1, :], contacts)
         step = damped_least_squares(jacobian, -gap[..., None] * normals, DAMPING)
         joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    gap, contacts, normals = nearest_contact(link_polygons(hand, finger, joints)[-1], body)
-    return joints, contacts, normals, kept & (np.abs(gap) < TOLERANCE) & within_limits(finger, joints)
+    return joints, np.asarray(kept)
 
 
 def _record(
@@ -132,13 +134,18 @@ def _record(
     tracks.held[place] = held
 
 
-def _clear(hand: HandSpec, finger: FingerSpec, joints: Array, body: list[Array]) -> NDArray[np.bool_]:
-    """Return whether inner links stay off the object, and the object and all outer links off the palm `(K,)`."""
-    links = link_polygons(hand, finger, joints)
+def _touch(
+    hand: HandSpec, finger: FingerSpec, joints: Array, body: list[Array]
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Return the last link's gap, contact and normal, and whether nothing else meets `(K,)`.
+
+    Nothing else: inner links stay off the object, and the object and all outer links off the palm.
+    """
+    links, palm = link_polygons(hand, finger, joints), palm_outline(hand)
     clear = np.ones(joints.shape[:1], dtype=bool)
     for piece in body:
-        for part in (palm_outline(hand), *links[:-1]):
-            clear &= separation(part, piece) > 0
+        for part in (palm, *links[:-1]):
+            clear &= apart(part, piece)
     for link in links[1:]:
-        clear &= separation(link, palm_outline(hand)) > 0
-    return clear
+        clear &= apart(link, palm)
+    return *nearest_contact(links[-1], body), clear

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
-from inhand.geometry import Array, transform
+from inhand.geometry import Array
 from inhand.sim.hands import FingerSpec, HandSpec
 from inhand.sim.kinematics import joint_positions, link_angles
 
@@ -12,20 +14,24 @@ CAP_CORNERS = 17
 """Corners of the polygon that stands for the fingertip's half ellipse."""
 
 
+@cache
 def link_outline(hand: HandSpec, finger: FingerSpec, link: int) -> Array:
-    """Return a link's outline `(K, 2)` [m], counter-clockwise, from its joint at the origin along +y.
+    """Return a link's outline `(K, 2)` [m], counter-clockwise, from its joint at the origin along +y; read only.
 
     Where the finger has no outlines of its own, inner links are boxes, and the last link ends in half an ellipse across
     its width (the laboratory's fingertip).
     """
-    if finger.outlines is not None:
-        return np.array(finger.outlines[link])
     half, start, length = hand.link_width / 2, hand.joint_gap, finger.links[link]
-    if link < len(finger.links) - 1:
-        return np.array([(-half, start), (half, start), (half, length), (-half, length)])
-    angle = np.linspace(0, np.pi, CAP_CORNERS)
-    cap = np.stack([half * np.cos(angle), length - hand.tip_length + hand.tip_length * np.sin(angle)], axis=-1)
-    return np.concatenate([[(-half, start), (half, start)], cap])
+    if finger.outlines is not None:
+        corners = np.array(finger.outlines[link])
+    elif link < len(finger.links) - 1:
+        corners = np.array([(-half, start), (half, start), (half, length), (-half, length)])
+    else:
+        angle = np.linspace(0, np.pi, CAP_CORNERS)
+        cap = np.stack([half * np.cos(angle), length - hand.tip_length + hand.tip_length * np.sin(angle)], axis=-1)
+        corners = np.concatenate([[(-half, start), (half, start)], cap])
+    corners.setflags(write=False)
+    return corners
 
 
 def palm_outline(hand: HandSpec) -> Array:
@@ -38,10 +44,24 @@ def palm_outline(hand: HandSpec) -> Array:
 
 def link_polygons(hand: HandSpec, finger: FingerSpec, joint_angles: Array) -> list[Array]:
     """Return the outlines of a finger's links in the palm frame, each `(..., K, 2)` [m]."""
-    joints, angles = joint_positions(finger, joint_angles), link_angles(joint_angles)
-    outlines = []
-    for i in range(len(finger.links)):
-        shape = link_outline(hand, finger, i)
-        pose = np.concatenate([joints[..., i, :], angles[..., i : i + 1]], axis=-1)
-        outlines.append(transform(pose[..., None, :], shape))
-    return outlines
+    joints = joint_positions(finger, joint_angles)
+    return [link_polygon(hand, finger, (joint_angles, joints), link) for link in range(len(finger.links))]
+
+
+def link_polygon(hand: HandSpec, finger: FingerSpec, posture: tuple[Array, Array], link: int) -> Array:
+    """Return the outline of one of a finger's links in the palm frame `(..., K, 2)` [m].
+
+    Args:
+        hand: the hand.
+        finger: the finger.
+        posture: its joint angles `(..., n)` [rad] and where they put its joints and tip `(..., n + 1, 2)` [m].
+        link: number of the link.
+    """
+    angles, joints = posture
+    angle = link_angles(angles)[..., link]
+    cos, sin, start = np.cos(angle), np.sin(angle), joints[..., link, :]
+    # In memory x and y come first and the batch last, which is how `sim/polygons.py` computes.
+    corners = link_outline(hand, finger, link).reshape(-1, 2, *(1,) * angle.ndim)
+    x, y = corners[:, 0], corners[:, 1]
+    placed = np.stack([cos * x - sin * y + start[..., 0], sin * x + cos * y + start[..., 1]])
+    return np.moveaxis(placed, (0, 1), (-1, -2))

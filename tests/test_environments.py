@@ -1,0 +1,482 @@
+"""The environments keep Gymnasium's contract, alone and as a batch."""
+
+import asyncio
+import re
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from numpy.typing import NDArray
+
+from inhand.episodes.environment_config import EnvironmentConfig, GoalConfig, angles_of
+from inhand.episodes.environments import (
+    GOAL_ROOM,
+    IDS,
+    AsteriskEnv,
+    AsteriskGoalEnv,
+    AsteriskGoalVectorEnv,
+    AsteriskVectorEnv,
+    register,
+)
+from inhand.episodes.loop import LOST_AFTER
+from inhand.episodes.starts import SUBSTEPS
+from inhand.errors import InputError
+from inhand.geometry import TURN_ARM, unit
+from inhand.tasks.goals import goal_reached, goal_reward
+
+QUICK: dict[str, Any] = {"directions": [0, 90], "starts": 8, "threads": 1}
+"""Keywords of small environments, which share one pool."""
+Nested: TypeAlias = Any
+"""Dicts, tuples and arrays within each other."""
+STILL = np.zeros(4, dtype=np.float32)
+LET_GO = np.array([1.0, 0.0, -1.0, 0.0], dtype=np.float32)
+"""Action of kind `steps` that opens the fingers, where `STILL` holds the object."""
+
+
+def plain(**keywords: object) -> AsteriskEnv:
+    return AsteriskEnv(**QUICK | keywords)
+
+
+def to_goals(**keywords: object) -> AsteriskGoalEnv:
+    return AsteriskGoalEnv(**QUICK | keywords)
+
+
+def batch(count: int, **keywords: object) -> AsteriskVectorEnv:
+    return AsteriskVectorEnv(count, **QUICK | keywords)
+
+
+def goal_batch(count: int, **keywords: object) -> AsteriskGoalVectorEnv:
+    return AsteriskGoalVectorEnv(count, **QUICK | keywords)
+
+
+def same(one: Nested, other: Nested) -> None:
+    """Both are the same to the last bit, dicts and arrays of objects part by part."""
+    assert type(one) is type(other)
+    if isinstance(one, Mapping):
+        assert list(one) == list(other)
+        for name in one:
+            same(one[name], other[name])
+    elif isinstance(one, tuple | list) or (isinstance(one, np.ndarray) and one.dtype == object):
+        assert len(one) == len(other)
+        for mine, theirs in zip(one, other, strict=True):
+            same(mine, theirs)
+    else:
+        np.testing.assert_array_equal(one, other)
+        assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
+
+
+def shape_of(value: Nested) -> Nested:
+    """Return the build of nested infos: names, types, lengths of arrays."""
+    if isinstance(value, Mapping):
+        return {name: shape_of(value[name]) for name in sorted(value)}
+    return (value.shape, value.dtype) if isinstance(value, np.ndarray) else type(value)
+
+
+# Gymnasium's own checks.
+
+
+@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("keywords", [{}, {"observation": "grip", "actions": "steps", "stop": True}])
+def test_gymnasium_finds_nothing_wrong(name: str, keywords: dict[str, Any]) -> None:
+    env = gymnasium.make(name, **QUICK | keywords)
+    check_env(env.unwrapped)
+    env.close()
+
+
+async def ran(code: str) -> tuple[int | None, str]:
+    """Run code in a Python of its own; return its exit code and what it said on stderr."""
+    words = sys.executable, "-W", "error", "-c", code
+    process = await asyncio.create_subprocess_exec(*words, stderr=asyncio.subprocess.PIPE)
+    _, said = await process.communicate()
+    return process.returncode, said.decode()
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id(name: str) -> None:
+    keywords = "directions='Out', grasp='rough', starts=2, threads=1"
+    code = (
+        f"import gymnasium; id = 'inhand.episodes.environments:{name}'\n"
+        f"gymnasium.make(id, {keywords}).reset(seed=0); gymnasium.make_vec(id, 2, {keywords}).reset(seed=0)"
+    )
+    assert asyncio.run(ran(code)) == (0, "")
+
+
+def test_registering_twice_says_nothing() -> None:
+    before = dict(gymnasium.registry)
+    register()
+    assert before == gymnasium.registry
+
+
+def test_defaults_are_the_theses() -> None:
+    env = AsteriskEnv(**QUICK)
+    assert env.observation_space == gymnasium.spaces.Box(-1.0, 1.0, (23,), np.float32)
+    assert env.action_space == gymnasium.spaces.Box(-1.0, 1.0, (4,), np.float32)
+    config = EnvironmentConfig()
+    assert (config.observation, config.actions, config.reward, config.horizon) == ("thesis", "angles", "thesis", 250)
+    assert (config.noise_mm, config.noise_deg, len(config.angles)) == (1.0, 1.0, 8)
+    assert env.metadata["render_modes"] == []
+    assert env.render_mode is None
+
+
+# One environment.
+
+
+def test_an_episode_tells_where_the_object_went_and_what_it_earned() -> None:
+    env = plain(actions="steps")
+    seen, info = env.reset(seed=3)
+    assert info["direction"] in (0.0, 90.0)
+    assert seen in env.observation_space
+    for _ in range(3):
+        seen, reward, terminated, truncated, info = env.step(np.full(4, 0.3))
+        assert seen in env.observation_space
+        assert (type(reward), type(terminated), type(truncated)) == (float, bool, bool)
+        assert list(info) == ["direction", "along", "left", "turned", "lost", "terms"]
+        assert list(info["terms"]) == ["contact", "direction"]
+        assert info["terms"]["direction"] == pytest.approx(100 * (info["along"] - 0.5 * abs(info["left"])))
+        assert reward == pytest.approx(sum(info["terms"].values()))
+        assert not any((terminated, truncated, info["lost"]))
+
+
+def test_an_episode_is_cut_off_at_its_horizon_and_must_be_begun_again() -> None:
+    env = plain(horizon=3, actions="steps")
+    with pytest.raises(ResetNeeded, match=re.escape("call reset() first")):
+        env.step(STILL)
+    env.reset(seed=0)
+    ends = [env.step(STILL)[2:4] for _ in range(3)]
+    assert ends == [(False, False), (False, False), (False, True)]
+    with pytest.raises(ResetNeeded, match="again after each episode's end"):
+        env.step(STILL)
+    env.reset()
+    assert env.step(STILL)[2:4] == (False, False)
+
+
+def test_a_lost_object_ends_an_episode_after_twenty_steps() -> None:
+    env = plain(actions="steps")
+    env.reset(seed=1)
+    number, terminated = 0, False
+    while not terminated:
+        seen, _, terminated, truncated, info = env.step(LET_GO)
+        number += 1
+    assert info["lost"]
+    assert not truncated
+    assert number * SUBSTEPS > LOST_AFTER
+    assert seen in env.observation_space
+    again, _ = env.reset()
+    assert (again != seen).any()
+
+
+@pytest.mark.parametrize("make", [plain, to_goals])
+def test_the_same_seed_gives_the_same_bytes(make: Callable[..., AsteriskEnv]) -> None:
+    one, two = make(horizon=6), make(horizon=6)
+    actions = np.random.default_rng(0).uniform(-0.2, 0.2, (6, 4))
+    same(one.reset(seed=5), two.reset(seed=5))
+    for _ in range(2):
+        for action in actions:
+            same(one.step(action), two.step(action))
+        same(one.reset(), two.reset())
+    first, other = one.reset(seed=5)[0], two.reset(seed=6)[0]
+    assert any((np.asarray(a) != np.asarray(b)).any() for a, b in zip(parts(first), parts(other), strict=True))
+
+
+def parts(seen: Nested) -> list[NDArray[np.float32]]:
+    return list(seen.values()) if isinstance(seen, dict) else [seen]
+
+
+@pytest.mark.parametrize("make", [plain, to_goals])
+def test_options_pick_a_direction(make: Callable[..., AsteriskEnv]) -> None:
+    env = make()
+    for asked, angle in ((90, 90.0), ("Out", 90.0), (0.0, 0.0), ("ea", 0.0), (-270, 90.0)):
+        directions = {env.reset(options={"direction": asked})[1]["direction"] for _ in range(4)}
+        assert directions == {angle}
+    assert {env.reset(seed=seed)[1]["direction"] for seed in range(12)} == {0.0, 90.0}
+    with pytest.raises(InputError, match=r"direction 45 of reset is none of this environment's, 0, 90 deg: use one"):
+        env.reset(options={"direction": 45})
+    with pytest.raises(InputError, match="unknown direction 'Outt'"):
+        env.reset(options={"direction": "Outt"})
+    with pytest.raises(InputError, match=r"direction 'all' of reset is none"):
+        env.reset(options={"direction": "all"})
+    with pytest.raises(InputError, match=r"unknown option 'directio' of reset; did you mean direction\?"):
+        env.reset(options={"directio": 90})
+
+
+@pytest.mark.parametrize(
+    ("given", "angles"),
+    [
+        ("Out,30", (90.0, 30.0)),
+        ([0, 22.5, "In"], (0.0, 22.5, -90.0)),
+        (["Right", 0.0], (0.0,)),
+        ("train", (90.0, 45.0, 0.0, -45.0, -90.0, -135.0, 180.0, 135.0)),
+    ],
+)
+def test_directions_are_words_or_degrees(given: str | list[str | float], angles: tuple[float, ...]) -> None:
+    assert angles_of(given) == angles
+
+
+@pytest.mark.parametrize(
+    ("keywords", "text"),
+    [
+        ({"hand": "2v2"}, "2v2"),
+        (
+            {"objet": "cube_39"},
+            r"unknown keyword 'objet'; did you mean object or observation\?; allowed are hand, object, ",
+        ),
+        ({"directions": "cw"}, "primitive cw only rotates and has no direction"),
+        ({"directions": "Oot"}, "unknown direction 'Oot'"),
+        ({"actions": "step"}, r"unknown actions 'step'; did you mean steps\?; use angles or steps"),
+        ({"grasp": "roug"}, r"unknown grasp 'roug'; did you mean rough\?; use planned or rough"),
+        ({"observation": "thesi"}, "unknown observation 'thesi'"),
+        ({"reward": "sparse"}, "unknown reward 'sparse'"),
+        ({"horizon": 0}, "horizon 0"),
+        ({"noise_mm": -1.0}, r"noise_mm=-1.0, noise_deg=1.0: give finite numbers from 0 up"),
+        ({"noise_deg": float("nan")}, "noise_deg=nan"),
+        ({"starts": 1}, "starts=1 for 2 directions: give at least one for each"),
+        ({"render_mode": "human"}, "render_mode='human': there is none"),
+    ],
+)
+def test_keywords_that_cannot_be_are_refused(keywords: dict[str, Any], text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        plain(**keywords)
+    with pytest.raises(InputError, match=text):
+        batch(2, **keywords)
+
+
+def test_actions_that_cannot_be_are_refused() -> None:
+    env = plain()
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=r"actions of shape \(1, 3\); 1 worlds need \(1, 4\)"):
+        env.step(np.zeros(3))
+    with pytest.raises(InputError, match="is nan"):
+        env.step(np.full(4, np.nan))
+
+
+def test_the_way_to_go_is_told_where_it_was_asked_for() -> None:
+    observation, reward = "grip", "progress"
+    told, not_told = (plain(observation=observation, reward=reward, stop=stop) for stop in (True, False))
+    near, far = (env.reset(seed=0, options={"direction": "Out"})[0] for env in (told, not_told))
+    assert near[2] < far[2] == 1.0
+    np.testing.assert_array_equal(np.delete(near, [2, 3]), np.delete(far, [2, 3]))
+    assert list(told.step(STILL)[4]["terms"]) == ["progress", "waiting", "astray", "jerk", "drop"]
+
+
+# Many environments.
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasium_makes_batches(name: str) -> None:
+    envs = gymnasium.make_vec(name, num_envs=3, **QUICK)
+    assert isinstance(envs, AsteriskGoalVectorEnv if "Goal" in name else AsteriskVectorEnv)
+    assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    single = gymnasium.make(name, **QUICK)
+    assert envs.single_observation_space == single.observation_space
+    assert envs.single_action_space == single.action_space
+    seen, _ = envs.reset(seed=1)
+    assert seen in envs.observation_space
+    envs.action_space.seed(0)
+    for _ in range(3):
+        seen, reward, terminated, truncated, _ = envs.step(envs.action_space.sample())
+        assert seen in envs.observation_space
+        assert reward.shape == terminated.shape == truncated.shape == (3,)
+        assert terminated.dtype == truncated.dtype == np.bool_
+    envs.close()
+
+
+@pytest.mark.parametrize(("many", "one"), [(batch, plain), (goal_batch, to_goals)])
+def test_a_batch_tells_what_gymnasiums_own_tells(
+    many: Callable[..., AsteriskVectorEnv], one: Callable[..., AsteriskEnv]
+) -> None:
+    """Names, types and masks of infos, in a step in which nothing ends and in one in which all episodes do."""
+    ours = many(2, horizon=2, actions="steps")
+    theirs: Any = SyncVectorEnv([lambda: one(horizon=2, actions="steps")] * 2, autoreset_mode=AutoresetMode.SAME_STEP)
+    assert shape_of(ours.reset(seed=0)[1]) == shape_of(theirs.reset(seed=0)[1])
+    actions = np.zeros((2, 4), dtype=np.float32)
+    ours_then, theirs_then = ours.step(actions), theirs.step(actions)
+    for mine, other in zip(ours_then, theirs_then, strict=True):
+        assert shape_of(mine) == shape_of(other)
+    ours_end, theirs_end = ours.step(actions), theirs.step(actions)
+    for mine, other in zip(ours_end[:4], theirs_end[:4], strict=True):
+        assert shape_of(mine) == shape_of(other)
+    names = "final_obs", "_final_obs", "final_info", "_final_info", "direction", "_direction"
+    for name in names:
+        assert shape_of(ours_end[4][name]) == shape_of(theirs_end[4][name])
+    same(shape_of(ours_end[4]["final_obs"][1]), shape_of(theirs_end[4]["final_obs"][1]))
+    assert not ours_end[4]["_along"].any()
+    assert "along" not in theirs_end[4]
+
+
+@pytest.mark.parametrize(("many", "one"), [(batch, plain), (goal_batch, to_goals)])
+def test_a_batch_does_what_single_environments_do(
+    many: Callable[..., AsteriskVectorEnv], one: Callable[..., AsteriskEnv]
+) -> None:
+    """One world of a batch is one environment, up to the end of its episode and what is told of it."""
+    envs, env = many(1, horizon=4), one(horizon=4)
+    action = np.full(4, 0.1, dtype=np.float32)
+    seen, _ = envs.reset(seed=9)
+    same([part[0] for part in parts(seen)], parts(env.reset(seed=9)[0]))
+    for number in range(4):
+        seen, reward, terminated, truncated, info = envs.step(action[None])
+        alone, value, *ends, told = env.step(action)
+        assert (reward[0], terminated[0], truncated[0]) == (value, *ends)
+        if number < 3:
+            same([part[0] for part in parts(seen)], parts(alone))
+            assert info["along"][0] == told["along"]
+        else:
+            same(info["final_obs"][0], alone)
+            assert info["final_info"]["along"][0] == told["along"]
+            assert any((part[0] != other).any() for part, other in zip(parts(seen), parts(alone), strict=True))
+
+
+@pytest.mark.parametrize("many", [batch, goal_batch])
+def test_one_environment_of_a_batch_ends_alone(many: Callable[..., AsteriskVectorEnv]) -> None:
+    envs = many(3, horizon=1000, actions="steps")
+    envs.reset(seed=2)
+    for _ in range(100):
+        seen, _, terminated, truncated, info = envs.step(np.stack([STILL, LET_GO, STILL]))
+        assert seen in envs.observation_space
+        if terminated.any():
+            break
+        assert "final_obs" not in info
+        assert info["_along"].all()
+    np.testing.assert_array_equal(terminated, [False, True, False])
+    assert not truncated.any()
+    np.testing.assert_array_equal(info["_along"], ~terminated)
+    np.testing.assert_array_equal(info["_final_info"], terminated)
+    np.testing.assert_array_equal(info["final_info"]["lost"], terminated)
+    assert info["final_obs"][0] is None
+    assert info["final_obs"][1] in envs.single_observation_space
+    np.testing.assert_array_equal(info["_direction"], [True] * 3)
+
+
+@pytest.mark.parametrize("many", [batch, goal_batch])
+def test_the_same_seed_gives_batches_the_same_bytes(many: Callable[..., AsteriskVectorEnv]) -> None:
+    one, two = many(3, horizon=5), many(3, horizon=5, threads=2)
+    rng = np.random.default_rng(0)
+    same(one.reset(seed=5), two.reset(seed=5))
+    for _ in range(12):
+        actions = rng.uniform(-1, 1, (3, 4))
+        same(one.step(actions), two.step(actions))
+
+
+def test_what_a_batch_handed_out_stays_as_it_was() -> None:
+    envs = goal_batch(2, horizon=3)
+    handed, copies = [], []
+    for number in range(8):
+        seen = envs.step(np.zeros((2, 4)))[0] if number else envs.reset(seed=0)[0]
+        handed.append(parts(seen))
+        copies.append([part.copy() for part in parts(seen)])
+    same(handed, copies)
+
+
+def test_options_pick_the_directions_of_a_batch() -> None:
+    envs = batch(3)
+    np.testing.assert_array_equal(envs.reset(options={"direction": "Out"})[1]["direction"], [90.0] * 3)
+    np.testing.assert_array_equal(envs.reset(options={"direction": [0, 90, "c"]})[1]["direction"], [0.0, 90.0, 0.0])
+    with pytest.raises(InputError, match="2 directions for 3 worlds: give one for all or one for each"):
+        envs.reset(options={"direction": [0, 90]})
+
+
+# Goals.
+
+
+def test_goals_lie_on_the_primitive_within_what_the_grip_can_go() -> None:
+    env = to_goals()
+    assert env.reset(seed=0)[0]["desired_goal"].shape == (3,)
+    ways = []
+    for seed in range(40):
+        seen, info = env.reset(seed=seed)
+        way = seen["desired_goal"].astype(float) - seen["achieved_goal"]
+        length = np.hypot(*way[:2])
+        np.testing.assert_allclose(way[:2], length * unit(np.deg2rad(info["direction"])), atol=1e-6)
+        assert way[2] == 0.0
+        assert np.abs(seen["achieved_goal"][:2]).max() < 0.01  # noise and closing, seen from the hand's start position
+        ways.append(length)
+    assert 0.01 - 1e-6 <= min(ways) < 0.03
+    assert 0.05 < max(ways) < 0.12
+
+
+@pytest.mark.parametrize("reward", ["sparse", "dense"])
+def test_the_reward_is_what_compute_reward_makes_of_the_observation(reward: str) -> None:
+    env = to_goals(reward=reward, actions="steps")
+    env.reset(seed=4)
+    envs = goal_batch(3, reward=reward, horizon=3)
+    envs.reset(seed=4)
+    rng = np.random.default_rng(0)
+    for _ in range(8):
+        seen, value, terminated, truncated, info = env.step(rng.uniform(-0.5, 0.5, 4))
+        assert not any((terminated, truncated))
+        assert value == env.compute_reward(seen["achieved_goal"], seen["desired_goal"], info)
+        assert info["is_success"] == (np.linalg.norm((seen["achieved_goal"] - seen["desired_goal"])[:2]) < 0.002)
+        batch_seen, values, *ends, infos = envs.step(rng.uniform(-0.2, 0.2, (3, 4)))
+        if ends[1].any():
+            last = infos["final_obs"]
+            batch_seen = {name: np.stack([each[name] for each in last]) for name in last[0]}
+        goals = batch_seen["achieved_goal"], batch_seen["desired_goal"]
+        np.testing.assert_array_equal(values, envs.compute_reward(*goals, infos))
+
+
+def test_goal_rewards_are_their_sums() -> None:
+    desired = np.array([0.03, 0.0, 3.1])
+    achieved = np.array(
+        [
+            [0.03, 0.0, 3.1],
+            [0.0319, 0.0, 3.1],
+            [0.0321, 0.0, 3.1],
+            [0.03, 0.0, 3.1 + np.deg2rad(4.9) - 2 * np.pi],
+            [0.03, 0.0, 3.1 + np.deg2rad(5.1)],
+            [0.03, 0.02, 3.0],
+        ]
+    )
+    within = (0.002, np.deg2rad(5.0))
+    np.testing.assert_array_equal(goal_reward(achieved, desired, within, "sparse"), [0, 0, -1, 0, -1, -1])
+    np.testing.assert_array_equal(goal_reached(achieved, desired, within), [True, True, False, True, False, False])
+    arc = 100 * TURN_ARM
+    expected = [0, -0.19, -0.21, -arc * np.deg2rad(4.9), -arc * np.deg2rad(5.1), -2 - arc * 0.1]
+    np.testing.assert_allclose(goal_reward(achieved, desired, within, "dense"), expected, atol=1e-12)
+    assert goal_reward(achieved[0], desired, within, "sparse").shape == ()
+    assert goal_reward(achieved[None], desired, within, "dense").shape == (1, 6)
+
+
+def test_a_goal_is_reached_within_its_tolerance() -> None:
+    tight, wide = to_goals(actions="steps"), to_goals(actions="steps", tolerance_mm=500.0, tolerance_deg=180.0)
+    for env, reached in ((tight, False), (wide, True)):
+        env.reset(seed=0)
+        _, reward, _, _, info = env.step(STILL)
+        assert (reward, info["is_success"]) == (float(reached) - 1.0, reached)
+
+
+@pytest.mark.parametrize("lost", ["terminated", "truncated"])
+def test_a_lost_object_ends_an_episode_as_it_was_asked_to(lost: str) -> None:
+    env = to_goals(lost=lost, actions="steps")
+    env.reset(seed=0)
+    for _ in range(100):
+        seen, _, terminated, truncated, info = env.step(LET_GO)
+        if terminated or truncated:
+            break
+    assert info["lost"]
+    assert (terminated, truncated) == (lost == "terminated", lost == "truncated")
+    assert np.abs(seen["achieved_goal"]).max() <= GOAL_ROOM.max()
+
+
+@pytest.mark.parametrize(
+    ("keywords", "text"),
+    [
+        ({"reward": "thesis"}, "unknown reward 'thesis'.*; use sparse or dense"),
+        ({"lost": "ended"}, "unknown lost 'ended'.*; use terminated or truncated"),
+        ({"tolerance_mm": 0.0}, r"tolerance_mm=0.0: give a finite number above 0"),
+        ({"tolerance_deg": -1.0}, r"tolerance_deg=-1.0"),
+        ({"nearest_mm": float("inf")}, "nearest_mm=inf"),
+        ({"nearest": 10.0}, r"unknown keyword 'nearest'; did you mean nearest_mm\?"),
+    ],
+)
+def test_keywords_of_goals_that_cannot_be_are_refused(keywords: dict[str, Any], text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        to_goals(**keywords)
+
+
+def test_tolerances_are_told_in_millimetres_and_degrees() -> None:
+    assert GoalConfig().tolerance == pytest.approx((0.002, np.deg2rad(5.0)))

@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test sweep bench study lock
+.PHONY: demo test sweep bench learn study lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -23,6 +23,10 @@ bench: .venv/.dev
 	$(BIN)/python benchmarks/stepping.py
 	$(BIN)/python benchmarks/decisions.py
 	$(BIN)/python benchmarks/report_time.py
+
+# Trains every row of the learning tables: hours.
+learn: .venv/.dev
+	$(BIN)/python benchmarks/learning.py --groups default experts thesis ablations
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py

@@ -1,0 +1,69 @@
+"""Environment steps per second in the grip: State, observation, reward and auto-reset of the vector environment.
+
+Small random steps around the hold, on all cores. Compared with bare `simulator.step`, which measures the same `State`
+of as many worlds held by the same grips, in interleaved turns: what is left is the price of being an environment.
+
+Bound: at least 20,000 environment steps/s; one is a decision of 5 physics steps.
+Run: python benchmarks/environments.py
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from inhand.episodes.environment_config import EnvironmentConfig
+from inhand.episodes.environments import AsteriskVectorEnv
+from inhand.episodes.starts import SUBSTEPS
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.tasks.actions import LARGEST_STEP
+from timing import best_times, environment, verdict
+
+BATCHES = (64, 256, 1024)
+"""Numbers of environments side by side."""
+LEAST = 20_000
+"""Least environment steps per second of the best batch."""
+SHAKE = 0.1
+"""Standard deviation of the actions: 4 mrad a decision."""
+DRAWN = 64
+"""Actions drawn before the clock runs, taken in turn."""
+
+
+def measure(count: int) -> tuple[float, float]:
+    """Return environment steps and bare simulator steps per second of so many worlds, each a decision of one world."""
+    envs = AsteriskVectorEnv(count, actions="steps")
+    envs.reset(seed=0)
+    actions = SHAKE * np.random.default_rng(0).standard_normal((DRAWN, count, envs.single_action_space.shape[0]))
+    config = EnvironmentConfig()
+    hand, spec = config.held
+    pool, every = config.pool(stop=False), np.arange(count)
+    bare = MujocoSimulator(hand, [spec] * count)
+    bare.restore(every, pool.snapshot, every % len(pool))
+    held = bare.measure().targets
+    turn = {"env": 0, "bare": 0}
+
+    def step() -> None:
+        turn["env"] += 1
+        envs.step(actions[turn["env"] % DRAWN])
+
+    def step_bare() -> None:
+        turn["bare"] += 1
+        bare.step(held + LARGEST_STEP * actions[turn["bare"] % DRAWN], SUBSTEPS)
+
+    best = best_times({"env": step, "bare": step_bare}, time.perf_counter, repeats=60)
+    return count / best["env"], count / best["bare"]
+
+
+def main() -> None:
+    """Time every batch and print the rates."""
+    found = {count: measure(count) for count in BATCHES}
+    print(environment())
+    for count, (ours, bare) in found.items():
+        print(f"{count:5d} environments  {ours:9,.0f} steps/s   bare simulator {bare:9,.0f}   ratio {ours / bare:.2f}")
+    best = max(ours for ours, _ in found.values())
+    print(f"best {best:,.0f} environment steps/s  (at least {LEAST:,}: {verdict(best >= LEAST)})")
+
+
+if __name__ == "__main__":
+    main()

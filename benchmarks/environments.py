@@ -34,9 +34,9 @@ def measure(count: int) -> tuple[float, float]:
     """Return environment steps and bare simulator steps per second of so many worlds, each a decision of one world."""
     envs = AsteriskVectorEnv(count, actions="steps")
     envs.reset(seed=0)
-    actions = SHAKE * np.random.default_rng(0).standard_normal((DRAWN, count, envs.single_action_space.shape[0]))
     config = EnvironmentConfig()
     hand, spec = config.held
+    actions = SHAKE * np.random.default_rng(0).standard_normal((DRAWN, count, hand.n_joints))
     pool, every = config.pool(stop=False), np.arange(count)
     bare = MujocoSimulator(hand, [spec] * count)
     bare.restore(every, pool.snapshot, every % len(pool))

@@ -174,8 +174,9 @@ def load_trial(path: Path) -> Trial:
     raise InputError(f"{path} has trial format {head['format']}; this version reads {FORMAT}: run it again")
 
 
-def _passport(entry: dict[str, Any]) -> Passport:
-    hand = dict(entry["hand"])
+def hand_of(entry: dict[str, Any]) -> HandSpec:
+    """Return the hand that `dataclasses.asdict` and JSON have made a dict of."""
+    hand = dict(entry)
     for side in ("left", "right"):
         finger = hand[side]
         hand[side] = FingerSpec(
@@ -188,10 +189,17 @@ def _passport(entry: dict[str, Any]) -> Passport:
         )
     palm = _outlines(None if hand.get("palm") is None else [hand["palm"]])
     hand["palm"] = None if palm is None else palm[0]
-    thing = dict(entry["object"])
-    thing["size"] = tuple(thing["size"])
-    thing["corners"] = tuple((x, y) for x, y in thing.get("corners", ()))
-    return Passport(**(entry | {"hand": HandSpec(**hand), "object": ObjectSpec(**thing)}))
+    return HandSpec(**hand)
+
+
+def object_of(entry: dict[str, Any]) -> ObjectSpec:
+    """Return the object that `dataclasses.asdict` and JSON have made a dict of."""
+    corners = tuple((x, y) for x, y in entry.get("corners", ()))
+    return ObjectSpec(**(entry | {"size": tuple(entry["size"]), "corners": corners}))
+
+
+def _passport(entry: dict[str, Any]) -> Passport:
+    return Passport(**(entry | {"hand": hand_of(entry["hand"]), "object": object_of(entry["object"])}))
 
 
 def _outlines(rows: list[list[list[float]]] | None) -> tuple[Corners, ...] | None:

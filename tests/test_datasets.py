@@ -1,0 +1,224 @@
+"""Demonstrations as Minari datasets: written, read back by us and by Minari, refused where they do not fit."""
+
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from inhand.episodes.demonstrations import Recipe
+from inhand.episodes.recording import Recording, dataset_episodes, environment_spec, kind_of, record, transitions
+from inhand.episodes.starts import Noise
+from inhand.episodes.worlds import Interface
+from inhand.errors import InputError
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.objects import parse_object_name
+from inhand.trials import datasets
+from inhand.trials.datasets import (
+    DATA,
+    DatasetEpisode,
+    check_fits,
+    read_dataset,
+    read_head,
+    write_dataset,
+)
+
+HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
+GRIP, THESIS = Interface("grip", "steps", "progress", 30), Interface("thesis", "angles", "thesis", 25)
+RECORDING = Recording(
+    HAND,
+    parse_object_name("cube_39"),
+    (0.0, 90.0),
+    Recipe(episodes=6, push=0.05, midway=0.0, grasp="rough"),
+    GRIP,
+    Noise(),
+    seed=3,
+)
+HEAD = RECORDING.head("Right,Out", {"inhand": "0.1.0"})
+
+
+MISSING = "the extra `rl` is not installed"
+
+
+@pytest.fixture
+def minari() -> None:
+    """Skip where nothing can be written."""
+    pytest.importorskip("minari", reason=MISSING)
+
+
+def made_up(count: int) -> list[DatasetEpisode]:
+    """Episodes of different lengths, every other one lost."""
+    rng = np.random.default_rng(7)
+    every = []
+    for number in range(count):
+        steps = int(rng.integers(1, 9))
+        observations = rng.uniform(-1, 1, (steps + 1, HEAD.kind.size)).astype(np.float32)
+        actions, wanted = rng.uniform(-1, 1, (2, steps, HAND.n_joints)).astype(np.float32)
+        ends = (number % 2 == 1, number % 2 == 0, 45.0 * number, 0.01 * number, 0.1)
+        every.append(DatasetEpisode(observations, actions, wanted, rng.normal(size=steps), *ends, rng.normal(size=3)))
+    return every
+
+
+def assert_same(found: DatasetEpisode, expected: DatasetEpisode) -> None:
+    for name in DatasetEpisode.__dataclass_fields__:
+        one, other = getattr(found, name), getattr(expected, name)
+        np.testing.assert_array_equal(one, other, err_msg=name)
+        assert np.asarray(one).dtype == np.asarray(other).dtype, name
+
+
+@pytest.mark.usefixtures("minari")
+def test_what_is_written_is_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(datasets, "BLOCK", 3)
+    written = made_up(8)
+    write_dataset(tmp_path / "set", iter(written), HEAD)
+    head, episodes = read_dataset(tmp_path / "set")
+    assert head == HEAD == read_head(tmp_path / "set")
+    read = list(episodes)
+    assert len(read) == 8
+    for found, expected in zip(read, written, strict=True):
+        assert_same(found, expected)
+    assert [each.name for each in (tmp_path / "set").iterdir()] == [DATA]
+
+
+def test_minari_loads_it_by_id_and_by_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    minari = pytest.importorskip("minari", reason=MISSING)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    assert HEAD.dataset_id == "inhand/cube_39/ik-v0"
+    written = made_up(3)
+    folder = tmp_path / HEAD.dataset_id
+    write_dataset(folder, written, HEAD, environment_spec(RECORDING, (HAND.name, "cube_39", "Right,Out")))
+    assert list(minari.list_local_datasets()) == [HEAD.dataset_id]
+    for dataset in (minari.load_dataset(HEAD.dataset_id), minari.MinariDataset(folder / DATA)):
+        assert (dataset.id, len(dataset)) == (HEAD.dataset_id, 3)
+        assert dataset.total_steps == sum(len(each.rewards) for each in written)
+        assert dataset.observation_space.shape == (31,)
+        assert dataset.action_space.shape == (4,)
+        for found, expected in zip(dataset, written, strict=True):
+            np.testing.assert_array_equal(found.observations, expected.observations)
+            np.testing.assert_array_equal(found.actions, expected.actions)
+            np.testing.assert_array_equal(found.infos["wanted"], expected.wanted)
+            assert dataset.observation_space.contains(found.observations[0])
+            assert dataset.action_space.contains(found.actions[0])
+            assert found.terminations[-1] == expected.terminated
+            assert found.truncations[-1] == expected.truncated
+            assert not found.terminations[:-1].any()
+    spec = dataset.env_spec
+    assert (spec.id, spec.kwargs["observation"], spec.kwargs["directions"]) == (
+        "inhand/Asterisk-v0",
+        "grip",
+        "Right,Out",
+    )
+    metadata = dataset.storage.metadata
+    assert (metadata["algorithm_name"], metadata["inhand"]["head"]["kind"]["actions"]) == ("ik", "steps")
+
+
+@pytest.mark.usefixtures("minari")
+def test_recorded_episodes_keep_their_valid_decisions_alone(tmp_path: Path) -> None:
+    told: list[tuple[str, int, int]] = []
+    batches = list(record(RECORDING, lambda *what: told.append(what)))
+    assert told == [("grasps", 0, 2), ("episodes", 0, 6), ("episodes", 6, 6)]
+    (batch,) = batches
+    write_dataset(tmp_path, dataset_episodes(batch), HEAD)
+    episodes = list(read_dataset(tmp_path)[1])
+    for world, episode in enumerate(episodes):
+        steps = int(batch.valid[:, world].sum())
+        assert len(episode.rewards) == steps <= GRIP.horizon
+        assert episode.terminated == batch.terminated[world] != episode.truncated
+        assert episode.truncated == (steps == GRIP.horizon)
+        np.testing.assert_array_equal(episode.rewards, batch.rewards[:steps, world])
+        np.testing.assert_allclose(episode.observations, batch.observations[: steps + 1, world], atol=1e-7)
+        np.testing.assert_allclose(episode.actions, batch.actions[:steps, world], atol=1e-7)
+        np.testing.assert_allclose(episode.wanted, batch.wanted[:steps, world], atol=1e-7)
+        assert (episode.distance, episode.angle_deg) == (batch.distance[world], batch.angle_deg[world])
+        np.testing.assert_array_equal(episode.start, batch.starts.state.pose[world])
+    rows = transitions(episodes)
+    assert len(rows.rewards) == batch.valid.sum() == len(rows.observations) == len(rows.successors)
+    assert rows.last.sum() == len(episodes)
+    assert rows.terminated.sum() == batch.terminated.sum()
+    inner = ~rows.last[:-1]
+    np.testing.assert_array_equal(rows.successors[:-1][inner], rows.observations[1:][inner])
+    assert not np.array_equal(rows.actions, rows.wanted)
+
+
+@pytest.mark.usefixtures("minari")
+def test_a_recording_that_fails_leaves_nothing(tmp_path: Path) -> None:
+    def stopped() -> Iterator[DatasetEpisode]:
+        yield from made_up(2)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_dataset(tmp_path / "set", stopped(), HEAD)
+    assert list((tmp_path / "set").iterdir()) == []
+    write_dataset(tmp_path / "set", made_up(1), HEAD)
+    with pytest.raises(InputError, match="holds a dataset; give another folder, or remove it first"):
+        write_dataset(tmp_path / "set", made_up(1), HEAD)
+
+
+@pytest.mark.usefixtures("minari")
+def test_what_is_no_dataset_of_ours_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no dataset in .*: give the folder that `inhand record` wrote"):
+        read_dataset(tmp_path)
+    write_dataset(tmp_path, made_up(2), HEAD)
+    path = tmp_path / DATA / datasets.METADATA
+    good = json.loads(path.read_text())
+    path.write_text(json.dumps(good | {"inhand": good["inhand"] | {"format": 9}}))
+    with pytest.raises(InputError, match="has dataset format 9; this version reads 1: record it again"):
+        read_dataset(tmp_path)
+    path.write_text(json.dumps({key: value for key, value in good.items() if key != "inhand"}))
+    with pytest.raises(InputError, match=r"is no dataset of `inhand record`: KeyError\('inhand'\)"):
+        read_dataset(tmp_path)
+    path.write_text(json.dumps(good))
+    (tmp_path / DATA / "main_data.hdf5").write_bytes(b"not HDF5")
+    with pytest.raises(InputError, match=r"the episodes in .* cannot be read: .*; record them again"):
+        list(read_dataset(tmp_path)[1])
+
+
+def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    for call in (lambda: read_dataset(tmp_path), lambda: write_dataset(tmp_path, [], HEAD)):
+        with pytest.raises(InputError, match=r"a dataset needs the extra `rl`: pip install 'inhand\[rl\]'"):
+            call()
+
+
+def test_a_dataset_of_another_kind_is_refused_part_by_part() -> None:
+    check_fits(HEAD, kind_of(HAND, GRIP))
+    with pytest.raises(InputError) as error:
+        check_fits(HEAD, kind_of(parse_hand_name("2v2_65.35_65.35_1.1_53"), THESIS))
+    lines = str(error.value).splitlines()
+    assert lines[0] == (
+        "dataset inhand/cube_39/ik-v0 is of another kind than what is to learn from it: record one with the settings"
+        " here, or learn with those there"
+    )
+    assert [line.strip() for line in lines[1:4]] == [
+        "hand: 2v2_50.50_50.50_1.1_53 there, 2v2_65.35_65.35_1.1_53 here",
+        "actions: steps there, angles here",
+        "horizon: 30 decisions there, 25 here",
+    ]
+    parts = [[half.strip() for half in line.split("|")] for line in lines[4:]]
+    assert parts[0] == ["* observation grip-1 there", "thesis-1 here"]
+    assert parts[1] == ["*   2 direction, unit vector", "1 direction [rad]"]
+    assert parts[-1] == ["*   2 gaps of the fingers [m]", "-"]
+    assert len(parts) == 1 + len(HEAD.kind.table)
+
+
+def test_one_changed_part_alone_is_marked() -> None:
+    kind = kind_of(HAND, GRIP)
+    table = (*kind.table[:-1], ("gaps of the fingers [m]", 3))
+    with pytest.raises(InputError) as error:
+        check_fits(HEAD, replace(kind, table=table))
+    lines = str(error.value).splitlines()[1:]
+    assert [line for line in lines if line.strip().startswith("*")] == [lines[-1]]
+    assert [half.strip() for half in lines[-1].split("|")] == [
+        "*   2 gaps of the fingers [m]",
+        "3 gaps of the fingers [m]",
+    ]
+    with pytest.raises(InputError, match=f"hand: {HAND.name} there, {HAND.name} of other measures here$"):
+        check_fits(HEAD, replace(kind, hand=replace(HAND, friction=0.4)))
+
+
+def test_an_id_has_only_what_minari_takes() -> None:
+    strange = replace(HEAD, object=replace(HEAD.object, name="my cube.v2"), expert="ik-cautious")
+    assert strange.dataset_id == "inhand/my_cube_v2/ik-cautious-v0"

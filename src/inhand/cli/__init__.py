@@ -1,4 +1,4 @@
-"""The command line: `inhand asterisk | reach | sweep | metrics | view | hands | objects`.
+"""The command line: `inhand asterisk | reach | sweep | record | metrics | view | hands | objects`.
 
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -12,6 +12,7 @@ from typing import Annotated
 
 import tyro
 
+from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig, ReachCommand
 from inhand.study.config import SweepConfig
@@ -51,6 +52,7 @@ Command = (
     Annotated[AsteriskConfig, tyro.conf.subcommand("asterisk")]
     | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
+    | Annotated[RecordConfig, tyro.conf.subcommand("record")]
     | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
     | Annotated[ViewConfig, tyro.conf.subcommand("view")]
     | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
@@ -89,6 +91,10 @@ def _run(config: object) -> None:
         from inhand.cli.sweep import run_sweep
 
         run_sweep(config)
+    elif isinstance(config, RecordConfig):
+        from inhand.cli.record import run_record
+
+        run_record(config)
     elif isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 

@@ -1,0 +1,155 @@
+"""`inhand record`, end to end and where it refuses."""
+
+import sys
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import pytest
+
+from inhand import cli
+from inhand.cli.record import Tally, prepared, rows_of
+from inhand.cli.record_config import RecordConfig
+from inhand.errors import InputError
+from inhand.trials.datasets import MARK, read_dataset, read_head
+
+FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
+
+
+class Call(Protocol):
+    """Runs `inhand record` in this process; returns its exit code and what it printed on stdout and stderr."""
+
+    def __call__(self, *words: object) -> tuple[int, str, str]:
+        """Run it with the words of a command line."""
+
+
+@pytest.fixture
+def inhand_record(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+    """Return the command, skipped where it cannot record."""
+    pytest.importorskip("minari", reason="the extra `rl` is not installed")
+
+    def call(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["inhand", "record", *(str(word) for word in words)])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) -> None:
+    words = (
+        *FEW,
+        "--directions",
+        "Right,Out",
+        "--expert",
+        "thesis-ik",
+        "--observation",
+        "thesis",
+        "--actions",
+        "angles",
+    )
+    code, out, err = inhand_record(*words, "--reward", "thesis", "--push", 0, "--out", tmp_path / "set")
+    assert (code, err) == (0, "")
+    for text in ("thesis-ik on cube_39", "Distance [mm]", "Of the plan", "Right", "Out", "all"):
+        assert text in out
+    assert "recording: 5 of 5, " in out
+    assert f"Dataset inhand/cube_39/thesis-ik-v0: {tmp_path / 'set'}" in out
+    head, episodes = read_dataset(tmp_path / "set")
+    assert (head.kind.layout, head.kind.actions, head.kind.horizon) == ("thesis-1", "angles", 25)
+    assert (head.grasp, head.directions, head.push, head.seed) == ("rough", "Right,Out", 0.0, 2)
+    read = list(episodes)
+    assert len(read) == 5
+    assert {each.angle_deg for each in read} <= {0.0, 90.0}
+    for each in read:
+        np.testing.assert_array_equal(each.actions, each.wanted)
+    assert [each.name for each in tmp_path.iterdir()] == ["set"]
+
+
+def test_equal_seeds_give_equal_bytes_and_a_dataset_is_kept(tmp_path: Path, inhand_record: Call) -> None:
+    words = (*FEW, "--directions", "continuous", "--expert", "thesis-ik")
+    for name in ("one", "two"):
+        code, out, _ = inhand_record(*words, "--out", tmp_path / name)
+        assert code == 0
+        assert "+-22.5" in out
+    first, second = (list(read_dataset(tmp_path / name)[1]) for name in ("one", "two"))
+    for one, other in zip(first, second, strict=True):
+        assert one.observations.tobytes() == other.observations.tobytes()
+        assert one.actions.tobytes() == other.actions.tobytes()
+    before = (tmp_path / "one" / MARK).read_bytes()
+    code, _, err = inhand_record(*words, "--out", tmp_path / "one")
+    assert (code, "give another folder, or --overwrite" in err) == (2, True)
+    assert (tmp_path / "one" / MARK).read_bytes() == before
+    assert inhand_record(*words, "--seed", 5, "--out", tmp_path / "one", "--overwrite")[0] == 0
+    assert read_head(tmp_path / "one").seed == 5
+
+
+def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("inhand.cli.record.record", stopped)
+    code, out, err = inhand_record(*FEW, "--out", tmp_path / "set")
+    assert code == 130
+    assert "Stopped after 0 episodes; none of them is kept" in out
+    assert "nothing was overwritten" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--episodes", 0), "--episodes 0: give at least 1"),
+        (("--push", -1), "--push -1: give 0 or more"),
+        (("--noise-mm", "nan"), "--noise-mm nan: give 0 or more"),
+        (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),
+        (("--observation", "gripp"), "unknown observation 'gripp'; did you mean grip"),
+        (("--reward", "progres"), "unknown reward 'progres'; did you mean progress?"),
+        (("--directions", "Outt"), "unknown direction 'Outt'"),
+        (("--directions", "cw"), "cw only rotates and has no direction"),
+        (("--object", "cube_300"), "object 'cube_300' is 300.0 mm wide"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused_before_anything_is_written(
+    tmp_path: Path, inhand_record: Call, words: tuple[object, ...], told: str
+) -> None:
+    code, _, err = inhand_record(*words, "--out", tmp_path / "deep" / "set")
+    assert code == 2
+    assert told in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    from inhand.cli.record import run_record
+
+    monkeypatch.setitem(sys.modules, "minari", None)
+    with pytest.raises(InputError, match=r"`inhand record` needs the extra `rl`: pip install 'inhand\[rl\]'"):
+        run_record(RecordConfig())
+
+
+def test_a_named_or_continuous_recording_plans_the_grid_it_needs() -> None:
+    assert prepared(RecordConfig()).grid == tuple(45.0 * k for k in range(8))
+    assert len(prepared(RecordConfig(directions="continuous")).grid) == 48
+    assert len(prepared(RecordConfig(grip_spread=10.0)).grid) == 48
+
+
+def test_the_table_counts_by_direction_or_sector() -> None:
+    tally = Tally(
+        [np.array([90.0, 90.0]), np.array([70.0, -160.0])],
+        [np.array([False, True]), np.array([False, False])],
+        [np.array([0.06, 0.02]), np.array([0.05, 0.04])],
+        [np.array([0.06, 0.04]), np.array([0.1, 0.0])],
+    )
+    assert (tally.episodes, tally.drops) == (4, 1)
+    assert rows_of(tally, sectors=True) == [
+        ("Out +-22.5", "3", "1", "43.3", "0.667"),
+        ("Left +-22.5", "1", "0", "40.0", "-"),
+        ("all", "4", "1", "42.5", "0.667"),
+    ]
+    named = rows_of(tally, sectors=False)
+    assert [row[0] for row in named] == ["Out", "-160 deg", "70 deg", "all"]
+    assert named[0][1:] == ("2", "1", "40.0", "0.750")

@@ -1,0 +1,99 @@
+"""Time of recording demonstrations to a dataset, and of the prediction that tells each episode how far to go.
+
+Records what `inhand record` does by default (expert `ik`, the 8 training directions, 200 decisions an episode) into a
+temporary folder, on every core. The prediction of one grip's reach is timed alone, on one core.
+
+Bound: 5,000 episodes, planned, recorded and written, in 180 s. The smaller counts of clock and processor time: other
+work lengthens the first, and no machine that is left alone needs more than the second.
+Run: python benchmarks/demonstrations.py [--episodes 1024]
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from inhand.cli.record import prepared
+from inhand.cli.record_config import RecordConfig
+from inhand.episodes.demonstrations import Episodes
+from inhand.episodes.recording import Recording, dataset_episodes, record
+from inhand.episodes.starts import gripped, plans_for, reach_of
+from inhand.trials.datasets import DatasetEpisode, write_dataset
+from timing import best_times, environment, verdict
+
+EPISODES, MOST = 5000, 180.0
+"""Episodes of the bound, and the time they may take [s]."""
+WORLDS = 512
+"""Grips whose reach is predicted at once, as many as are recorded side by side."""
+
+
+class Clock:
+    """When the parts of a recording began."""
+
+    def __init__(self) -> None:
+        """Start."""
+        self.began: dict[str, float] = {}
+        self.waited = 0.0
+
+    def told(self, what: str, done: int, total: int) -> None:
+        """Note the time at which a part begins."""
+        del done, total
+        self.began.setdefault(what, time.perf_counter())
+
+    def episodes(self, batches: Iterator[Episodes]) -> Iterator[DatasetEpisode]:
+        """Give the episodes of batches and add up the time until each batch was there."""
+        before = time.perf_counter()
+        for batch in batches:
+            self.waited += time.perf_counter() - before
+            yield from dataset_episodes(batch)
+            before = time.perf_counter()
+
+
+def recorded(recording: Recording) -> tuple[float, float, float]:
+    """Record into a temporary folder; return the times for planning, recording and writing [s]."""
+    clock = Clock()
+    with tempfile.TemporaryDirectory() as folder:
+        write_dataset(Path(folder) / "data set", clock.episodes(record(recording, clock.told)), recording.head("", {}))
+    end = time.perf_counter()
+    planning = clock.began["episodes"] - clock.began["grasps"]
+    recording_time = clock.waited - planning
+    return planning, recording_time, end - clock.began["episodes"] - recording_time
+
+
+def prediction(recording: Recording) -> float:
+    """Return the processor time for predicting the reach of one grip [s]."""
+    held, rng = (recording.hand, recording.object), np.random.default_rng(0)
+    plans = plans_for(*held, recording.grid)
+    starts = gripped(*held, (plans, rng.choice(recording.grid, WORLDS)), rng, recording.noise)
+    best = best_times({"reach": lambda: reach_of(held, starts)}, time.process_time, repeats=5, calls=1)
+    return best["reach"] / WORLDS
+
+
+def main() -> None:
+    """Record, time, and print the rates."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--episodes", type=int, default=EPISODES)
+    count = parser.parse_args().episodes
+    recording = prepared(RecordConfig(episodes=count))
+    print(environment())
+    before = os.times()
+    parts = recorded(recording)
+    after = os.times()
+    clock, work = sum(parts), after.user + after.system - before.user - before.system
+    print(f"{count} episodes: {clock:.0f} s by the clock, {work:.0f} s of processor time")
+    for name, seconds in zip(("planning grasps", "recording", "writing"), parts, strict=True):
+        print(f"  {name:15} {seconds:6.1f} s  {seconds / clock:4.0%}")
+    print(f"Recording and writing: {count / (parts[1] + parts[2]):.1f} episodes/s by the clock")
+    whole = min(clock, work) * EPISODES / count
+    print(f"{EPISODES:,} episodes: {whole:.0f} s  (at most {MOST:.0f}: {verdict(whole <= MOST)})")
+    print(f"Predicting the reach of a grip: {1e3 * prediction(recording):.2f} ms on one core")
+
+
+if __name__ == "__main__":
+    main()

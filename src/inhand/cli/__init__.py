@@ -1,4 +1,4 @@
-"""The command line: `inhand asterisk | reach | sweep | record | metrics | view | hands | objects`.
+"""The command line: `inhand asterisk | reach | sweep | record | train | evaluate | metrics | view | hands | objects`.
 
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -12,6 +12,7 @@ from typing import Annotated
 
 import tyro
 
+from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig, ReachCommand
@@ -53,6 +54,8 @@ Command = (
     | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
     | Annotated[RecordConfig, tyro.conf.subcommand("record")]
+    | Annotated[TrainConfig, tyro.conf.subcommand("train")]
+    | Annotated[EvaluateConfig, tyro.conf.subcommand("evaluate")]
     | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
     | Annotated[ViewConfig, tyro.conf.subcommand("view")]
     | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
@@ -95,6 +98,14 @@ def _run(config: object) -> None:
         from inhand.cli.record import run_record
 
         run_record(config)
+    elif isinstance(config, TrainConfig):
+        from inhand.cli.train import run_train
+
+        run_train(config)
+    elif isinstance(config, EvaluateConfig):
+        from inhand.cli.evaluate import run_evaluate
+
+        run_evaluate(config)
     elif isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 
@@ -24,15 +25,15 @@ from inhand.trials.trial import Trial, save_trial
 
 def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, and put the finished run in its place."""
-    people, beside = _people(config), load_beside(config.beside)
+    people, beside = people_of(config), load_beside(config.beside)
     setup = prepare(config, people.trials)
     check_folder(config.out, overwrite=config.overwrite)
-    trials = _simulated(config, setup)
+    trials = simulated(config, setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
     notes = (*people.notes, *notes_of(setup.controller, config.hand, config.object))
     run = Run(config, trials, results, people.trials, notes, beside)
     with run_folder(config.out) as folder:
-        _write_trials(trials, folder)
+        write_trials(trials, folder)
         write_report(run, folder)
         content = {
             "trials": [as_entry(result) for result in results],
@@ -49,7 +50,8 @@ def run_asterisk(config: AsteriskConfig) -> None:
     say(f"Report: {config.out / 'report.md'}")
 
 
-def _people(config: AsteriskConfig) -> HumanFolder:
+def people_of(config: AsteriskConfig) -> HumanFolder:
+    """Return the recorded human trials that a run asks for."""
     if config.human is not None:
         return read_human_folder(config.human)
     if config.paths == "human":
@@ -57,7 +59,8 @@ def _people(config: AsteriskConfig) -> HumanFolder:
     return HumanFolder((), ())
 
 
-def _simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:
+def simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:
+    """Run every trial of a setup and show how far it is."""
     with Progress(
         SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
     ) as bar:
@@ -70,8 +73,9 @@ def _simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:
         return simulate(config, setup, show)
 
 
-def _write_trials(trials: tuple[Trial, ...], folder: Path) -> None:
+def write_trials(trials: Iterable[Trial], folder: Path) -> None:
+    """Write trials to the folder `trials` of a run's folder."""
     place = folder / "trials"
-    place.mkdir()
+    place.mkdir(parents=True)
     for trial in trials:
         save_trial(trial, place / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")

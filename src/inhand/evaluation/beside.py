@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inhand.errors import InputError
@@ -24,11 +24,13 @@ class Beside:
     """Its trials."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
+    told: str = "an earlier run"
+    """What a reader must know of it."""
 
     def only(self, wanted: Callable[[Trial], bool]) -> Beside:
         """Return the run with some of its trials."""
         pairs = [(t, r) for t, r in zip(self.trials, self.results, strict=True) if wanted(t)]
-        return Beside(self.name, tuple(t for t, _ in pairs), tuple(r for _, r in pairs))
+        return replace(self, trials=tuple(t for t, _ in pairs), results=tuple(r for _, r in pairs))
 
 
 def load_beside(folders: Sequence[Path]) -> tuple[Beside, ...]:

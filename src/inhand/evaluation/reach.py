@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -48,15 +49,20 @@ def limits(
         InputError: no pair of contacts holds the object at the start.
     """
     start = start_grip(hand, spec, config)
-    origin = np.array([*hand.start_position, 0.0])
     found = []
     for primitive in primitives:
-        path = straight_path(primitive)
-        end = farthest(hand, spec, origin + whole_path(path), config) or start
-        found.append(Limit(primitive, _distance(primitive, end, path.twist), end))
+        found.append(_limit((hand, spec), primitive, config) or Limit(primitive, 0.0, start))
         if progress is not None:
             progress(primitive.name)
     return tuple(found)
+
+
+@lru_cache(maxsize=128)
+def _limit(held: tuple[HandSpec, ObjectSpec], primitive: Primitive, config: ReachConfig | None) -> Limit | None:
+    """Return the limit of a primitive, None where not even its first pose has a grip; a second run of it is free."""
+    path = straight_path(primitive)
+    end = farthest(*held, np.array([*held[0].start_position, 0.0]) + whole_path(path), config)
+    return None if end is None else Limit(primitive, _distance(primitive, end, path.twist), end)
 
 
 def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = None) -> Farthest:

@@ -108,17 +108,22 @@ def _by_twist(run: Run) -> list[Run]:
 
 def _holding(run: Run, twist: float) -> Run:
     """Return the part of a run, of its people and of the runs beside it that translates and holds a twist [deg]."""
+    return only(
+        run,
+        lambda trial: trial.passport.angle_deg is not None and trial.passport.rotation_deg == twist,
+        lambda human: human.angle_deg is not None and human.twist_deg == twist,
+    )
 
-    def held(trial: Trial) -> bool:
-        return trial.passport.angle_deg is not None and trial.passport.rotation_deg == twist
 
-    rows = [i for i, trial in enumerate(run.trials) if held(trial)]
+def only(run: Run, wanted: Callable[[Trial], bool], wanted_of_people: Callable[[HumanTrial], bool]) -> Run:
+    """Return a run, its people and the runs beside it with some of their trials."""
+    rows = [i for i, trial in enumerate(run.trials) if wanted(trial)]
     return replace(
         run,
         trials=tuple(run.trials[i] for i in rows),
         results=tuple(run.results[i] for i in rows),
-        people=tuple(t for t in run.people if t.angle_deg is not None and t.twist_deg == twist),
-        beside=tuple(part for other in run.beside if (part := other.only(held)).trials),
+        people=tuple(t for t in run.people if wanted_of_people(t)),
+        beside=tuple(part for other in run.beside if (part := other.only(wanted)).trials),
     )
 
 
@@ -167,16 +172,21 @@ def _panels(run: Run, figures: Path) -> list[Picture]:
     """Draw people, earlier runs and this one side by side, where there are others."""
     if not (run.people or run.beside):
         return []
+    text = "People, earlier runs and this one on one scale"
+    return [_saved(side_by_side(run, "Side by side"), figures, _named(run, "panels"), text)]
+
+
+def side_by_side(run: Run, title: str) -> Figure:
+    """Return the figure of people, of the runs beside a run, and of the run itself, on one scale."""
     curves = direction_curves(run)
     panels = [Panel(run.name, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
     for other in reversed(run.beside):
         others, scene = tuple(direction_curves(other)), start_scene(other.trials[0])
-        panels.insert(0, Panel(other.name, "an earlier run", others, scene))
+        panels.insert(0, Panel(other.name, other.told, others, scene))
     if run.people:
         people = human_curves(run.people, [curve.name for curve in curves])
         panels.insert(0, Panel("Human", f"{len(run.people)} recorded trials", tuple(people)))
-    text = "People, earlier runs and this one on one scale"
-    return [_saved(panels_figure(panels, "Side by side"), figures, _named(run, "panels"), text)]
+    return panels_figure(panels, title)
 
 
 def _donut(run: Run, figures: Path) -> Picture:
@@ -189,6 +199,12 @@ def _donut(run: Run, figures: Path) -> Picture:
 
 
 def _radar(run: Run, figures: Path) -> Picture:
+    text = "Farthest progress [mm] and efficiency by direction"
+    return _saved(both_radars(run), figures, _named(run, "radar"), text)
+
+
+def both_radars(run: Run) -> Figure:
+    """Return the figure of distance and efficiency by direction, of people, of the runs beside a run, and of itself."""
     directions = {r.direction: r.angle_deg for r in run.results if r.angle_deg is not None}
     names = list(directions)
     series = [radar_series(other.name, by_direction(other.results), names) for other in run.beside]
@@ -196,8 +212,7 @@ def _radar(run: Run, figures: Path) -> Picture:
     if run.people:
         people = [result_of_human(t) for t in run.people]
         series.insert(0, radar_series("human", by_direction(people), names))
-    figure = radar_figure(list(directions.items()), series, "Distance and efficiency")
-    return _saved(figure, figures, _named(run, "radar"), "Farthest progress [mm] and efficiency by direction")
+    return radar_figure(list(directions.items()), series, "Distance and efficiency")
 
 
 def _replay(run: Run, figures: Path) -> Picture:

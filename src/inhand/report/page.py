@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 from inhand.evaluation.beside import Beside
 from inhand.evaluation.config import AsteriskConfig
@@ -12,6 +13,9 @@ from inhand.evaluation.results import Result
 from inhand.evaluation.table import failures, shown_columns, table_rows, with_beside
 from inhand.evaluation.versions import versions
 from inhand.trials.human_trial import HumanTrial
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 @dataclass(frozen=True)
@@ -45,44 +49,52 @@ def page(
         " fingers touching) and Gap (longest without, in simulation steps of 4 ms) are the worst trial's; Eff. is the"
         " mean efficiency.",
         "",
-        *_table(*with_beside(*shown_columns(table_rows(results, people)), beside)),
+        *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
         "",
         *_failed(results),
-        *_human(people),
+        *people_lines(people),
         *[f"* {note}" for note in notes],
         "",
         "## Figures",
         "",
-        *_shown(pictures[0]),
+        *picture_lines(pictures[0]),
         "## First trial of every direction",
         "",
-        *_shown(pictures[1]),
-        *_again(config),
+        *picture_lines(pictures[1]),
+        *again_lines(command(config)),
     ]
     return "\n".join(lines)
 
 
 def command(config: AsteriskConfig) -> str:
     """Return the command line that repeats a run, quoted for a shell."""
-    words = ["inhand", "asterisk"]
+    return shlex.join(["inhand", "asterisk", *options(config)])
+
+
+def options(config: DataclassInstance, without: Collection[str] = ()) -> list[str]:
+    """Return the words of a command line that give a configuration's settings, without some of them."""
+    words: list[str] = []
     for field in fields(config):
-        value = getattr(config, field.name)
-        option = "--" + field.name.replace("_", "-")
+        value, option = getattr(config, field.name), "--" + field.name.replace("_", "-")
+        if field.name in without:
+            continue
         if isinstance(value, bool):
             words += [option] if value else []
         elif isinstance(value, tuple):
             words += [option, *map(str, value)] if value else []
         elif value is not None:
             words += [option, str(value)]
-    return shlex.join(words)
+    return words
 
 
-def _again(config: AsteriskConfig) -> list[str]:
+def again_lines(words: str) -> list[str]:
+    """Return how a page's run is repeated, and the versions that it ran on."""
     found = ", ".join(f"{name} {version}" for name, version in versions().items())
-    return ["## Run it again", "", f"    {command(config)}", "", f"Versions: {found}.", ""]
+    return ["## Run it again", "", f"    {words}", "", f"Versions: {found}.", ""]
 
 
-def _table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
+def table_lines(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return a table as Markdown."""
     shown = [header, tuple("---" for _ in header), *rows]
     return ["| " + " | ".join(row) + " |" for row in shown]
 
@@ -94,7 +106,8 @@ def _failed(results: Sequence[Result]) -> list[str]:
     return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]
 
 
-def _human(people: Sequence[HumanTrial]) -> list[str]:
+def people_lines(people: Sequence[HumanTrial]) -> list[str]:
+    """Return what a reader must know of people's trials."""
     if not people:
         return []
     units = sorted({trial.unit for trial in people})
@@ -105,7 +118,8 @@ def _human(people: Sequence[HumanTrial]) -> list[str]:
     ]
 
 
-def _shown(pictures: Sequence[Picture]) -> list[str]:
+def picture_lines(pictures: Sequence[Picture]) -> list[str]:
+    """Return pictures, each with its text below it, as Markdown."""
     lines = []
     for picture in pictures:
         lines += [f"![{picture.text}]({picture.path})", "", f"*{picture.text}*", ""]

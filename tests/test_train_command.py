@@ -1,0 +1,228 @@
+"""`inhand train` and `inhand evaluate`: a small training end to end, stopped, gone on with, drawn and evaluated."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+import pytest
+from PIL import Image
+
+from inhand import cli
+from inhand.cli import train as command
+
+if TYPE_CHECKING:
+    from inhand.rl.training import Evaluation
+
+learns = pytest.mark.skipif(
+    importlib.util.find_spec("jax") is None, reason="learning needs the extra `rl`: pip install 'inhand[rl]'"
+)
+
+
+class Call(Protocol):
+    """Runs `inhand` in this process; returns its exit code and what it printed on stdout and stderr."""
+
+    def __call__(self, *words: object) -> tuple[int, str, str]:
+        """Run it with the words of a command line."""
+
+
+@pytest.fixture
+def inhand(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+    """Return the command."""
+
+    def call(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["inhand", *(str(word) for word in words)])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make the preset `thesis` a training of seconds: rough grips need no search, episodes take half a second."""
+    from inhand.rl import config
+
+    def preset() -> config.Training:
+        made = config.thesis()
+        return replace(
+            made,
+            interface=replace(made.interface, observation="grip", actions="steps", reward="progress", horizon=25),
+            recipe=replace(made.recipe, episodes=32, push=0.01),
+            learning=replace(made.learning, hidden=(16, 16), batch=16, imitation=1.0),
+            imitate=2000,
+            warm_up=1000,
+            worlds=10,
+            decisions=8,
+            updates=20,
+            evaluate_every=30,
+            trials=1,
+        )
+
+    monkeypatch.setitem(config.PRESETS, "thesis", preset)
+
+
+def opened(path: Path) -> tuple[int, int]:
+    with Image.open(path) as picture:
+        picture.load()
+        return picture.size
+
+
+@learns
+@pytest.mark.usefixtures("small")
+def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call) -> None:
+    run, began = tmp_path / "my run", time.perf_counter()
+    code, out, err = inhand("train", "--preset", "thesis", "--episodes", 60, "--seed", 2, "--out", run)
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert "recording demonstrations: 32 of 32" in lines
+    told = [line for line in lines if line.startswith("episode ")]
+    assert told[0].startswith("episode 0: return ")
+    assert "the expert's" in told[0]
+    assert "of the limit" in told[-1]
+    assert "updates/s" in told[-1]
+    for word in (
+        "The best policy, at episode",
+        "trained directions",
+        "unseen directions",
+        "Across [mm]",
+        "Out'-Right'",
+    ):
+        assert word in out
+    assert f"Policy: {run / 'best'}" in lines
+    for name in ("learning", "progress", "directions"):
+        assert min(opened(run / "figures" / f"{name}.png")) > 300
+    page = (run / "report.md").read_text()
+    assert page.startswith("# Training: my run\n")
+    assert "cube_39 with 2v2_50.50_50.50_1.1_53, seed 2" in page
+    assert json.loads((run / "config.json").read_text())["config"]["episodes"] == 60
+    assert time.perf_counter() - began < 40
+
+    code, _, err = inhand("train", "--out", run, "--resume")
+    assert code == 2
+    assert "is finished; its policy is in" in err
+    code, out, err = inhand("evaluate", run, "--trials", 1, "--episodes", 18, "--out", tmp_path / "evaluated")
+    assert (code, err) == (0, "")
+    assert "Trained directions: my_run | ik" in out
+    assert "Objects lost in 18 episodes: my_run " in out
+    check_evaluation(tmp_path / "evaluated")
+
+
+def check_evaluation(folder: Path) -> None:
+    """Check what an evaluation of 18 episodes leaves."""
+    content = json.loads((folder / "metrics.json").read_text())
+    assert len(content["trials"]) == len(content["expert"]["trials"]) == 18
+    assert [(t["direction"], t["trial"]) for t in content["trials"][-2:]] == [("Out", 2), ("Out-Right", 2)]
+    assert len(content["directions"]) == len(content["expert"]["directions"]) == 16
+    assert all(entry["trials"] == 1 for entry in content["directions"])
+    assert content["policy"]["seed"] == 2
+    assert len(list((folder / "trials").glob("*.npz"))) == len(list((folder / "ik" / "trials").glob("*.npz"))) == 16
+    page = (folder / "report.md").read_text()
+    for text in ("## Trained directions", "## Unseen directions", "## What failed", "figures/learning.png"):
+        assert text in page
+    failed = content["failed"]["policy"]
+    assert ("my_run: no trial failed." in page) == (not failed)
+    assert (folder / "figures" / "failures_1.png").is_file() == bool(failed)
+    assert len(list((folder / "failed" / "trials").glob("*.npz"))) == len(failed)
+    for name in ("trained_directions", "unseen_directions", "radar", "learning", "progress", "directions"):
+        assert min(opened(folder / "figures" / f"{name}.png")) > 300
+    assert "inhand evaluate" in page
+
+
+@learns
+@pytest.mark.usefixtures("small")
+def test_a_stopped_training_says_what_is_kept_and_goes_on(
+    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = tmp_path / "run"
+    evaluated = command.Watch.evaluated
+
+    def stop_at(episodes: int) -> Callable[..., None]:
+        def told(self: command.Watch, found: Evaluation) -> None:
+            evaluated(self, found)
+            if found.counters.episodes >= episodes:
+                raise KeyboardInterrupt
+
+        return told
+
+    monkeypatch.setattr(command.Watch, "evaluated", stop_at(30))
+    code, out, err = inhand("train", "--preset", "thesis", "--episodes", 60, "--out", run)
+    assert (code, err) == (130, "")
+    last, again = out.splitlines()[-2:]
+    assert last.startswith("Stopped. Kept: the run up to episode 3")
+    assert again == f"Go on with: inhand train --out {run} --resume"
+    assert not (run / "report.md").exists()
+    code, _, err = inhand("train", "--out", run, "--resume", "--seed", 3, "--episodes", 5)
+    assert code == 2
+    assert "leave out --seed, --episodes, or train anew with another --out" in err
+    code, _, err = inhand("train", "--out", run)
+    assert code == 2
+    assert "holds the results of a run; give another folder, or --overwrite" in err
+    monkeypatch.setattr(command.Watch, "evaluated", evaluated)
+    code, out, err = inhand("train", "--out", run, "--resume")
+    assert (code, err) == (0, "")
+    assert "recording demonstrations" not in out
+    assert (run / "report.md").is_file()
+
+
+def test_what_is_kept_at_each_stage(tmp_path: Path) -> None:
+    assert command.kept(tmp_path / "none")[0] == "Stopped before anything was written."
+    assert command.kept(tmp_path)[0].startswith("Stopped before all demonstrations were there")
+    (tmp_path / "ready.npz").touch()
+    first, again = command.kept(tmp_path)
+    assert first == "Stopped before the first checkpoint. Kept: grasps and demonstrations."
+    assert again.endswith("--resume")
+
+
+def test_training_is_an_extra(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "PACKAGES", ("no_such_package",))
+    code, out, err = inhand("train", "--out", tmp_path / "run")
+    assert (code, out) == (2, "")
+    assert err == "inhand: `inhand train` needs the extra `rl`: pip install 'inhand[rl]'\n"
+    assert not (tmp_path / "run").exists()
+
+
+@learns
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--episodes", "0"), "episodes 0: give at least 1"),
+        (("--hand", "2v2"), "2v2"),
+        (("--seed=-1",), "--seed -1: a seed is 0 or more"),
+        (("--resume",), "no training run in"),
+    ],
+)
+def test_wrong_trainings_are_refused(words: tuple[str, ...], text: str, tmp_path: Path, inhand: Call) -> None:
+    code, out, err = inhand("train", "--out", tmp_path / "run", *words)
+    assert (code, out) == (2, "")
+    assert text in err
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("ik",), "'ik' is no learned policy: give the folder of a run of `inhand train`"),
+        (("rl", "--last"), "--last: rl holds no last policy"),
+        (("nothing",), "unknown controller 'nothing'"),
+        (("rl", "--episodes", "0"), "--episodes 0: give at least one episode"),
+        (("rl", "--trials", "0"), "--trials 0: give at least one trial"),
+        (("rl", "--human", "nowhere"), "nowhere is not there"),
+    ],
+)
+def test_wrong_evaluations_are_refused(words: tuple[str, ...], text: str, tmp_path: Path, inhand: Call) -> None:
+    code, out, err = inhand("evaluate", *words, "--out", tmp_path / "run")
+    assert (code, out) == (2, "")
+    assert text in err
+    assert not (tmp_path / "run").exists()

@@ -19,8 +19,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-import inhand.episodes.environments  # noqa: F401 registers the environments
 from inhand.episodes.environment_config import GoalConfig
+from inhand.episodes.environments import register
 from inhand.episodes.starts import Noise, Starts, grid_of, gripped, plans_for, reach_of
 from inhand.episodes.worlds import Interface, ManipulationWorlds
 from inhand.evaluation.reach import limits
@@ -87,6 +87,7 @@ def tests() -> tuple[Starts, Array]:
 def main() -> None:
     """Train, test and print one row."""
     name, steps, seed = sys.argv[1], *(int(word) for word in [*sys.argv[2:], "128000", "0"][:2])
+    register()
     began = time.perf_counter()
     actor = learned(name, steps, seed)
     seconds = time.perf_counter() - began

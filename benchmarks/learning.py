@@ -39,33 +39,23 @@ def _half(config: Training) -> Training:
     )
 
 
-def _learning(**changes: Any) -> Change:  # noqa: ANN401 fields of `Learning` of several types
-    return lambda config: replace(config, learning=replace(config.learning, **changes))
-
-
-def _recipe(**changes: Any) -> Change:  # noqa: ANN401 fields of `Recipe` of several types
-    return lambda config: replace(config, recipe=replace(config.recipe, **changes))
-
-
-def _interface(**changes: Any) -> Change:  # noqa: ANN401 fields of `Interface` of several types
-    return lambda config: replace(config, interface=replace(config.interface, **changes))
-
-
 EIGHT = replace(default(), directions="train")
 """The default trained on the 8 directions alone, as in the thesis."""
 ABLATIONS: dict[str, Change] = {
     "default, half": lambda config: config,
     "no start from demonstrations": lambda config: replace(config, imitate=0),
     "start only, no learning after it": lambda config: replace(config, warm_up=0, episodes=1),
-    "no imitation term": _learning(imitation=0.0),
+    "no imitation term": lambda config: replace(config, learning=replace(config.learning, imitation=0.0)),
     "no demonstrations in the batch": lambda config: replace(config, expert_share=0.0),
-    "one critic": _learning(critics=1),
-    "no pushes": _recipe(push=0.0),
-    "no starts midway": _recipe(midway=0.0),
-    "no other grips": _recipe(grip_spread=0.0),
-    "way left unseen": _interface(observation="grip-open"),
-    "observation of table 3.1": _interface(observation="thesis"),
-    "actions as joint angles": _interface(actions="angles"),
+    "one critic": lambda config: replace(config, learning=replace(config.learning, critics=1)),
+    "no pushes": lambda config: replace(config, recipe=replace(config.recipe, push=0.0)),
+    "no starts midway": lambda config: replace(config, recipe=replace(config.recipe, midway=0.0)),
+    "no other grips": lambda config: replace(config, recipe=replace(config.recipe, grip_spread=0.0)),
+    "way left unseen": lambda config: replace(config, interface=replace(config.interface, observation="grip-open")),
+    "observation of table 3.1": lambda config: replace(
+        config, interface=replace(config.interface, observation="thesis")
+    ),
+    "actions as joint angles": lambda config: replace(config, interface=replace(config.interface, actions="angles")),
 }
 GROUPS: dict[str, dict[str, Training]] = {
     "default": {"default": default(), "default on 8 directions": EIGHT},

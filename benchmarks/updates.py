@@ -21,8 +21,10 @@ from inhand.rl.ddpgfd import new_learner, update_many
 from inhand.rl.replay import Columns
 from timing import best_times, environment, verdict
 
-UPDATES, COLUMNS = 500, Columns(33, 4)
+UPDATES, COLUMNS = 500, Columns(31, 4)
 LEARNING = Learning(hidden=(128, 128), batch=64)
+Torch = Any
+"""Something of PyTorch's, which is not installed where types are checked."""
 BOUND = 4.0
 """Least ratio to PyTorch."""
 
@@ -47,7 +49,7 @@ def torchs(rows: np.ndarray) -> Callable[[], None]:
 
     torch.set_num_threads(1)
 
-    def network(inputs: int, outputs: int) -> Any:  # noqa: ANN401 torch is not installed where types are checked
+    def network(inputs: int, outputs: int) -> Torch:
         return nn.Sequential(nn.Linear(inputs, 128), nn.ReLU(), nn.Linear(128, 128), nn.ReLU(), nn.Linear(128, outputs))
 
     actor, slow_actor = network(COLUMNS.d, COLUMNS.n), network(COLUMNS.d, COLUMNS.n)
@@ -55,7 +57,7 @@ def torchs(rows: np.ndarray) -> Callable[[], None]:
     optimisers = [torch.optim.Adam(net.parameters(), lr=1e-4, weight_decay=1e-4) for net in (actor, critic)]
     parts, data = COLUMNS.parts(), torch.from_numpy(rows)
 
-    def value(net: Any, observation: Any, action: Any) -> Any:  # noqa: ANN401
+    def value(net: Torch, observation: Torch, action: Torch) -> Torch:
         return net(torch.cat([observation, action], dim=-1))
 
     def run() -> None:

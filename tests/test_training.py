@@ -49,6 +49,9 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+Actor = Callable[[np.ndarray], np.ndarray]
+
+
 def _trainer(
     prepared: Path, folder: Path, config: Training = SMALL, told: Callable[[Evaluation], None] = lambda _: None
 ) -> Trainer:
@@ -76,12 +79,12 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     rounds = 0
     collect = Collector.collect
 
-    def killed(self: Collector, *given: object) -> object:
+    def killed(self: Collector, actor: Actor, decisions: int, spread: float, rng: np.random.Generator) -> object:
         nonlocal rounds
         rounds += 1
         if rounds > 14:
             raise KeyboardInterrupt
-        return collect(self, *given)  # type: ignore[arg-type]
+        return collect(self, actor, decisions, spread, rng)
 
     monkeypatch.setattr(Collector, "collect", killed)
     with pytest.raises(KeyboardInterrupt):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -82,7 +81,7 @@ def opened(path: Path) -> tuple[int, int]:
 @learns
 @pytest.mark.usefixtures("small")
 def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call) -> None:
-    run, began = tmp_path / "my run", time.perf_counter()
+    run = tmp_path / "my run"
     code, out, err = inhand("train", "--preset", "thesis", "--episodes", 60, "--seed", 2, "--out", run)
     assert (code, err) == (0, "")
     lines = out.splitlines()
@@ -107,7 +106,6 @@ def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call)
     assert page.startswith("# Training: my run\n")
     assert "cube_39 with 2v2_50.50_50.50_1.1_53, seed 2" in page
     assert json.loads((run / "config.json").read_text())["config"]["episodes"] == 60
-    assert time.perf_counter() - began < 40
 
     code, _, err = inhand("train", "--out", run, "--resume")
     assert code == 2

@@ -146,6 +146,14 @@ def test_learning_curves_show_rewards_and_losses(record: Learned) -> None:
     assert legend_texts(figure) == ["smoothed by 0.7", "as recorded"]
 
 
+def test_tiny_losses_leave_no_factor_above_their_axis(record: Learned) -> None:
+    figure = learning_figure(replace(record, actor_loss=1e-8 * (record.actor_loss - 100.0)))
+    figure.canvas.draw()
+    actor = figure.axes[3]
+    assert actor.get_yaxis().get_offset_text().get_text() == ""
+    assert all("e\N{MINUS SIGN}0" in text.get_text() for text in actor.get_yticklabels()[:2])
+
+
 def test_long_records_are_thinned_and_signed_losses_may_be_wide(tmp_path: Path) -> None:
     record = read_learning(journal(tmp_path, episodes=5 * MOST_POINTS + 1))
     wide = replace(record, actor_loss=-record.critic_loss, critic_loss=np.full(len(record.at), np.nan))

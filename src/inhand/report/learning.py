@@ -10,7 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from inhand.evaluation.learning import Evaluated, Learned
 from inhand.geometry import Array
@@ -109,7 +109,7 @@ def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figu
     )
     figure = new_figure(9.4, 5.8 + heading_height(title, subtitle))
     for number, curve in enumerate(curves):
-        place = (0.85 + 4.7 * (number % 2), 3.55 if number < 2 else 0.85, 3.65, 1.95)
+        place = (0.95 + 4.7 * (number % 2), 3.55 if number < 2 else 0.85, 3.6, 1.95)
         draw_curve(figure.add_axes(axes_box(figure, place)), curve, series_look(number).colour)
     write_heading(figure, title, subtitle)
     handles: list[Artist] = [
@@ -141,6 +141,7 @@ def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
     else:
         low, high = shown_range(values, smooth)
         ax.set_ylim(low, high)
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.5g}".replace("-", "\N{MINUS SIGN}")))
         _count_outliers(ax, int(((values < low) | (values > high)).sum()), len(values))
     ax.set_xlim(0, max(curve.end, float(at[-1]), 1.0))
     ax.xaxis.set_major_locator(MaxNLocator(5, integer=True))
@@ -269,7 +270,8 @@ def _dress_progress(axes: tuple[Axes, Axes, Axes], found: Learned) -> None:
         ax.xaxis.set_major_locator(MaxNLocator(4, integer=True))
         ax.axvline(found.best.episode, color=RULE, linewidth=1.1, zorder=1.0)
     bottom, top = axes[0].get_ylim()
-    axes[0].set_ylim(min(bottom, 0.0), max(top, 0.0))
+    bottom, top = min(bottom, 0.0), max(top, 0.0)
+    axes[0].set_ylim(bottom - 0.05 * (top - bottom) * (bottom < 0), top + 0.05 * (top - bottom) * (top > 0))
     axes[1].axhline(1.0, color=MUTED, linewidth=0.9, zorder=1.5)
     low, high = axes[1].get_ylim()
     axes[1].set_ylim(min(low, 0.0), max(high, 1.05))

@@ -32,9 +32,11 @@ CHOSEN = ("hand", "object", "directions", "seed", "episodes")
 WORDS = {
     "grasps": "planning grasps",
     "demonstrations": "recording demonstrations",
-    "expert": "measuring the expert, then imitating it",
+    "expert": "measuring the expert",
+    "imitation": "imitating the demonstrations",
+    "warm-up": "learning their values",
 }
-"""What preparations are called on the screen."""
+"""What the parts of a training are called on the screen."""
 
 
 def run_train(config: TrainConfig) -> None:
@@ -129,7 +131,7 @@ class Watch:
         """Show how far a part of the training is."""
         words = WORDS.get(what, what)
         self._bar.update(self._row, description=words, completed=done, total=total)
-        if not self._live.console.is_terminal:
+        if not self._live.console.is_terminal and what != "learning":  # evaluations tell of that
             say(f"{words}: {done} of {total}")
 
     def evaluated(self, found: Evaluation) -> None:

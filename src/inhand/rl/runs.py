@@ -141,7 +141,7 @@ def preset(name: str) -> Training:
 def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
     began = time.perf_counter()
     ready = _ready(config, out, told[0])
-    trainer = Trainer(config, ready, out, told[1])
+    trainer = Trainer(config, ready, out, told[1], told[0])
     best = trainer.run()
     sitting = {"last_sitting_s": time.perf_counter() - began}
     (out / "finished.json").write_text(json.dumps(vars(trainer.counters) | sitting) + "\n")

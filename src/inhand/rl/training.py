@@ -27,7 +27,7 @@ from inhand.rl.ddpgfd import Learner, Report, imitate_many, new_learner, update_
 from inhand.rl.journal import Journal
 from inhand.rl.networks import Network
 from inhand.rl.replay import Priorities, Replay, Rows
-from inhand.rl.setup import Ready
+from inhand.rl.setup import Ready, Told
 from inhand.rl.trying import Tried, tried
 
 CHUNK = 1000
@@ -38,6 +38,10 @@ CORRECTION = 0.5
 """Power of the importance weights, guessed between none (0) and whole (1)."""
 SHOWN_BONUS, PRIORITY_FLOOR = 0.1, 1e-3
 """What the priority of a demonstrated row, and of every row, is raised by; guessed."""
+
+
+def _quiet(what: str, done: int, total: int) -> None:
+    """Tell nobody."""
 
 
 @dataclass
@@ -77,9 +81,20 @@ class Evaluation:
 class Trainer:
     """A training run in a folder."""
 
-    def __init__(self, config: Training, ready: Ready, folder: Path, told: Callable[[Evaluation], None]) -> None:
-        """Set the run up; if the folder holds a checkpoint, go on from it."""
+    def __init__(
+        self, config: Training, ready: Ready, folder: Path, told: Callable[[Evaluation], None], progress: Told = _quiet
+    ) -> None:
+        """Set the run up; if the folder holds a checkpoint, go on from it.
+
+        Args:
+            config: what to train.
+            ready: what it starts with.
+            folder: the run's.
+            told: told every evaluation.
+            progress: told what is being done, how far it is, and how far it has to go.
+        """
         self.config, self._ready, self._folder, self._told = config, ready, folder, told
+        self._progress = progress
         self.counters = Counters()
         self._rng = np.random.default_rng((config.seed, 1))
         worlds = ManipulationWorlds(
@@ -143,6 +158,7 @@ class Trainer:
             rows = rows.reshape(CHUNK, 2 * learning.batch, -1)
             actor, moments, loss = imitate_many(actor, moments, rows, self._ready.columns, left)
             self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
+            self._progress("imitation", done + CHUNK, left)
         self._learner = self._learner._replace(actor=actor, slow_actor=actor)
 
     def _warm_up(self) -> None:
@@ -153,6 +169,7 @@ class Trainer:
             self._learner, report = self._updated(rows, weights, 0.0)
             self._learner = self._learner._replace(actor=actor, slow_actor=actor)
             self._journal.scalars("warm-up", done + CHUNK, {"critic loss": float(report.critic_loss.mean())})
+            self._progress("warm-up", done + CHUNK, self.config.warm_up)
 
     def _round(self) -> None:
         """Launch the updates, act meanwhile, and take in what both have given."""
@@ -173,6 +190,7 @@ class Trainer:
         counters.rounds += 1
         counters.seconds = time.perf_counter() - self._began
         self._journal.episodes(counters.episodes - len(ends), ends)
+        self._progress("learning", counters.episodes, config.episodes)
 
     def _updated(self, rows: Rows, weights: Rows, strength: float) -> tuple[Learner, Report]:
         found: tuple[Learner, Report] = update_many(
@@ -219,7 +237,12 @@ class Trainer:
                 if chosen.any():
                     bonus = SHOWN_BONUS if which == 0 else 0.0
                     self._priorities[which].learn(numbers[which], priority[chosen] + bonus)
-        told = {"critic loss": losses[0].mean(), "actor loss": np.nanmean(losses[1]), "expert share": self.share}
+        told = {
+            "critic loss": losses[0].mean(),
+            "actor loss": np.nanmean(losses[1]),
+            "expert share": self.share,
+            "updates": self.counters.updates + len(losses[0]),
+        }
         self._journal.scalars("learning", self.counters.episodes, {name: float(value) for name, value in told.items()})
 
     def _evaluate(self) -> None:

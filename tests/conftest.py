@@ -1,8 +1,12 @@
 """Fixtures shared by the tests."""
 
+import sys
 from pathlib import Path
 
 import pytest
+
+from commands import Call
+from inhand import cli
 
 
 @pytest.fixture(scope="session")
@@ -12,3 +16,20 @@ def asterisk_data() -> Path:
     if not folder.is_dir():
         pytest.skip("the recorded human trials (shared/asterisk-data beside the repository) are not here")
     return folder
+
+
+@pytest.fixture
+def inhand(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+    """Return the command."""
+
+    def call(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["inhand", *(str(word) for word in words)])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call

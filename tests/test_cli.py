@@ -5,39 +5,14 @@ import importlib.util
 import json
 import sys
 from pathlib import Path
-from typing import Protocol
 
 import pytest
 from PIL import Image
 
-from inhand import cli
+from commands import Call
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SCRIPT = Path(sys.executable).with_name("inhand")
-
-
-class Call(Protocol):
-    """Runs `inhand` in this process; returns its exit code and what it printed on stdout and stderr."""
-
-    def __call__(self, *words: object) -> tuple[int, str, str]:
-        """Run it with the words of a command line."""
-
-
-@pytest.fixture
-def inhand(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
-    """Return the command."""
-
-    def call(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["inhand", *(str(word) for word in words)])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
 
 
 def in_a_process(program: Path | str, *words: Path | str) -> tuple[int, str, str]:

@@ -2,12 +2,11 @@
 
 import sys
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import pytest
 
-from inhand import cli
+from commands import Call
 from inhand.cli.record import Tally, prepared, rows_of
 from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
@@ -16,29 +15,11 @@ from inhand.trials.datasets import MARK, read_dataset, read_head
 FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
 
 
-class Call(Protocol):
-    """Runs `inhand record` in this process; returns its exit code and what it printed on stdout and stderr."""
-
-    def __call__(self, *words: object) -> tuple[int, str, str]:
-        """Run it with the words of a command line."""
-
-
 @pytest.fixture
-def inhand_record(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
+def inhand_record(inhand: Call) -> Call:
     """Return the command, skipped where it cannot record."""
     pytest.importorskip("minari", reason="the extra `rl` is not installed")
-
-    def call(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["inhand", "record", *(str(word) for word in words)])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
+    return lambda *words: inhand("record", *words)
 
 
 def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) -> None:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import pytest
 from PIL import Image
 
-from inhand import cli
+from commands import Call
 from inhand.cli import train as command
 
 if TYPE_CHECKING:
@@ -22,30 +21,6 @@ if TYPE_CHECKING:
 learns = pytest.mark.skipif(
     importlib.util.find_spec("jax") is None, reason="learning needs the extra `rl`: pip install 'inhand[rl]'"
 )
-
-
-class Call(Protocol):
-    """Runs `inhand` in this process; returns its exit code and what it printed on stdout and stderr."""
-
-    def __call__(self, *words: object) -> tuple[int, str, str]:
-        """Run it with the words of a command line."""
-
-
-@pytest.fixture
-def inhand(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Call:
-    """Return the command."""
-
-    def call(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["inhand", *(str(word) for word in words)])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return call
 
 
 @pytest.fixture

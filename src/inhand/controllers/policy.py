@@ -73,7 +73,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
         "layers": len(policy.weights),
         "observation": policy.observation,
         "layout": layout.name,
-        "parts": [[part.name, part.fixed, part.for_joint] for part in layout.parts],
+        "parts": layout.card(),
         "actions": policy.actions,
         "grasp": policy.grasp,
         "trained": policy.trained,
@@ -118,11 +118,10 @@ def _check_card(card: dict[str, Any], folder: Path) -> None:
     if card["format"] != FORMAT:
         raise InputError(f"{folder} has policy format {card['format']}; this version reads {FORMAT}: train it again")
     layout = find_layout(card["observation"])
-    ours = [[part.name, part.fixed, part.for_joint] for part in layout.parts]
-    if card["layout"] != layout.name or card["parts"] != ours:
+    if card["layout"] != layout.name or card["parts"] != layout.card():
         raise InputError(
             f"{folder} was trained on other observations than this version gives: train it again\n"
-            + both_layouts((card["layout"], card["parts"]), (layout.name, ours))
+            + both_layouts((card["layout"], card["parts"]), (layout.name, layout.card()))
         )
 
 

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from inhand.controllers.policy import both_layouts
+from inhand.episodes.recording import Told
 from inhand.errors import InputError
 from inhand.evaluation.folder import check_folder
 from inhand.evaluation.versions import versions
 from inhand.rl.config import PRESETS, Learning, Training
-from inhand.rl.setup import Ready, Told, load_ready, make_ready, save_ready
+from inhand.rl.setup import Ready, load_ready, make_ready, save_ready
 from inhand.rl.training import Evaluation, Trainer
 from inhand.sim.spec_files import load_hand, load_object
 from inhand.tasks.observations import find_layout
@@ -164,12 +165,11 @@ def _ready(config: Training, out: Path, told: Told) -> Ready:
 def card_of(config: Training) -> dict[str, Any]:
     """Return what a run's folder says of itself."""
     layout = find_layout(config.interface.observation)
-    parts = [[part.name, part.fixed, part.for_joint] for part in layout.parts]
     found = versions()
     return {
         "format": FORMAT,
         "version": found["inhand"].partition(" ")[0],
-        "layout": [layout.name, parts],
+        "layout": [layout.name, layout.card()],
         "config": asdict(config),
         "versions": found,
     }

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from inhand.episodes.demonstrations import Episodes, demonstrations, recorded
+from inhand.episodes.recording import Told
 from inhand.episodes.starts import Starts, grid_of, gripped, joined, plans_for, reach_of
 from inhand.evaluation.reach import limits
 from inhand.geometry import Array
@@ -22,8 +23,6 @@ from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is, and how far it has to go."""
 TEST_SEED = 9000
 """Added to a run's seed for the starts that it is measured from."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.controllers.policy import Policy, save_policy
+from inhand.episodes.recording import Told
 from inhand.episodes.worlds import ManipulationWorlds
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -27,7 +28,7 @@ from inhand.rl.ddpgfd import Learner, Report, imitate_many, new_learner, update_
 from inhand.rl.journal import Journal
 from inhand.rl.networks import Network
 from inhand.rl.replay import Priorities, Replay, Rows
-from inhand.rl.setup import Ready, Told
+from inhand.rl.setup import Ready
 from inhand.rl.trying import Tried, tried
 
 CHUNK = 1000

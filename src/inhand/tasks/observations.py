@@ -73,6 +73,10 @@ class Layout:
         """Return how many numbers an observation has."""
         return sum(part.size(hand) for part in self.parts)
 
+    def card(self) -> list[list[str | int]]:
+        """Return what files say of the parts: name, numbers with every hand, numbers for each joint."""
+        return [[part.name, part.fixed, part.for_joint] for part in self.parts]
+
     def table(self, hand: HandSpec) -> tuple[tuple[str, int], ...]:
         """Return name and size of every part."""
         return tuple((part.name, part.size(hand)) for part in self.parts)

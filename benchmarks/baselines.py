@@ -23,9 +23,9 @@ from inhand.episodes.environment_config import GoalConfig
 from inhand.episodes.environments import register
 from inhand.episodes.starts import Noise, Starts, grid_of, gripped, plans_for, reach_of
 from inhand.episodes.worlds import Interface, ManipulationWorlds
-from inhand.evaluation.reach import limits
 from inhand.geometry import Array
 from inhand.tasks.primitives import TRAIN, UNSEEN
+from inhand.tasks.reach import limits
 from timing import environment
 
 INTERFACE = Interface("grip", "steps", "progress", horizon=200)

@@ -11,7 +11,6 @@ import pytest
 from inhand.cli.reach import run_reach
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig, ReachCommand
-from inhand.evaluation.reach import limits, start_grip
 from inhand.evaluation.results import as_entry, by_direction, result_of_trial, summary_of
 from inhand.evaluation.run import prepare, simulate
 from inhand.evaluation.table import HEADER, table_rows
@@ -20,6 +19,7 @@ from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.objects import CATALOGUE
 from inhand.sim.reach.limits import ReachConfig
 from inhand.tasks.primitives import TURNS, parse_directions, with_twists
+from inhand.tasks.reach import limits, start_grip
 from inhand.trials.trial import TWIST, Trial, load_trial, save_trial
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")

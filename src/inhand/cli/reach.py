@@ -11,7 +11,6 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from inhand.cli.terminal import print_table, say
 from inhand.evaluation.config import ReachCommand
 from inhand.evaluation.folder import check_folder, run_folder
-from inhand.evaluation.reach import Limit, limits, start_grip
 from inhand.evaluation.results import write_json
 from inhand.evaluation.versions import versions
 from inhand.report.reach import reach_figure
@@ -20,6 +19,7 @@ from inhand.sim.fit import check_fit
 from inhand.sim.reach.limits import ReachConfig
 from inhand.sim.spec_files import load_hand, load_object
 from inhand.tasks.primitives import parse_directions, with_twists
+from inhand.tasks.reach import Limit, limits, start_grip
 
 MARK = "reach.json"
 """The file that marks a folder as one of this command."""

@@ -23,7 +23,7 @@ class Task:
     objects: tuple[ObjectSpec, ...]
     """The object of each world."""
     paths: Array
-    """Object poses relative to where manipulation starts, in palm axes `(B, S, 3)` [m, m, rad]."""
+    """Object poses relative to `start`, in palm axes `(B, S, 3)` [m, m, rad]."""
     progress: Array
     """Way along the path to each of those poses `(B, S)` [m]; turning counts as an arc at a fixed arm."""
     control_period: float
@@ -32,6 +32,8 @@ class Task:
     """Physics step [s]."""
     distance: Array | None = None
     """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
+    start: Array | None = None
+    """Pose that each path counts from `(B, 3)`; None for where the object is when its controller begins."""
 
     @property
     def n_worlds(self) -> int:

@@ -52,6 +52,9 @@ class IkConfig:
     """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
     friction_share: float = 0.96
     """Share of the friction coefficient that the predicted grip may use."""
+    push: float = 0.0
+    """Force on the object along its path, where its position is not controlled then [N]: hybrid force/position control,
+    for pushing against what resists."""
     settle: float = 0.3
     """Time for which the object is held at the end of its path [s]."""
 
@@ -70,7 +73,9 @@ class IkController:
         known = self._task.distance
         self.limit = follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known
         n = state.n_worlds
-        self._start = state.pose
+        way = self._task.paths[:, -1, :2]
+        self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
+        self._start = state.pose if self._task.start is None else self._task.start
         self._rest = state.joint_angles
         self._progress = np.zeros(n)
         self._speed = np.zeros(n)
@@ -82,6 +87,9 @@ class IkController:
         config, hand = self.config, self._task.hand
         pose = state.pose
         wanted, velocity = self._wanted(pose)
+        push = config.push * self._ahead
+        if config.push:
+            wanted[:, :2] -= (wanted[:, :2] * self._ahead).sum(axis=-1, keepdims=True) * self._ahead
         targets = state.joint_angles.copy()
         line = state.finger_points[:, 1] - state.finger_points[:, 0]
         line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
@@ -94,7 +102,7 @@ class IkController:
             posture = config.posture * (self._rest[:, place] - angles) if len(finger.links) > 2 else None
             joint_step = damped_least_squares(jacobian, step, config.damping, posture)
             joint_velocity = damped_least_squares(jacobian, _carried(velocity, arm), config.damping)
-            force = config.grip * line * (1 - 2 * i)
+            force = config.grip * line * (1 - 2 * i) + push / len(hand.fingers)
             torque = (jacobian * force[..., None]).sum(axis=-2)
             targets[:, place] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
         return targets

@@ -32,6 +32,9 @@ STILL_WAY = 3e-4
 """A policy that has gained less along the primitive [m] during"""
 STILL_TIME = 0.5
 """this time [s] holds, and its episode is over."""
+MARGIN = (0.003, 0.16)
+"""What a policy keeps from where its grip is predicted to end: distance [m], and angle [rad] where the path turns. A
+millimetre more than the expert keeps, because a policy holds less exactly."""
 BENT = 1e-6
 """Paths that turn or leave their line by more are not straight [m or rad]."""
 
@@ -151,7 +154,8 @@ class PolicyController:
 
     def begin(self, state: State) -> None:
         """Start a primitive where the object is now."""
-        self._aim = Aim(self._angle, state.pose, self._distance(state))
+        start = state.pose if self._task.start is None else self._task.start
+        self._aim = Aim(self._angle, start, self._distance(state))
         self._best = np.zeros(state.n_worlds)
         self._still = np.zeros(state.n_worlds)
 
@@ -159,8 +163,7 @@ class PolicyController:
         """Return the way to go `(B,)` [m]: as the task says, or as far as the grip held now is predicted to reach."""
         if self._task.distance is not None:
             return self._task.distance
-        config = IkConfig()
-        return follow_limit(self._task, state, config.friction_share, config.margin)
+        return carried_by(self._task, state)
 
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
@@ -174,6 +177,11 @@ class PolicyController:
         self._best = np.where(gained, along, self._best)
         self._still = np.where(gained, 0.0, self._still + self._task.control_period)
         return np.asarray(self._still >= STILL_TIME)
+
+
+def carried_by(task: Task, state: State) -> Array:
+    """Return how far the grips held now carry their objects along the task's paths, for a policy `(B,)` [m]."""
+    return follow_limit(task, state, IkConfig().friction_share, MARGIN)
 
 
 def straight_angles(paths: Array) -> Array:

@@ -46,7 +46,7 @@ class ThesisIkController:
 
     def begin(self, state: State) -> None:
         """Start from where the object is."""
-        self._start = state.pose
+        self._start = state.pose if self._task.start is None else self._task.start
         self._step = np.zeros(state.n_worlds, dtype=np.int64)
 
     def act(self, state: State) -> Array:

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from inhand.controllers.catalogue import Grasp
 from inhand.controllers.controller import Controller, Task
 from inhand.controllers.joint import JointPid
 from inhand.geometry import Array, way_along
+from inhand.sim.hands import HandSpec
 from inhand.trials.trial import MANIPULATE, TWIST
+
+SPREAD = 0.2
+"""How far the proximal joints start outside the opened grasp [rad]."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +34,16 @@ class Phase:
     """Whether a contact that stays lost ends a world's episode, and running out of time as well."""
 
 
+def placed_joints(hand: HandSpec, grasp: Grasp) -> Array:
+    """Return joint angles `(B, n_joints)` [rad] that episodes start in: opened, the proximal joints farther out."""
+    joints = grasp.opened.copy()
+    for finger, place in zip(hand.fingers, hand.slices, strict=True):
+        joints[:, place.start] -= finger.bend * SPREAD
+    return np.clip(joints, hand.limits[:, 0], hand.limits[:, 1])
+
+
 def standard_phases(
-    grasp: Grasp, manipulate: Callable[[Task], Controller], twists: Array | None = None
+    grasp: Grasp, manipulate: Callable[[Task], Controller], twists: Array | None = None, longest: float = 8.0
 ) -> tuple[Phase, ...]:
     """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with a twist before the last if asked.
 
@@ -37,6 +51,7 @@ def standard_phases(
         grasp: joint poses of the first two.
         manipulate: makes the controller of the last, and of the twist.
         twists: poses on the spot `(B, S, 3)` that turn the object before manipulation starts.
+        longest: time after which manipulation ends [s].
     """
     phases = [
         Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
@@ -48,4 +63,4 @@ def standard_phases(
             return manipulate(replace(task, paths=twists, progress=way_along(twists)))
 
         phases.append(Phase(TWIST, turn, longest=3.0, keep_contact=True))
-    return (*phases, Phase(MANIPULATE, manipulate, longest=8.0, keep_contact=True))
+    return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from inhand.controllers.catalogue import GraspKind, direction_plans, rough_plan
 from inhand.controllers.controller import Task
-from inhand.controllers.follow import follow_limit
 from inhand.controllers.grasp_search import GraspPlan
-from inhand.controllers.ik import IkConfig
 from inhand.controllers.joint import JointPid
+from inhand.controllers.policy import carried_by
 from inhand.controllers.rehearsal import closing_joints
 from inhand.errors import InputError
 from inhand.geometry import Array, way_along
@@ -88,8 +87,7 @@ def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance:
 
 def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
-    config = IkConfig()
-    return follow_limit(straight_task(held, starts.angle_deg), starts.state, config.friction_share, config.margin)
+    return carried_by(straight_task(held, starts.angle_deg), starts.state)
 
 
 def grid_of(angles_deg: Array) -> tuple[float, ...]:

@@ -122,6 +122,10 @@ class ManipulationWorlds:
         )
         return self._observation.copy()
 
+    def stagger(self) -> None:
+        """Cut the episodes under way short, each at a drawn decision, so that worlds do not all end theirs at once."""
+        self._steps = self.rng.integers(self.interface.horizon, size=self.count)
+
     def step(self, actions: Array) -> Step:
         """Take a decision `(B, n)` in every world; worlds whose episode ends start the next one.
 

@@ -10,13 +10,12 @@ import numpy as np
 from inhand.controllers.catalogue import ControllerEntry, check_known, find_controller
 from inhand.controllers.controller import Task
 from inhand.episodes.loop import run_episodes
-from inhand.episodes.phases import standard_phases
+from inhand.episodes.phases import placed_joints, standard_phases
 from inhand.episodes.record import cut_trials
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.reach import limits
 from inhand.evaluation.versions import versions
-from inhand.geometry import Array, way_along
+from inhand.geometry import way_along
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.engine import Simulator
 from inhand.sim.fit import check_fit
@@ -24,15 +23,14 @@ from inhand.sim.hands import HandSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.spec_files import load_hand, load_object
-from inhand.tasks.paths import ReferencePath, human_path, straight_path, twist_poses, whole_path
+from inhand.tasks.paths import ReferencePath, human_path, stacked, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
+from inhand.tasks.reach import limits
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Passport, Trial
 
 SUBSTEPS = 5
 """Physics steps for one decision of a controller."""
-SPREAD = 0.2
-"""How far the proximal joints start outside the opened grasp [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,15 +113,11 @@ def simulate(
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
     start = origin + spread * rng.standard_normal((count, 3))
     grasp = setup.controller.grasp(hand, setup.object, origin + whole, start)
-    joints = grasp.opened.copy()
-    for finger, place in zip(hand.fingers, hand.slices, strict=True):
-        joints[:, place.start] -= finger.bend * SPREAD
-    joints = np.clip(joints, hand.limits[:, 0], hand.limits[:, 1])
     timestep = simulator.timestep
     task = Task(hand, simulator.objects, paths, way_along(paths), SUBSTEPS * timestep, timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
     phases = standard_phases(grasp, setup.controller.manipulate, twists)
-    recording = run_episodes(simulator, task, phases, simulator.reset(start, joints), progress)
+    recording = run_episodes(simulator, task, phases, simulator.reset(start, placed_joints(hand, grasp)), progress)
     return cut_trials(recording, phases, _passports(config, setup, timestep, reach), paths)
 
 
@@ -167,9 +161,3 @@ def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanT
             f" {', '.join(have) or 'none'}: ask for those with --directions, or use --paths straight"
         )
     return [human_path(trial) for trial in trials]
-
-
-def stacked(paths: Sequence[Array]) -> Array:
-    """Return paths `(S, 3)` of different lengths as one array `(B, S, 3)`, shorter ones held at their last waypoint."""
-    longest = max(len(path) for path in paths)
-    return np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in paths])

@@ -9,7 +9,7 @@ import numpy as np
 from inhand.evaluation.beside import Beside
 from inhand.evaluation.results import Result, averaged, by_direction, mean_fraction, result_of_human
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
+from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, TIME_OUT
 
 HEADER = (
     "Direction",
@@ -30,7 +30,7 @@ NOTHING = "-"
 """A cell without a value."""
 NO_VERDICT = "A simulation that diverged says nothing about the hand: lower its stiffness, torque or physics step."
 """Follows a sentence about trials of which one diverged."""
-WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, TIME_OUT, REACHED)
+WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, STOPPED, TIME_OUT, REACHED)
 
 
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:

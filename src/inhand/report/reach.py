@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from inhand.evaluation.reach import Limit
 from inhand.geometry import transform
 from inhand.report.asterisk import add_legend, direction_handles, draw_asterisk
 from inhand.report.curves import PathCurve, curves_extent, limit_outline
@@ -17,6 +16,7 @@ from inhand.report.style import axes_box, direction_colour, heading_height, new_
 from inhand.sim.hands import HandSpec
 from inhand.sim.objects import ObjectSpec, polygon
 from inhand.sim.reach.limits import Farthest
+from inhand.tasks.reach import Limit
 
 AXES_WIDTH_IN = 5.2
 LEGEND_WIDTH_IN = 1.5

@@ -43,6 +43,7 @@ class Collector:
         self._at = np.zeros(count, dtype=np.int64)
         self._noise = np.zeros((count, columns.n))
         self._observation = worlds.reset()
+        worlds.stagger()
         self._observations[:, 0] = self._observation
 
     def collect(

@@ -133,14 +133,14 @@ def default() -> Training:
             value_weight=0.3,
         ),
         imitate=12000,
-        warm_up=4000,
+        warm_up=3000,
         episodes=600,
         worlds=128,
         decisions=20,
         updates=500,
         expert_share=0.5,
         share_kept=1.0,
-        evaluate_every=100,
+        evaluate_every=50,
     )
 
 

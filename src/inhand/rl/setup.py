@@ -11,7 +11,6 @@ import numpy as np
 from inhand.episodes.demonstrations import Episodes, demonstrations, recorded
 from inhand.episodes.recording import Told
 from inhand.episodes.starts import Starts, grid_of, gripped, joined, plans_for, reach_of
-from inhand.evaluation.reach import limits
 from inhand.geometry import Array
 from inhand.rl.config import Training
 from inhand.rl.replay import Columns, Replay, rows_of
@@ -22,6 +21,7 @@ from inhand.sim.spec_files import load_hand, load_object
 from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
+from inhand.tasks.reach import limits
 
 TEST_SEED = 9000
 """Added to a run's seed for the starts that it is measured from."""

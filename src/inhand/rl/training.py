@@ -32,7 +32,7 @@ from inhand.rl.setup import Ready
 from inhand.rl.trying import Tried, tried
 
 CHUNK = 1000
-"""Updates of the actor's imitation and of the critic's warm-up that run at a time."""
+"""Updates of the actor's imitation that run at a time."""
 PRIORITY = 0.3
 """Exponent of the priorities (DDPGfD paper)."""
 CORRECTION = 0.5
@@ -164,18 +164,19 @@ class Trainer:
 
     def _warm_up(self) -> None:
         """Fit the critic to the demonstrations; the actor stays as it is."""
-        for done in range(0, self.config.warm_up, CHUNK):
+        chunk = self.config.updates
+        for done in range(0, self.config.warm_up, chunk):
             actor = self._learner.actor
-            rows, weights, _ = self._draw(CHUNK, 1.0)
+            rows, weights, _ = self._draw(chunk, 1.0)
             self._learner, report = self._updated(rows, weights, 0.0)
             self._learner = self._learner._replace(actor=actor, slow_actor=actor)
-            self._journal.scalars("warm-up", done + CHUNK, {"critic loss": float(report.critic_loss.mean())})
-            self._progress("warm-up", done + CHUNK, self.config.warm_up)
+            self._journal.scalars("warm-up", done + chunk, {"critic loss": float(report.critic_loss.mean())})
+            self._progress("warm-up", done + chunk, self.config.warm_up)
 
     def _round(self) -> None:
         """Launch the updates, act meanwhile, and take in what both have given."""
         config, counters = self.config, self.counters
-        begun = len(self._agent) >= config.learning.batch * 10 or self.share == 1.0
+        begun = len(self._agent) >= config.learning.batch or self.share == 1.0
         drawn = self._draw(config.updates, self.share) if begun else None
         acting = self._policy(self._learner.actor)
         launched = None if drawn is None else self._updated(drawn[0], drawn[1], 1.0)

@@ -59,9 +59,11 @@ class BulletSimulator:
             scenes: what surrounds them, one for all or one for each world.
 
         Raises:
-            InputError: PyBullet is not installed, no objects are given, or not as many scenes as objects.
+            InputError: PyBullet is not installed, no objects are given, not as many scenes as objects, or walls.
         """
         self._scenes = scene_of_each(objects, scenes)
+        if any(scene.walls for scene in self._scenes):
+            raise InputError("walls with the engine 'bullet', which has none here: use the engine 'mujoco'")
         self.hand = hand
         self.objects = tuple(objects)
         self.timestep = self._scenes[0].timestep

@@ -20,6 +20,7 @@ from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
 from inhand.sim.outlines import centroid, second_moments
 from inhand.sim.polygons import is_box
 from inhand.sim.shapes import link_outline, palm_outline
+from inhand.sim.walls import Wall
 
 
 def scene_of_each(objects: Sequence[ObjectSpec], scenes: SceneSpec | Sequence[SceneSpec] | None) -> list[SceneSpec]:
@@ -53,6 +54,8 @@ class SceneSpec:
     """Friction coefficient of the plane (the laboratory's RL setting)."""
     gravity: float = 9.81
     """Gravity along -z [m/s^2]."""
+    walls: tuple[Wall, ...] = ()
+    """Fixed walls, which object and links run against. `check_walls` tells whether one stands in the object."""
 
     def __post_init__(self) -> None:
         """Refuse surroundings that no simulation has."""
@@ -65,11 +68,17 @@ class SceneSpec:
 
 
 RIMS = ("low", "high")
-"""The rims of a fingertip that touch the object."""
+"""The rims of a fingertip that touch the object, and the ribs of a wall."""
 RIM_HEIGHT = 0.003
 """Half the height of a rim [m], guessed."""
 RIM_TAPER = 0.97
 """Size of a rim's ends against its middle, guessed: steep enough that only the middle touches."""
+WALL_MARGIN = 0.01
+"""How far a wall stands above the object and the fingers [m], guessed."""
+RIB_HEIGHT = 0.0005
+"""Half the height of a wall's rib [m], guessed."""
+POINT = 1e-6
+"""Radius of the points on the corners of an object [m], guessed: far below the depth of a contact."""
 LINK_SENSOR_SIZE = 7
 """Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
@@ -81,6 +90,7 @@ def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.Mj
     for finger, names in zip(hand.fingers, links, strict=True):
         _add_rims(mj, names[-1], link_outline(hand, finger, len(finger.links) - 1), hand.thickness)
     _add_pairs(mj, links, hand, spec, scene)
+    _add_walls(mj, links[0] + links[1], hand, spec, scene)
     return mj.compile()
 
 
@@ -252,6 +262,55 @@ def _add_pairs(mj: mujoco.MjSpec, links: list[list[str]], hand: HandSpec, spec: 
     for piece in pieces:
         _pair(mj, "palm", piece, grip, scene)
         _pair(mj, "floor", piece, scene.floor_friction * spec.friction, scene)
+
+
+def _add_walls(mj: mujoco.MjSpec, links: list[str], hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> None:
+    """Add the walls, each a box with two ribs in its face, and what they touch.
+
+    Objects that are no boxes would have one contact with a box, anywhere on a side that lies on its face, and tip or
+    rock. They touch the ribs instead, low and high, and polygons the box with points on their corners as well.
+    """
+    points = _add_points(mj, spec) if scene.walls and spec.shape == "polygon" and not is_box(polygon(spec)) else []
+    top = max(spec.height, (spec.height + hand.thickness) / 2) + WALL_MARGIN
+    for number, wall in enumerate(scene.walls):
+        name = f"wall_{number}"
+        ribs = [f"{name}_{side}" for side in RIMS]
+        _add_wall_box(mj, name, wall, (0.0, top))
+        for rib, height in zip(ribs, _rib_heights(spec), strict=True):
+            _add_wall_box(mj, rib, wall, (height - RIB_HEIGHT, height + RIB_HEIGHT))
+        for link in links:
+            _pair(mj, name, link, wall.friction * hand.friction, scene)
+        touching = [(name, point) for point in points]
+        for piece, corners in zip(_piece_names(spec), convex_pieces(spec), strict=True):
+            touching += [(part, piece) for part in ([name] if is_box(corners) else ribs)]
+        for part, piece in touching:
+            _pair(mj, part, piece, wall.friction * spec.friction, scene)
+
+
+def _rib_heights(spec: ObjectSpec) -> tuple[float, float]:
+    """Return the heights above the floor [m] at which an object that is no box touches walls."""
+    return spec.height / 4, 3 * spec.height / 4
+
+
+def _add_points(mj: mujoco.MjSpec, spec: ObjectSpec) -> list[str]:
+    """Add massless points on the corners of a polygon, low and high; return their names."""
+    names = []
+    for number, corner in enumerate(polygon(spec)):
+        for side, height in zip(RIMS, _rib_heights(spec), strict=True):
+            names.append(f"corner_{number}_{side}")
+            place = [*corner, height - spec.height / 2]
+            _geom(mj.body("object"), names[-1], mujoco.mjtGeom.mjGEOM_SPHERE, [POINT, 0, 0], pos=place)
+    return names
+
+
+def _add_wall_box(mj: mujoco.MjSpec, name: str, wall: Wall, heights: tuple[float, float]) -> None:
+    """Add a box over a wall's outline between two heights [m]."""
+    low, high = heights
+    half = [wall.thickness / 2, wall.length / 2, (high - low) / 2]
+    place = [*wall.outline.mean(axis=0), (low + high) / 2]
+    geom = _geom(mj.worldbody, name, mujoco.mjtGeom.mjGEOM_BOX, half, pos=place)
+    angle = np.deg2rad(wall.normal_deg)
+    geom.quat = [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]
 
 
 def _pair(mj: mujoco.MjSpec, first: str, second: str, friction: float, scene: SceneSpec) -> None:

@@ -59,14 +59,15 @@ class MujocoSimulator:
             hand: the hand of every world.
             objects: the object of each world; all of one shape and, as polygons, of as many corners in every convex
                 piece; sizes and masses may differ.
-            scenes: what surrounds them, one for all or one for each world.
+            scenes: what surrounds them, one for all or one for each world; all with as many walls.
             threads: threads to step on; 0 uses every core.
 
         Raises:
-            InputError: no objects, objects of different shapes, or as many scenes as objects are not given.
+            InputError: no objects, objects of different shapes, scenes of different timesteps or numbers of walls, or
+                as many scenes as objects are not given.
         """
         surroundings = scene_of_each(objects, scenes)
-        _check_alike(objects)
+        _check_alike(objects, surroundings)
         self.hand = hand
         self.objects = tuple(objects)
         self.timestep = surroundings[0].timestep
@@ -155,8 +156,8 @@ class MujocoSimulator:
             now.qacc_warmstart[wild] = 0.0
 
 
-def _check_alike(objects: Sequence[ObjectSpec]) -> None:
-    """Refuse objects whose models would differ in more than numbers."""
+def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> None:
+    """Refuse objects and scenes whose models would differ in more than numbers."""
     if len({spec.shape for spec in objects}) > 1:
         raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
     cuts = {tuple("a box" if is_box(p) else f"{len(p)} corners" for p in convex_pieces(spec)) for spec in set(objects)}
@@ -165,6 +166,12 @@ def _check_alike(objects: Sequence[ObjectSpec]) -> None:
         raise InputError(
             f"objects whose convex pieces are of {given} in one simulator; use one simulator for each outline (its size"
             " may differ)"
+        )
+    walls = sorted({len(scene.walls) for scene in scenes})
+    if len(walls) > 1:
+        raise InputError(
+            f"scenes of {' and of '.join(str(number) for number in walls)} walls in one simulator; give every scene as"
+            " many (a wall out of reach does nothing), or use one simulator for each number"
         )
 
 

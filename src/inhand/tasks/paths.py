@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,12 @@ def twist_poses(path: ReferencePath) -> Array:
 def whole_path(path: ReferencePath) -> Array:
     """Return the poses `(N, 3)` of a twist and the path after it, relative to where the twist starts."""
     return np.concatenate([twist_poses(path)[:-1], path.poses + np.array([0.0, 0.0, path.twist])])
+
+
+def stacked(paths: Sequence[Array]) -> Array:
+    """Return paths `(S, 3)` of different lengths as one array `(B, S, 3)`, shorter ones held at their last waypoint."""
+    longest = max(len(path) for path in paths)
+    return np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in paths])
 
 
 def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.001) -> ReferencePath:

@@ -30,8 +30,9 @@ LOST_CONTACT = "lost contact"
 NO_GRASP = "no grasp"
 TIME_OUT = "time out"
 DIVERGED = "diverged"
-OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT, DIVERGED)
-"""How a trial can end."""
+STOPPED = "stopped"
+OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT, DIVERGED, STOPPED)
+"""How a trial can end; a sequence of primitives stops where one has failed too often, the object still held."""
 
 
 @dataclass(frozen=True)

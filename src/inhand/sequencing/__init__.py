@@ -1,0 +1,1 @@
+"""What people draw, and the sequence of primitives that traces it in the hand."""

@@ -1,0 +1,129 @@
+"""Tasks beyond paths: plans drawn for a hand and an object, what surrounds them, and when they are done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.geometry import Array
+from inhand.sequencing.plan import Leg, Plan, plan_along
+from inhand.sim.hands import HandSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.walls import Wall
+from inhand.tasks.primitives import TRAIN, UNSEEN
+from inhand.tasks.reach import limits
+
+SHARE = 0.5
+"""Share of the hand's reach in which goals and way-points are drawn."""
+TOUR = 50
+"""Way-points of the tour."""
+TURNS = np.deg2rad(15.0)
+"""Largest angle of a goal pose [rad]."""
+KEY_WAY, KEY_TURN = 0.020, float(np.deg2rad(30.0))
+"""How far the key is moved out [m], and how far it is turned there [rad]."""
+WALL_WAY, WALL_BEFORE, WALL_BEYOND = 0.025, 0.001, 0.004
+"""How far the wall stands in front of the object's face, where the push begins before it, and how far beyond the push
+aims [m]."""
+WALL_STAY, POSE_STAY, KEY_STAY = 1.5, 1.0, 0.5
+"""Times for which the object is pushed against the wall, held at a goal pose and held turned [s]."""
+
+Held = tuple[HandSpec, ObjectSpec]
+"""A hand and an object."""
+
+
+@dataclass(frozen=True)
+class SequenceTask:
+    """Something to do that is more than a path."""
+
+    name: str
+    """What the command line calls it."""
+    summary: str
+    """One sentence for lists."""
+    plan: Callable[[Held, np.random.Generator], Plan]
+    """Draws a plan, in the palm frame, for an object at its start."""
+    wall: Callable[[Held], Wall] | None = None
+    """What stands in the way."""
+
+    def scene(self, held: Held) -> SceneSpec:
+        """Return what surrounds the hand and the object."""
+        return SceneSpec(walls=() if self.wall is None else (self.wall(held),))
+
+
+def draw_points(held: Held, count: int, rng: np.random.Generator, share: float = SHARE) -> Array:
+    """Return positions `(count, 2)` [m] from the object's start, spread evenly over a share of the hand's reach."""
+    found = limits(*held, (*TRAIN, *UNSEEN))
+    angles = np.array([limit.primitive.angle for limit in found]) % (2 * np.pi)
+    reach = np.array([limit.distance for limit in found])
+    order = np.argsort(angles)
+    points = np.empty((0, 2))
+    while len(points) < count:
+        drawn = reach.max() * rng.uniform(-1.0, 1.0, (4 * count, 2))
+        limit = np.interp(np.arctan2(drawn[:, 1], drawn[:, 0]), angles[order], reach[order], period=2 * np.pi)
+        points = np.concatenate([points, drawn[np.linalg.norm(drawn, axis=1) < limit]])
+    return share * points[:count]
+
+
+def _start(held: Held) -> Array:
+    return np.array([*held[0].start_position, 0.0])
+
+
+def _pose(held: Held, rng: np.random.Generator) -> Plan:
+    goal = np.append(draw_points(held, 1, rng)[0], rng.uniform(-TURNS, TURNS))
+    return plan_along("pose", np.stack([_start(held), _start(held) + goal]), _start(held), stay=POSE_STAY)
+
+
+def _tour(held: Held, rng: np.random.Generator) -> Plan:
+    points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
+    return plan_along("tour", _start(held) + points, _start(held), tolerance=0.0)
+
+
+def _key(held: Held, rng: np.random.Generator) -> Plan:
+    del rng
+    out = _start(held) + np.array([0.0, KEY_WAY, 0.0])
+    turned = out + np.array([0.0, 0.0, KEY_TURN])
+    legs = (
+        Leg("move", _triple(_start(held)), _triple(out)),
+        Leg("turn", _triple(out), _triple(turned), KEY_STAY),
+        Leg("turn", _triple(turned), _triple(out)),
+        Leg("move", _triple(out), _triple(_start(held))),
+    )
+    return Plan("key", legs)
+
+
+def _wall(held: Held, rng: np.random.Generator) -> Plan:
+    del rng
+    start, out = _start(held), np.array([0.0, 1.0, 0.0])
+    near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
+    legs = (
+        Leg("move", _triple(start), _triple(near)),
+        Leg("press", _triple(near), _triple(beyond), WALL_STAY),
+        Leg("move", _triple(near), _triple(start)),
+    )
+    return Plan("wall", legs)
+
+
+def the_wall(held: Held) -> Wall:
+    """Return the wall of the task `wall`: in front of the object, no wider than it, so that no finger meets it."""
+    corners = polygon(held[1])
+    x, y = _start(held)[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
+    return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
+
+
+def _triple(pose: Array) -> tuple[float, float, float]:
+    x, y, theta = pose.tolist()
+    return x, y, theta
+
+
+TASKS = {
+    task.name: task
+    for task in (
+        SequenceTask("pose", "go to a drawn pose and hold it for a second", _pose),
+        SequenceTask("tour", "visit fifty drawn way-points without letting go", _tour),
+        SequenceTask("wall", "move out to a wall, push against it, and come back", _wall, the_wall),
+        SequenceTask("key", "move out, turn by 30 deg, turn back, and return", _key),
+    )
+}
+"""Tasks by name."""

@@ -1,0 +1,104 @@
+"""Walls: fixed boxes that fingers and object run against, as frozen specs in the palm frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.geometry import Array, perpendicular, transform, unit
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
+from inhand.sim.polygons import separation
+
+ROUND_CORNERS = 720
+"""Corners of the polygon that stands for a cylinder against a wall: within 0.3 um of the circle at 25 mm radius."""
+THINNEST = 0.001
+"""Least thickness of a wall [m]: the corner of an object that a hand presses on gets half a millimetre into it."""
+TOUCHING = 1e-9
+"""A wall this deep in the object touches it and no more [m]; rounding is far below."""
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A fixed upright box; its face is the side that looks towards the object."""
+
+    middle: tuple[float, float]
+    """Middle of the face in the palm frame [m]."""
+    normal_deg: float
+    """Direction in which the face looks: its outward normal, counter-clockwise from +x [deg]."""
+    length: float = 0.10
+    """Length of the face [m]."""
+    thickness: float = 0.01
+    """How far the box reaches behind the face [m]."""
+    friction: float = 0.5
+    """Friction coefficient; a contact has the product of both bodies' coefficients."""
+
+    def __post_init__(self) -> None:
+        """Refuse walls that are nowhere, look nowhere or have no size."""
+        if len(self.middle) != 2 or not np.isfinite(self.middle).all():
+            given = ", ".join(f"{1e3 * value:g}" for value in self.middle)
+            raise InputError(f"wall: middle [{given}] mm; the middle of its face needs two finite numbers, x and y")
+        if not np.isfinite(self.normal_deg):
+            raise InputError(f"wall: normal_deg {self.normal_deg:g}; the direction of its face must be a finite angle")
+        if not (np.isfinite(self.length) and self.length > 0):
+            raise InputError(f"wall: length {1e3 * self.length:g} mm; it must be a positive length")
+        if not (np.isfinite(self.thickness) and self.thickness >= THINNEST):
+            raise InputError(
+                f"wall: thickness {1e3 * self.thickness:g} mm; it must be at least {1e3 * THINNEST:g} mm, or corners of"
+                " objects go through it"
+            )
+        if not (np.isfinite(self.friction) and self.friction >= 0):
+            raise InputError(f"wall: friction {self.friction:g}; friction must be 0 or more")
+
+    @property
+    def normal(self) -> Array:
+        """Unit vector in which the face looks `(2,)`."""
+        return unit(np.deg2rad(self.normal_deg))
+
+    @property
+    def outline(self) -> Array:
+        """Corners of the box in the palm frame `(4, 2)` [m], counter-clockwise, the face first."""
+        out, along = self.normal, perpendicular(self.normal) * self.length / 2
+        face, back = np.array(self.middle), np.array(self.middle) - self.thickness * out
+        return np.stack([face - along, face + along, back + along, back - along])
+
+
+def clearance(wall: Wall, spec: ObjectSpec, pose: Array) -> Array:
+    """Return how far an object is in front of a wall's face `(B,)` [m], negative where it overlaps.
+
+    It is the distance of the outline's nearest point from the plane of the face, however long the face is.
+
+    Args:
+        wall: the wall.
+        spec: the object.
+        pose: planar poses of the object in the palm frame `(B, 3)` [m, m, rad].
+    """
+    if spec.shape == "cylinder":
+        return np.asarray((pose[..., :2] - wall.middle) @ wall.normal - spec.size[0] / 2)
+    corners = transform(pose[..., None, :], polygon(spec))
+    return np.asarray(((corners - wall.middle) @ wall.normal).min(axis=-1))
+
+
+def check_walls(hand: HandSpec, spec: ObjectSpec, walls: Sequence[Wall]) -> None:
+    """Refuse walls that stand where the object starts in the hand: at `hand.start_position`, not turned.
+
+    A wall may touch the object there. The fingers are not looked at: where they start is their controller's choice.
+
+    Raises:
+        InputError: a wall overlaps the object; the text names the first and says how deep it is in it.
+    """
+    start = np.array([*hand.start_position, 0.0])
+    pieces = (polygon(spec, ROUND_CORNERS),) if spec.shape == "cylinder" else convex_pieces(spec)
+    for number, wall in enumerate(walls):
+        depth = -min(float(separation(wall.outline, transform(start, piece))) for piece in pieces)
+        if depth > TOUCHING:
+            at, middle = (
+                ", ".join(f"{round(1e3 * value, 3) + 0.0:g}" for value in point) for point in (start[:2], wall.middle)
+            )
+            raise InputError(
+                f"wall {number} overlaps the object {spec.name!r} where it starts in the hand, at ({at}) mm, by"
+                f" {1e3 * depth:.3g} mm; move the middle of its face, ({middle}) mm, away from the object"
+            )

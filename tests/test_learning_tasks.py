@@ -35,7 +35,7 @@ def at(state: State, *poses: tuple[float, float, float]) -> State:
 
 def aimed(state: State, angles_deg: tuple[float, ...] = (0.0, 100.0, -170.0), distance: float = np.inf) -> Aim:
     start = state.pose - (0.004, -0.003, 0.02)
-    return Aim(np.deg2rad(angles_deg), start, np.full(state.n_worlds, distance))
+    return Aim(np.deg2rad(angles_deg), start, np.full(state.n_worlds, distance), 0.25, start + np.array([0.02, -0.03, 0.1]))
 
 
 # The aim.
@@ -168,18 +168,20 @@ def mirrored_parts(name: str, seen: Array) -> Array:
     if name.startswith(("end of each", "contacts")):
         pairs = seen.reshape(len(seen), -1, 2, 2)[:, :, ::-1] * (-1.0, 1.0)
         return np.asarray(pairs.reshape(seen.shape))
-    if name.startswith(("direction, unit", "object position")):
+    if name.startswith(("direction, unit", "object position", "end of the task from", "velocity x")):
         return seen * (-1.0, 1.0)
     if name.startswith("velocity"):
         return seen * (1.0, -1.0)
-    return -seen if name.startswith(("object orientation", "way to the left", "angle turned", "spin")) else seen
+    turned = ("end of the task, orient", "object orientation", "way to the left", "angle turned", "spin")
+    return -seen if name.startswith(turned) else seen
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_a_mirrored_state_gives_the_mirrored_observation(name: str) -> None:
     state, layout = held(), find_layout(name)
     aim = aimed(state, distance=0.03)
-    mirror = Aim(np.pi - aim.angle, aim.start * (-1, 1, -1), aim.distance)
+    assert aim.end is not None
+    mirror = Aim(np.pi - aim.angle, aim.start * (-1, 1, -1), aim.distance, aim.share, aim.end * (-1, 1, -1))
     seen, theirs = observe(layout, state, aim, SCENE), observe(layout, mirrored(state), mirror, SCENE)
     place = 0
     for part, size in layout.table(HAND):

@@ -15,7 +15,15 @@ import numpy as np
 from inhand.controllers.controller import Controller, Task
 from inhand.controllers.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.controllers.ik import IkConfig, IkController
-from inhand.controllers.policy import ACTOR, Policy, PolicyController, check_joints, load_policy, straight_angles
+from inhand.controllers.policy import (
+    ACTOR,
+    Policy,
+    PolicyController,
+    RouteController,
+    check_joints,
+    load_policy,
+    straight_angles,
+)
 from inhand.controllers.rehearsal import best_plans, closing_joints
 from inhand.controllers.thesis_ik import ThesisIkController
 from inhand.errors import InputError, near_matches
@@ -195,7 +203,7 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
         name,
         "a learned policy",
         partial(learned_grasp, policy=policy),
-        partial(PolicyController, policy=policy),
+        partial(RouteController if policy.task else PolicyController, policy=policy),
         policy,
     )
 
@@ -241,7 +249,8 @@ def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
     """
     if entry.policy is not None:
         check_joints(entry.policy, hand)
-        straight_angles(paths)
+        if not entry.policy.task:
+            straight_angles(paths)
 
 
 def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from inhand.controllers.catalogue import GraspKind, find_controller
 from inhand.controllers.grasp_search import GraspPlan
-from inhand.episodes.starts import Noise, Starts, gripped, joined, reach_of, straight_task, taken
+from inhand.episodes.starts import Noise, Starts, expert_task, gripped, joined, reach_of, taken
 from inhand.episodes.worlds import Interface, ManipulationWorlds
 from inhand.geometry import Array
 from inhand.sim.hands import HandSpec
@@ -113,6 +113,24 @@ def demonstrations(
             progress(done)
 
 
+def route_demonstrations(
+    held: tuple[HandSpec, ObjectSpec],
+    draw: Callable[[int], Starts],
+    made: tuple[Recipe, Interface],
+    rng: np.random.Generator,
+) -> Iterator[Episodes]:
+    """Give recorded episodes along whole routes, a batch at a time; each begins where its route does.
+
+    Args:
+        held: the hand and the object.
+        draw: draws starts with routes, as many as it is asked for.
+        made: how demonstrations are made, and what is seen, done and rewarded.
+        rng: draws the pushes.
+    """
+    for done in range(0, made[0].episodes, BATCH):
+        yield recorded(held, draw(min(BATCH, made[0].episodes - done)), made, rng)[0]
+
+
 def recorded(
     held: tuple[HandSpec, ObjectSpec], starts: Starts, made: tuple[Recipe, Interface], rng: np.random.Generator
 ) -> tuple[Episodes, Starts]:
@@ -120,7 +138,7 @@ def recorded(
     recipe, interface = made
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
-    expert = find_controller(recipe.expert).manipulate(straight_task(held, starts.angle_deg, starts.distance))
+    expert = find_controller(recipe.expert).manipulate(expert_task(held, starts))
     expert.begin(worlds.state)
     push = np.zeros(worlds.state.targets.shape)
     strength = recipe.push * rng.random((len(starts), 1))

@@ -29,6 +29,7 @@ from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
+from inhand.tasks.routes import Routes
 
 SUBSTEPS = 5
 """Physics steps for one decision (thesis 3.4 steps of 4 ms)."""
@@ -60,21 +61,26 @@ class Starts:
     """The direction to move in `(N,)` [deg]."""
     distance: Array
     """The way to go `(N,)` [m], infinite where none is given."""
+    routes: Routes | None = None
+    """Whole routes to follow instead; a start of a route has no direction of its own, 0 stands for it."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
         return len(self.angle_deg)
 
     def take(self, rows: NDArray[np.int64], angle_deg: Array) -> Starts:
-        """Return some starts with other directions [deg] and no way to go yet."""
-        return Starts(self.snapshot.take(rows), select(self.state, rows), angle_deg, np.full(len(rows), np.inf))
+        """Return some starts with other directions [deg] and no way to go yet; routes stay."""
+        routes = None if self.routes is None else Routes(self.routes.poses[rows])
+        return Starts(self.snapshot.take(rows), select(self.state, rows), angle_deg, np.full(len(rows), np.inf), routes)
 
 
 def joined(parts: Sequence[Starts]) -> Starts:
     """Return several pools as one."""
     states = {field.name: np.concatenate([getattr(p.state, field.name) for p in parts]) for field in fields(State)}
     angle_deg, distance = (np.concatenate([getattr(part, n) for part in parts]) for n in ("angle_deg", "distance"))
-    return Starts(join([part.snapshot for part in parts]), State(**states), angle_deg, distance)
+    found = [part.routes.poses for part in parts if part.routes is not None]
+    routes = Routes(np.concatenate(found)) if found else None
+    return Starts(join([part.snapshot for part in parts]), State(**states), angle_deg, distance, routes)
 
 
 def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance: Array | None = None) -> Task:
@@ -83,6 +89,15 @@ def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance:
     hand, spec = held
     timestep = SceneSpec().timestep
     return Task(hand, (spec,) * len(paths), paths, way_along(paths), SUBSTEPS * timestep, timestep, distance)
+
+
+def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
+    """Return what an expert has to do from some starts: their directions or their routes."""
+    if starts.routes is None:
+        return straight_task(held, starts.angle_deg, starts.distance)
+    poses, way, step = starts.routes.poses, starts.routes.way, SceneSpec().timestep
+    paths = poses - poses[:, :1]
+    return Task(held[0], (held[1],) * len(poses), paths, way, SUBSTEPS * step, step, way[:, -1], poses[:, 0])
 
 
 def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
@@ -109,7 +124,7 @@ def plans_for(
 def gripped(
     hand: HandSpec,
     spec: ObjectSpec,
-    grips: tuple[dict[float, GraspPlan], Array],
+    grips: tuple[dict[float, GraspPlan] | Sequence[GraspPlan], Array],
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
@@ -120,7 +135,7 @@ def gripped(
     Args:
         hand: the hand.
         spec: the object.
-        grips: plans by direction [deg], and the direction of each start `(N,)`, which takes the nearest plan.
+        grips: plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg].
         rng: draws the noise.
         noise: of the object's start.
         threads: for the simulation; 0 uses every core.
@@ -128,11 +143,12 @@ def gripped(
     Raises:
         InputError: in ten draws a start could not be held.
     """
-    plans, angles = grips
+    given, angles = grips
+    plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
     waiting, found = np.arange(len(angles)), []
     places: list[NDArray[np.int64]] = []
     for _ in range(10):
-        starts = _close(hand, spec, [plans[a] for a in _nearest(plans, angles[waiting])], (rng, noise), threads)
+        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), threads)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])

@@ -20,9 +20,9 @@ from inhand.sim.state import State
 from inhand.tasks.actions import Actions, targets_of
 from inhand.tasks.aim import Aim
 from inhand.tasks.observations import Scene, find_layout, observe
-from inhand.tasks.rewards import Decision, find_reward, reward
+from inhand.tasks.rewards import Decision, Made, find_reward, reward
 
-_AIMED = tuple(field.name for field in fields(Aim))
+_AIMED = ("angle", "start", "distance")
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,8 @@ class Step:
     truncated: NDArray[np.bool_]
     """Whether the horizon was reached `(B,)`."""
     shift: Array
-    """Way along, way to the left [m] and angle turned [rad] since the primitive started `(B, 3)`."""
+    """Way along, way to the left [m] and angle turned [rad] since the primitive started, or along, beside and away from
+    a route `(B, 3)`."""
     goal: Array
     """Pose of the object the decision led to `(B, 3)`, which hindsight takes for a goal."""
 
@@ -96,12 +97,12 @@ class ManipulationWorlds:
         self.scene = Scene(self.hand, self.simulator.objects)
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts = starts
-        self._pool = Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance)
+        self._pool = _asked(starts)
         self._seen = observe(self.layout, starts.state, self._pool, Scene(self.hand, (spec,) * len(starts)))
         self._state = self.simulator.measure()
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
         self._observation = np.empty((count, self._seen.shape[1]))
-        self._steps, self._lost = np.zeros((2, count), dtype=np.int64)
+        self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last = np.zeros((count, self.hand.n_joints))
         self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
 
@@ -142,16 +143,33 @@ class ManipulationWorlds:
         after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS)
         self._steps += 1
         gone = dropped(after, self._lost)
-        decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, self._aim)
+        asked, made = self._aim, self._along(after)
+        decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
         successor = observe(self.layout, after, self._aim, self.scene)
-        shift = self._aim.shift(after.pose)
+        shift = self._shift(after, made)
         self._state, self._observation, self._last = after, successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
             self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
         return Step(self._observation, successor, value, terms, gone, truncated, shift, after.pose)
+
+    def _along(self, after: State) -> Made | None:
+        """Move the places on the routes on and aim anew; return what was made of the routes' ways, None without any."""
+        routes = self._starts.routes
+        if routes is None:
+            return None
+        before, self._come = self._come, routes.advance(self._row, self._come, after.pose)
+        self._aim = routes.aim(self._row, self._come)
+        now, then = (routes.way[self._row, place] for place in (self._come, before))
+        return Made(now - then, routes.way[self._row, -1] - now, *routes.off(self._row, self._come, after.pose))
+
+    def _shift(self, after: State, made: Made | None) -> Array:
+        """Return the way along, the way to the left and the angle turned of what was asked `(B, 3)`."""
+        if made is None or self._starts.routes is None:
+            return self._aim.shift(after.pose)
+        return np.stack([self._starts.routes.way[self._row, self._come], made.across, made.turned], axis=-1)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
         """Start episodes in some worlds from rows of the pool."""
@@ -160,6 +178,9 @@ class ManipulationWorlds:
         self._aim = Aim(
             **{name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
         )
+        self._row[worlds], self._come[worlds] = rows, 0
+        if self._starts.routes is not None:
+            self._aim = self._starts.routes.aim(self._row, self._come)
         self._observation = _put(self._observation, worlds, self._seen[rows])
         self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
@@ -175,6 +196,8 @@ class ManipulationWorlds:
             "steps": self._steps.copy(),
             "lost": self._lost.copy(),
             "last": self._last,
+            "row": self._row.copy(),
+            "come": self._come.copy(),
             "rng": self.rng.bit_generator.state,
         }
 
@@ -187,7 +210,17 @@ class ManipulationWorlds:
         self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         self._observation, self._last = kept["observation"], kept["last"]
         self._steps, self._lost = kept["steps"].copy(), kept["lost"].copy()
+        self._row, self._come = kept["row"].copy(), kept["come"].copy()
+        if self._starts.routes is not None:
+            self._aim = self._starts.routes.aim(self._row, self._come)
         self.rng.bit_generator.state = kept["rng"]
+
+
+def _asked(starts: Starts) -> Aim:
+    """Return what is asked at the beginning of every start."""
+    if starts.routes is None:
+        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance)
+    return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))
 
 
 def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:

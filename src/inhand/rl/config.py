@@ -65,6 +65,9 @@ class Training:
     circle but within `held_out` of the 8 unseen ones."""
     held_out: float = 5.0
     """Half width of the sectors about the unseen directions that continuous draws leave out [deg]."""
+    task: str = ""
+    """Whole task to train on end to end, instead of primitives: a task of `inhand trace`, or a drawing with its size in
+    mm (square:60). Demonstrations then start where the task does: `midway`, `whole` and `grip_spread` do nothing."""
     interface: Interface = field(default_factory=Interface)
     """What the controller sees, does and is rewarded for."""
     recipe: Recipe = field(default_factory=Recipe)

@@ -8,23 +8,31 @@ from pathlib import Path
 
 import numpy as np
 
-from inhand.episodes.demonstrations import Episodes, demonstrations, recorded
+from inhand.controllers.catalogue import direction_plans
+from inhand.controllers.grasp_search import GraspPlan
+from inhand.episodes.demonstrations import Episodes, demonstrations, recorded, route_demonstrations
 from inhand.episodes.recording import Told
-from inhand.episodes.starts import Starts, grid_of, gripped, joined, plans_for, reach_of
+from inhand.episodes.starts import Noise, Starts, grid_of, gripped, joined, plans_for, reach_of
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.rl.config import Training
 from inhand.rl.replay import Columns, Replay, rows_of
+from inhand.sequencing.tasks import find_task
 from inhand.sim.hands import HandSpec
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.spec_files import load_hand, load_object
 from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
+from inhand.tasks.paths import stacked
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 from inhand.tasks.reach import limits
+from inhand.tasks.routes import Routes, routes_of
 
 TEST_SEED = 9000
 """Added to a run's seed for the starts that it is measured from."""
+ROUTES = 64
+"""Draws of a task that training end to end knows, and as many others that it is measured on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +81,8 @@ def draw_directions(config: Training, rng: np.random.Generator, count: int) -> A
 
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     """Plan grasps, record the demonstrations into `folder/expert.rows` and measure the expert."""
+    if config.task:
+        return _ready_for_task(config, folder, told)
     rng = np.random.default_rng(config.seed)
     held = load_hand(config.hand), load_object(config.object)
     every = angles_of((*TRAIN, *UNSEEN))
@@ -107,6 +117,74 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     )
 
 
+def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
+    """Return what training end to end on a whole task starts with: its routes in the place of directions."""
+    rng = np.random.default_rng(config.seed)
+    held = load_hand(config.hand), load_object(config.object)
+    told("grasps", 0, 1)
+    pool, test_pool = (route_pool(held, config.task, ROUTES, (config.seed + add, 3)) for add in (0, TEST_SEED))
+    columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
+    replay = Replay(folder / "expert.rows", columns, config.recipe.episodes * config.interface.horizon, 0)
+    parts = []
+    made = config.recipe, config.interface
+    for batch in route_demonstrations(held, lambda n: route_starts(held, pool, n, rng, config.noise), made, rng):
+        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
+        parts.append(batch.starts)
+        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
+    replay.flush()
+    test_rng = np.random.default_rng(config.seed + TEST_SEED)
+    tests = route_starts(held, test_pool, 16 * config.trials, test_rng, config.noise)
+    told("expert", 0, len(tests))
+    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
+    limit = routes_in(tests).way[:, -1]
+    total = (shown.rewards * shown.valid).sum(axis=0)
+    return Ready(held, columns, joined(parts), tests, limit, total, replay.written)
+
+
+def route_pool(
+    held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int]
+) -> tuple[Routes, list[GraspPlan]]:
+    """Return drawn routes of a task, each once, and the grasp of each.
+
+    Args:
+        held: the hand and the object.
+        task: what `inhand.sequencing.tasks.find_task` takes.
+        count: number of draws; a task that draws nothing has one route.
+        seed: of the draws.
+    """
+    rng, found = np.random.default_rng(seed), find_task(task)
+    if found.wall is not None:
+        raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
+    paths = [found.plan(held, rng).poses() for _ in range(count)]
+    kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
+    return routes_of(kept), direction_plans(*held, stacked(kept))
+
+
+def route_starts(
+    held: tuple[HandSpec, ObjectSpec],
+    pool: tuple[Routes, list[GraspPlan]],
+    count: int,
+    rng: np.random.Generator,
+    noise: Noise,
+) -> Starts:
+    """Return starts with both fingers on the object, each with a route drawn from a pool."""
+    routes, plans = pool
+    rows = rng.integers(len(routes), size=count)
+    fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise)
+    return replace(fresh, routes=Routes(routes.poses[rows]))
+
+
+def routes_in(starts: Starts) -> Routes:
+    """Return the routes of starts that have some.
+
+    Raises:
+        ValueError: they have directions.
+    """
+    if starts.routes is None:
+        raise ValueError("starts of primitives have no routes")
+    return starts.routes
+
+
 def add_demonstrations(replay: Replay, columns: Columns, batch: Episodes, looking: tuple[float, int]) -> None:
     """Write the rows of recorded episodes to a replay."""
     for world, count in enumerate(batch.valid.sum(axis=0)):
@@ -124,6 +202,8 @@ def save_ready(ready: Ready, path: Path) -> None:
     arrays = {"limit": ready.limit, "expert_total": ready.expert_total, "expert_rows": np.array(ready.expert_rows)}
     for name, starts in (("starts", ready.starts), ("tests", ready.tests)):
         arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
+        if starts.routes is not None:
+            arrays[f"{name}.routes"] = starts.routes.poses
         for part, kind in ((starts.snapshot, Snapshot), (starts.state, State)):
             arrays |= {f"{name}.{kind.__name__}.{f.name}": getattr(part, f.name) for f in fields(kind)}
     temporary = path.with_name(path.name + ".part")
@@ -140,7 +220,8 @@ def load_ready(config: Training, path: Path) -> Ready:
         def starts(name: str) -> Starts:
             snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
             state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
-            return Starts(snapshot, state, data[f"{name}.angle_deg"], data[f"{name}.distance"])
+            routes = Routes(data[f"{name}.routes"]) if f"{name}.routes" in data else None
+            return Starts(snapshot, state, data[f"{name}.angle_deg"], data[f"{name}.distance"], routes)
 
         columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
         return Ready(

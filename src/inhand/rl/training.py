@@ -292,5 +292,6 @@ class Trainer:
             config.interface.observation,
             config.interface.actions,
             config.recipe.grasp,
-            {"preset": config.preset, "hand": config.hand, "object": config.object, "seed": config.seed},
+            {"preset": config.preset, "hand": config.hand, "object": config.object, "seed": config.seed}
+            | ({"task": config.task} if config.task else {}),
         )

@@ -17,7 +17,8 @@ from inhand.episodes.record import cut_trials
 from inhand.geometry import Array, planar, way_along
 from inhand.sequencing.plan import Plan
 from inhand.sequencing.sequencer import Repertoire, Sequencer
-from inhand.sequencing.walk import Event, SequenceConfig, Walk
+from inhand.sequencing.walk import Event, SequenceConfig
+from inhand.sequencing.whole import Whole
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
@@ -86,7 +87,8 @@ def follow(
 
     Args:
         held: the hand and the object.
-        entry: the low-level controller; it chooses the grasp for the whole plan.
+        entry: the low-level controller, which chooses the grasp for the whole plan; a policy that was trained on a
+            whole task follows plans without a sequence.
         plans: a plan for each world, in the palm frame, from where the object is placed.
         starts: where each object really stands `(B, 3)` [m, m, rad].
         passports: of the worlds' trials.
@@ -100,16 +102,22 @@ def follow(
     grasp = entry.grasp(hand, spec, poses, starts)
     simulator = MujocoSimulator(hand, [spec] * len(plans), scenes, threads)
     task = task_of(simulator, poses - poses[:, :1])
-    sequencer = Sequencer(task, plans, repertoire_of(entry), config)
-    phases = standard_phases(grasp, lambda _: sequencer, longest=max(map(_longest, plans)))
+    driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
+    phases = standard_phases(grasp, lambda _: driver, longest=max(map(_longest, plans)))
     start = simulator.reset(starts, placed_joints(hand, grasp))
     recording = run_episodes(simulator, task, phases, start, progress)
     trials = cut_trials(recording, phases, passports, task.paths)
-    legs = np.array(sequencer.legs).reshape(-1, len(plans))
-    return tuple(
-        _followed(trial, walk, legs[:, world])
-        for world, (trial, walk) in enumerate(zip(trials, sequencer.walks, strict=True))
-    )
+    legs = np.array(driver.legs).reshape(-1, len(plans))
+    return tuple(_followed(plans[k], trials[k], driver, (k, legs[:, k])) for k in range(len(plans)))
+
+
+def _driver(
+    task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
+) -> Sequencer | Whole:
+    """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
+    if entry.policy is not None and entry.policy.task:
+        return Whole(task, plans, entry.policy)
+    return Sequencer(task, plans, repertoire_of(entry), config)
 
 
 def task_of(simulator: MujocoSimulator, paths: Array) -> Task:
@@ -118,14 +126,16 @@ def task_of(simulator: MujocoSimulator, paths: Array) -> Task:
     return Task(simulator.hand, simulator.objects, paths, way_along(paths), SUBSTEPS * step, step)
 
 
-def _followed(trial: Trial, walk: Walk, legs: NDArray[np.int64]) -> Followed:
-    """Return what one world left, up to its last row."""
+def _followed(plan: Plan, trial: Trial, driver: Sequencer | Whole, mine: tuple[int, NDArray[np.int64]]) -> Followed:
+    """Return what one world left, up to its last row; `mine` is its number and its primitives."""
     rows = trial.manipulation
-    if trial.outcome == REACHED and walk.mode != "done":
-        trial = replace(trial, outcome=STOPPED)
+    if rows.stop <= rows.start:
+        return Followed(plan, trial, np.zeros(0, dtype=np.int64), (), 0.0)
     x, y, theta = planar(trial.object_pose[-1]).tolist()
-    come = walk.come((x, y, theta)) if rows.stop > rows.start else 0.0
-    return Followed(walk.plan, trial, legs[: rows.stop - rows.start], tuple(walk.events), come)
+    end = driver.end_of(mine[0], (x, y, theta))
+    if trial.outcome == REACHED and not end.done:
+        trial = replace(trial, outcome=STOPPED)
+    return Followed(plan, trial, mine[1][: rows.stop - rows.start], end.events, end.come)
 
 
 def _longest(plan: Plan) -> float:

@@ -17,7 +17,7 @@ from inhand.controllers.follow import follow_limit
 from inhand.controllers.ik import IkConfig
 from inhand.geometry import Array, way_along, wrap_angle
 from inhand.sequencing.plan import STEP, Plan
-from inhand.sequencing.walk import Pose, Request, SequenceConfig, Walk
+from inhand.sequencing.walk import Event, Pose, Request, SequenceConfig, Walk
 from inhand.sim.state import State, select
 
 
@@ -38,6 +38,18 @@ class Repertoire:
         """Return what makes the controller of a kind of primitive."""
         made: Callable[[Task], Controller] = getattr(self, what)
         return made
+
+
+@dataclass(frozen=True)
+class End:
+    """How one world's plan ended."""
+
+    done: bool
+    """Whether all of it was done."""
+    come: float
+    """Way along it that the object has come [m]."""
+    events: tuple[Event, ...]
+    """What went wrong on the way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +113,11 @@ class Sequencer:
         """Return which worlds have come to the end of their plan or have stopped for good `(B,)`."""
         del state
         return np.array([walk.ended for walk in self.walks])
+
+    def end_of(self, world: int, pose: Pose) -> End:
+        """Return how one world's plan ended, its object last seen at a pose."""
+        walk = self.walks[world]
+        return End(walk.mode == "done", walk.come(pose), tuple(walk.events))
 
     def _predict(self, state: State, worlds: NDArray[np.int64]) -> None:
         """Predict how far along the rest of its plan the grip of each of some worlds will carry its object."""

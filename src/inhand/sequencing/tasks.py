@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
+from inhand.sequencing.drawings import find_drawing, scaled
 from inhand.sequencing.plan import Leg, Plan, plan_along
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
@@ -75,6 +77,11 @@ def _pose(held: Held, rng: np.random.Generator) -> Plan:
     return plan_along("pose", np.stack([_start(held), _start(held) + goal]), _start(held), stay=POSE_STAY)
 
 
+def _place(held: Held, rng: np.random.Generator) -> Plan:
+    goal = np.append(draw_points(held, 1, rng)[0], 0.0)
+    return plan_along("place", np.stack([_start(held), _start(held) + goal]), _start(held), stay=POSE_STAY)
+
+
 def _tour(held: Held, rng: np.random.Generator) -> Plan:
     points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
     return plan_along("tour", _start(held) + points, _start(held), tolerance=0.0)
@@ -121,9 +128,36 @@ TASKS = {
     task.name: task
     for task in (
         SequenceTask("pose", "go to a drawn pose and hold it for a second", _pose),
+        SequenceTask("place", "go to a drawn place without turning and hold the object there for a second", _place),
         SequenceTask("tour", "visit fifty drawn way-points without letting go", _tour),
         SequenceTask("wall", "move out to a wall, push against it, and come back", _wall, the_wall),
         SequenceTask("key", "move out, turn by 30 deg, turn back, and return", _key),
     )
 }
 """Tasks by name."""
+
+
+def find_task(text: str) -> SequenceTask:
+    """Return the task that a text names: one of `TASKS`, or a drawing with its size in mm, as `square:60`.
+
+    Raises:
+        InputError: there is none of that name, or the size is no positive number.
+    """
+    if text in TASKS:
+        return TASKS[text]
+    name, colon, size = text.rpartition(":")
+    if not colon:
+        raise InputError(
+            f"unknown task {text!r}{near_matches(text, TASKS)}; allowed are {', '.join(TASKS)} and a drawing with its"
+            " size in mm, as square:60"
+        )
+    try:
+        drawing = scaled(find_drawing(name), float(size) / 1e3)
+    except ValueError as error:
+        raise InputError(f"task {text!r}: {size!r} is no size; give millimetres, as square:60") from error
+
+    def plan(held: Held, rng: np.random.Generator) -> Plan:
+        del rng
+        return plan_along(text, _start(held) + drawing.poses, _start(held))
+
+    return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)

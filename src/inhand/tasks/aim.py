@@ -19,6 +19,10 @@ class Aim:
     """Pose of the object where the primitive starts, in the palm frame `(B, 3)` [m, m, rad]."""
     distance: Array | float = np.inf
     """Way along the direction at which the object is to stay `(B,)` [m]; infinite where none was given."""
+    share: Array | float = 0.0
+    """Share of a whole route that the object has come `(B,)`; 0 of a primitive."""
+    end: Array | None = None
+    """Pose at the end of a whole route, in the palm frame `(B, 3)`; None of a primitive."""
 
     def shift(self, pose: Array) -> Array:
         """Return the way along the direction, the way to its left [m] and the angle turned [rad] of poses `(B, 3)`."""

@@ -213,6 +213,38 @@ def _left(state: State, aim: Aim, scene: Scene) -> Array:
     return aim.left(state.pose)[:, None]
 
 
+def _share(state: State, aim: Aim, scene: Scene) -> Array:
+    del scene
+    return np.broadcast_to(aim.share, (state.n_worlds,))[:, None]
+
+
+def _end(aim: Aim) -> Array:
+    """Return the end of the task.
+
+    Raises:
+        InputError: a primitive is asked for, which has none.
+    """
+    if aim.end is None:
+        raise InputError("observation 'whole' tells the end of a whole task and primitives have none: use 'grip'")
+    return aim.end
+
+
+def _end_place(state: State, aim: Aim, scene: Scene) -> Array:
+    del state
+    return np.asarray(_end(aim)[:, :2] - np.array(scene.hand.start_position))
+
+
+def _end_angle(state: State, aim: Aim, scene: Scene) -> Array:
+    del state, scene
+    return _end(aim)[:, 2:]
+
+
+def _palm_velocity(state: State, aim: Aim, scene: Scene) -> Array:
+    """Velocity of the object in the palm frame."""
+    del aim, scene
+    return state.object_velocity[:, :2]
+
+
 def _velocity(state: State, aim: Aim, scene: Scene) -> Array:
     """Velocity of the object along the primitive and to its left."""
     del scene
@@ -277,5 +309,22 @@ GRIP = Layout(
 OPEN = Layout("grip-open-1", tuple(part for part in GRIP.parts if part.values is not _left))
 """The same without the way left to go: a policy must learn by itself how far each grip carries."""
 
-LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN}
+_FRAMELESS = tuple(
+    part
+    for part in GRIP.parts
+    if part.values not in (_unit_direction, _left, _velocity) and not isinstance(part.values, partial)
+)
+WHOLE = Layout(
+    "whole-1",
+    (
+        Part("share of the task's way come", _share, 0.5, 0.5, fixed=1),
+        Part("end of the task from the start x, y [m]", _end_place, 0.15, fixed=2),
+        Part("end of the task, orientation [rad]", _end_angle, 1.0, fixed=1),
+        Part("velocity x, y [m/s]", _palm_velocity, 0.2, fixed=2),
+        *_FRAMELESS,
+    ),
+)
+"""28 numbers with two links a finger for training on a whole task that sees its end but not its path."""
+
+LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN, "whole": WHOLE}
 """Layouts by the name that configurations use."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,20 @@ NEAR = 0.001
 
 
 @dataclass(frozen=True)
+class Made:
+    """What a decision made of the way that was asked for."""
+
+    gained: Array
+    """Way gained `(B,)` [m]; what lies beyond the end does not count."""
+    left: Array
+    """Way left `(B,)` [m], negative past the end."""
+    across: Array
+    """Distance from the line `(B,)` [m]."""
+    turned: Array
+    """Angle away from what is asked `(B,)` [rad]."""
+
+
+@dataclass(frozen=True)
 class Decision:
     """One decision of a batch of B worlds."""
 
@@ -37,6 +52,18 @@ class Decision:
     """Whether the episode ended by losing the object `(B,)`."""
     aim: Aim
     """What was asked."""
+    route: Made | None = None
+    """What was made of a route's way; None where a primitive was asked for."""
+
+    @cached_property
+    def made(self) -> Made:
+        """What was made of the way that was asked for."""
+        if self.route is not None:
+            return self.route
+        aim = self.aim
+        after, before = aim.shift(self.after.pose), aim.shift(self.before.pose)
+        gained = np.minimum(after[:, 0], aim.distance) - np.minimum(before[:, 0], aim.distance)
+        return Made(gained, aim.left(self.after.pose), np.abs(after[:, 1]), np.abs(after[:, 2]))
 
 
 @dataclass(frozen=True)
@@ -82,24 +109,19 @@ def direction(decision: Decision) -> Array:
 
 def progress(decision: Decision) -> Array:
     """Way gained along the primitive [m]; what lies beyond where the object is to stay does not count."""
-    aim = decision.aim
-    after, before = (
-        np.minimum(aim.shift(state.pose)[:, 0], aim.distance) for state in (decision.after, decision.before)
-    )
-    return np.asarray(after - before)
+    return decision.made.gained
 
 
 def waiting(decision: Decision) -> Array:
     """1 where the object is not yet within `NEAR` of where it is to stay."""
-    return np.asarray(decision.aim.left(decision.after.pose) > NEAR, dtype=float)
+    return np.asarray(decision.made.left > NEAR, dtype=float)
 
 
 def astray(decision: Decision) -> Array:
     """How far the object is off [m]: across beyond 0.5 mm, past its end, and a tenth of its turn beyond 0.01 [rad]."""
-    aim, pose = decision.aim, decision.after.pose
-    shift = np.abs(aim.shift(pose))
-    across, turned = np.maximum(shift[:, 1] - 5e-4, 0.0), np.maximum(shift[:, 2] - 0.01, 0.0)
-    return np.asarray(across + 0.1 * turned + np.maximum(-aim.left(pose) - NEAR, 0.0))
+    made = decision.made
+    across, turned = np.maximum(made.across - 5e-4, 0.0), np.maximum(made.turned - 0.01, 0.0)
+    return np.asarray(across + 0.1 * turned + np.maximum(-made.left - NEAR, 0.0))
 
 
 def jerk(decision: Decision) -> Array:

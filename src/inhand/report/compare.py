@@ -1,0 +1,89 @@
+"""The picture of a comparison: how much of every task each kind of controller completes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from inhand.report.style import (
+    INK,
+    LABEL_POINTS,
+    MUTED,
+    TICK_POINTS,
+    axes_box,
+    dress_axes,
+    heading_height,
+    new_figure,
+    series_look,
+    write_heading,
+)
+
+ROW_IN, PANEL_IN, GAP_IN, LEFT_IN = 0.3, 1.55, 0.22, 1.75
+"""Height of a row, width of a task's panel, the gap between two and the room for names [in]."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One controller on one task."""
+
+    mean: float
+    """Mean completion, 0 to 1."""
+    low: float
+    """Where its 95 % interval begins"""
+    high: float
+    """and ends."""
+    dropped: float
+    """Share of the episodes that lost the object."""
+    trained: bool
+    """Whether the controller was trained on the task."""
+
+
+def compare_figure(
+    names: Sequence[str], tasks: Sequence[str], bars: dict[tuple[str, str], Bar], title: str = "", subtitle: str = ""
+) -> Figure:
+    """Return a figure with a panel for each task and a row for each controller: completion, its interval, drops.
+
+    Args:
+        names: controllers, from top to bottom.
+        tasks: tasks, from left to right.
+        bars: what each controller did on each task, by name and task.
+        title: First line.
+        subtitle: Second line, smaller.
+    """
+    height = ROW_IN * len(names)
+    width = LEFT_IN + len(tasks) * (PANEL_IN + GAP_IN) + 0.1
+    figure = new_figure(width, 0.95 + height + heading_height(title, subtitle) + 0.25)
+    kinds = list(dict.fromkeys(name.partition(",")[0] for name in names))
+    for column, task in enumerate(tasks):
+        left = LEFT_IN + column * (PANEL_IN + GAP_IN)
+        ax = figure.add_axes(axes_box(figure, (left, 0.85, PANEL_IN, height)))
+        dress_axes(ax)
+        ax.grid(visible=False, axis="y")
+        ax.set_xlim(0, 100)
+        ax.set_ylim(len(names) - 0.5, -0.5)
+        ax.set_xticks([0, 50, 100])
+        ax.set_title(task, fontsize=LABEL_POINTS, color=INK, pad=6, loc="left")
+        ax.set_yticks(range(len(names)), names if column == 0 else [""] * len(names))
+        ax.tick_params(axis="y", labelcolor=INK)
+        for row, name in enumerate(names):
+            bar = bars[name, task]
+            look = series_look(kinds.index(name.partition(",")[0]))
+            if bar.trained:
+                ax.add_patch(Rectangle((0, row - 0.46), 100, 0.92, facecolor="#eef3f8", edgecolor="none", zorder=0.5))
+            ax.barh(row, 100 * bar.mean, height=0.5, color=look.colour, alpha=0.85, zorder=2)
+            ax.plot(100 * np.array([bar.low, bar.high]), [row, row], color=INK, linewidth=1.2, zorder=3)
+            if bar.dropped > 0:
+                inside = bar.mean > 0.6
+                place, side = (96.0, "right") if not inside else (4.0, "left")
+                colour = "white" if inside else INK
+                text = f"{100 * bar.dropped:.0f} % lost"
+                ax.text(place, row, text, fontsize=TICK_POINTS - 1.5, color=colour, ha=side, va="center", zorder=4)
+    write_heading(figure, title, subtitle)
+    full = figure.get_size_inches()[1]
+    note = "Completion [%], mean over seeds and episodes; line: 95 % bootstrap interval; shaded: trained on this task"
+    figure.text(0.2 / width, 0.28 / full, note, fontsize=TICK_POINTS - 0.5, color=MUTED)
+    return figure

@@ -65,6 +65,7 @@ class Journal:
                 "turned": float(found.tried.turned[mine].max()),
                 "total": float(found.tried.total[mine].mean()),
                 "expert_total": float(ready.expert_total[mine].mean()),
+                "expert_fraction": float(ready.expert_fraction[mine].mean()),
             }
         told = {
             "total": float(found.tried.total.mean()),

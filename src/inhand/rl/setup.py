@@ -34,6 +34,8 @@ TEST_SEED = 9000
 ROUTES = 64
 """Draws of a task that training end to end knows, and as many others that it is measured on."""
 
+_NUMBERS = ("limit", "expert_total", "expert_fraction", "expert_rows")
+
 
 @dataclass(frozen=True, eq=False)
 class Ready:
@@ -51,6 +53,8 @@ class Ready:
     """How far the hand could carry the object in each test start's direction, whatever its grip `(N,)` [m]."""
     expert_total: Array
     """Sum of the rewards of the expert from each test start `(N,)`."""
+    expert_fraction: Array
+    """Share of `limit` that the expert reached from each test start `(N,)`."""
     expert_rows: int
     """Rows of the demonstrations."""
 
@@ -106,15 +110,13 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     told("expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
     reach = {each.primitive.angle_deg: each.distance for each in limits(*held, (*TRAIN, *UNSEEN))}
-    return Ready(
-        held,
-        columns,
-        joined(parts),
-        tests,
-        np.array([reach[angle] for angle in tests.angle_deg]),
-        (shown.rewards * shown.valid).sum(axis=0),
-        replay.written,
-    )
+    limit = np.array([reach[angle] for angle in tests.angle_deg])
+    return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
+
+
+def _expert(shown: Episodes, limit: Array) -> tuple[Array, Array]:
+    """Return the sum of rewards and the share of the limit of the expert's episodes, each `(N,)`."""
+    return (shown.rewards * shown.valid).sum(axis=0), shown.distance / limit
 
 
 def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
@@ -137,8 +139,7 @@ def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
     told("expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
     limit = routes_in(tests).way[:, -1]
-    total = (shown.rewards * shown.valid).sum(axis=0)
-    return Ready(held, columns, joined(parts), tests, limit, total, replay.written)
+    return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
 
 
 def route_pool(
@@ -199,7 +200,7 @@ def add_demonstrations(replay: Replay, columns: Columns, batch: Episodes, lookin
 
 def save_ready(ready: Ready, path: Path) -> None:
     """Write everything but the rows to a `.npz` file, moved into place once it is complete."""
-    arrays = {"limit": ready.limit, "expert_total": ready.expert_total, "expert_rows": np.array(ready.expert_rows)}
+    arrays = {name: np.asarray(getattr(ready, name)) for name in _NUMBERS}
     for name, starts in (("starts", ready.starts), ("tests", ready.tests)):
         arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
         if starts.routes is not None:
@@ -231,5 +232,6 @@ def load_ready(config: Training, path: Path) -> Ready:
             starts("tests"),
             data["limit"],
             data["expert_total"],
+            data["expert_fraction"],
             int(data["expert_rows"]),
         )

@@ -66,6 +66,20 @@ class Counters:
 
 
 @dataclass(frozen=True, eq=False)
+class Drawn:
+    """What U updates learn from."""
+
+    rows: Rows
+    """Rows `(U, batch, width)`."""
+    weights: Rows
+    """Their importance weights `(U, batch)`."""
+    whose: NDArray[np.bool_]
+    """Whether each is the expert's `(U, batch)`."""
+    numbers: tuple[NDArray[np.int64], NDArray[np.int64]]
+    """Numbers of the rows in the expert's buffer and in the agent's."""
+
+
+@dataclass(frozen=True, eq=False)
 class Evaluation:
     """What an evaluation found."""
 
@@ -167,8 +181,7 @@ class Trainer:
         chunk = self.config.updates
         for done in range(0, self.config.warm_up, chunk):
             actor = self._learner.actor
-            rows, weights, _ = self._draw(chunk, 1.0)
-            self._learner, report = self._updated(rows, weights, 0.0)
+            self._learner, report = self._updated(self._draw(chunk, 1.0), 0.0)
             self._learner = self._learner._replace(actor=actor, slow_actor=actor)
             self._journal.scalars("warm-up", done + chunk, {"critic loss": float(report.critic_loss.mean())})
             self._progress("warm-up", done + chunk, self.config.warm_up)
@@ -179,11 +192,11 @@ class Trainer:
         begun = len(self._agent) >= config.learning.batch or self.share == 1.0
         drawn = self._draw(config.updates, self.share) if begun else None
         acting = self._policy(self._learner.actor)
-        launched = None if drawn is None else self._updated(drawn[0], drawn[1], 1.0)
+        launched = None if drawn is None else self._updated(drawn, 1.0)
         rows, ends = self._collector.collect(acting, config.decisions, config.spread, self._rng)
         if launched is not None and drawn is not None:
             self._learner, report = launched
-            self._take_in(report, drawn[2])
+            self._take_in(report, drawn)
             counters.updates += config.updates
         for block in rows:
             self._agent.add(block)
@@ -194,14 +207,14 @@ class Trainer:
         self._journal.episodes(counters.episodes - len(ends), ends)
         self._progress("learning", counters.episodes, config.episodes)
 
-    def _updated(self, rows: Rows, weights: Rows, strength: float) -> tuple[Learner, Report]:
+    def _updated(self, drawn: Drawn, strength: float) -> tuple[Learner, Report]:
         found: tuple[Learner, Report] = update_many(
-            self._learner, rows, weights, self.config.learning, self._ready.columns, strength=strength
+            self._learner, drawn.rows, drawn.weights, self.config.learning, self._ready.columns, strength=strength
         )
         return found
 
-    def _draw(self, updates: int, share: float) -> tuple[Rows, Rows, list[NDArray[np.int64]]]:
-        """Draw rows `(U, batch, width)` from both buffers, their importance weights, and their numbers in each."""
+    def _draw(self, updates: int, share: float) -> Drawn:
+        """Draw the batches of some updates from both buffers."""
         batch = self.config.learning.batch
         if len(self._agent) == 0:
             share = 1.0
@@ -217,10 +230,9 @@ class Trainer:
                 drawn = replay.draw(self._rng, count) if count else np.zeros(0, dtype=np.int64)
             rows[chosen] = replay.at(drawn)
             numbers.append(drawn)
-        self._whose = whose
-        return rows, weights, numbers
+        return Drawn(rows, weights, whose, (numbers[0], numbers[1]))
 
-    def _take_in(self, report: Report, numbers: list[NDArray[np.int64]]) -> None:
+    def _take_in(self, report: Report, drawn: Drawn) -> None:
         """Write losses down, refuse those that are not finite, and tell the priorities."""
         losses = np.asarray(report.critic_loss), np.asarray(report.actor_loss)
         bad = ~np.isfinite(losses[0])
@@ -235,10 +247,10 @@ class Trainer:
             )
         if self._priorities:
             priority = np.asarray(report.priority) + PRIORITY_FLOOR
-            for which, chosen in enumerate((self._whose, ~self._whose)):
+            for which, chosen in enumerate((drawn.whose, ~drawn.whose)):
                 if chosen.any():
                     bonus = SHOWN_BONUS if which == 0 else 0.0
-                    self._priorities[which].learn(numbers[which], priority[chosen] + bonus)
+                    self._priorities[which].learn(drawn.numbers[which], priority[chosen] + bonus)
         told = {
             "critic loss": losses[0].mean(),
             "actor loss": np.nanmean(losses[1]),

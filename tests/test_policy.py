@@ -23,6 +23,7 @@ from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.objects import parse_object_name
 from inhand.sim.state import State
+from inhand.study.cells import job_of
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, primitive_at
@@ -81,6 +82,15 @@ def test_a_policy_comes_back_as_it_was_and_as_the_same_bytes(tmp_path: Path) -> 
 
 
 @pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="needs the extra `rl`: pip install 'inhand[rl]'")
+def test_a_cell_of_a_sweep_knows_its_policy_by_what_it_is_not_by_its_place(folder: Path, tmp_path: Path) -> None:
+    config = AsteriskConfig(controller=str(folder))
+    before, again = (job_of(config, HAND, CUBE, {}, tmp_path).settings for _ in range(2))
+    assert before == again
+    save_policy(a_policy(strength=0.9), folder / "best")
+    after = job_of(config, HAND, CUBE, {}, tmp_path).settings
+    assert [key for key in after if after[key] != before[key]] == ["policy"]
+
+
 def test_numpy_and_jax_act_alike() -> None:
     import jax.numpy as jnp
 

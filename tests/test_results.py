@@ -21,6 +21,7 @@ from inhand.evaluation.results import (
 )
 from inhand.evaluation.table import HEADER, failures, table_rows
 from inhand.geometry import spatial
+from inhand.report.scenes import trial_path
 from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.objects import CATALOGUE as OBJECTS
 from inhand.tasks.primitives import primitive_at
@@ -132,6 +133,15 @@ def test_a_failed_grasp_is_no_distance_and_no_contact() -> None:
 )
 def test_only_reached_and_recorded_trials_kept_the_object(outcome: str, kept: bool) -> None:
     assert replace(result_of_trial(straight()), outcome=outcome).kept is kept
+
+
+@pytest.mark.parametrize(
+    ("outcome", "lost"), [("lost contact", True), ("no grasp", True), ("diverged", True), ("time out", False)]
+)
+def test_a_trial_whose_time_ran_out_has_lost_nothing_and_is_not_crossed_out(outcome: str, lost: bool) -> None:
+    result = replace(result_of_trial(straight()), outcome=outcome)
+    assert result.lost is lost
+    assert trial_path(straight(), result).failed is lost
 
 
 def test_metrics_of_the_original_software_come_when_asked_for() -> None:

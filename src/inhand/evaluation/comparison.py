@@ -13,7 +13,7 @@ from inhand.evaluation.run import Assignment, Setup
 from inhand.evaluation.table import NOTHING
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import REACHED, TIME_OUT, Trial
+from inhand.trials.trial import Trial
 
 GROUPS = (("Trained directions", TRAIN), ("Unseen directions", UNSEEN))
 """The directions that training may see, and the eight that it never sees (thesis 3.3)."""
@@ -74,7 +74,7 @@ def with_more(setup: Setup, episodes: int) -> Setup:
 
 def lost(results: Sequence[Result]) -> int:
     """Return in how many trials the object was lost, or never held."""
-    return sum(result.outcome not in {REACHED, TIME_OUT} for result in results)
+    return sum(result.lost for result in results)
 
 
 def rows(

@@ -20,7 +20,7 @@ from inhand.sim.hands import FINGER_NAMES
 from inhand.tasks.primitives import twisted_name
 from inhand.trials.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.trials.human_trial import HumanTrial
-from inhand.trials.trial import DIVERGED, REACHED, Passport, Trial
+from inhand.trials.trial import DIVERGED, LOST, REACHED, Passport, Trial
 
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
@@ -67,6 +67,11 @@ class Result:
     def kept(self) -> bool:
         """Whether it came to its end with the object in the hand."""
         return self.outcome in {REACHED, RECORDED}
+
+    @property
+    def lost(self) -> bool:
+        """Whether the object was lost, or never held; a trial whose time ran out is neither kept nor lost."""
+        return self.outcome in LOST
 
 
 def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:

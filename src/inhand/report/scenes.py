@@ -75,7 +75,7 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         points_mm=mean.points_mm,
         label_mm=float(np.mean([result.metrics.max_distance_mm for result in results])),
         band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
-        failed=not all(result.kept for result in results),
+        failed=any(result.lost for result in results),
         limit_mm=results[0].limit,
     )
 
@@ -91,7 +91,7 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
         turns.append(rotation)
     points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
     distance = float(np.mean([result.metrics.max_distance_mm for result in results]))
-    failed, limit = not all(result.kept for result in results), results[0].limit
+    failed, limit = any(result.lost for result in results), results[0].limit
     return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
 
 
@@ -131,7 +131,7 @@ def trial_path(trial: Trial, result: Result) -> TrialPath:
         fingers=FINGER_NAMES,
         target_mm=target[along <= shown],
         target_rotation_deg=trial.passport.rotation_deg,
-        failed=not result.kept,
+        failed=result.lost,
     )
 
 

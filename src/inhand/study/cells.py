@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from inhand.controllers.catalogue import find_controller
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig
 from inhand.evaluation.results import as_entry, result_of_trial, write_json
@@ -40,7 +41,7 @@ class Job:
 
 def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: Mapping[str, str], folder: Path) -> Job:
     """Return the job of a run of one hand with one object, whose file lies in a folder."""
-    settings = {
+    settings: dict[str, Any] = {
         "hand": asdict(hand),
         "object": asdict(spec),
         "directions": [asdict(primitive) for primitive in parse_directions(config.directions)],
@@ -51,6 +52,9 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
         "controller": config.controller,
         "versions": dict(versions),
     }
+    policy = find_controller(config.controller).policy
+    if policy is not None:
+        settings["policy"] = policy.digest
     path = folder / f"{_plain(hand.name)}__{_plain(spec.name)}.json"
     return Job(config, (hand.name, spec.name), json.loads(json.dumps(settings)), path)
 

@@ -10,12 +10,10 @@ import numpy as np
 
 from inhand.geometry import Array
 from inhand.study.compare import ENOUGH
-from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP
+from inhand.trials.trial import LOST
 
 DRAWS = 2000
 """Samples of a bootstrap."""
-LOST = (LOST_CONTACT, NO_GRASP, DIVERGED)
-"""Outcomes without the object in the hand."""
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,8 @@ DIVERGED = "diverged"
 STOPPED = "stopped"
 OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT, DIVERGED, STOPPED)
 """How a trial can end; a sequence of primitives stops where one has failed too often, the object still held."""
+LOST = (LOST_CONTACT, NO_GRASP, DIVERGED)
+"""Those without the object in the hand."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ class TraceConfig:
 
     path: str = "square"
     """square, triangle, circle, figure-eight, star, a letter A to Z, an SVG file, a CSV file of way-points (x_mm, y_mm,
-    theta_deg), or a task: pose, tour, wall or key."""
+    theta_deg), or a task: pose, place, tour, wall or key."""
     size: float | None = None
     """Larger side of the drawing [mm]; without it 60 % of the reachable size, and of a CSV file its own size."""
     scale: bool = False

@@ -8,18 +8,22 @@ import numpy as np
 import similaritymeasures
 from numpy.typing import NDArray
 
-from inhand.geometry import Array, planar, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, planar, way_along, wrap_angle
 from inhand.sequencing.plan import Plan, distance_to
 from inhand.sequencing.run import Followed
 from inhand.sim.walls import Wall, clearance
 from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED
 
-POINTS = 300
-"""Points of path and plan between which the Frechet distance is taken."""
+POINTS, MOST_POINTS = 300, 1000
+"""Points of path and plan between which the Frechet distance is taken: one for each millimetre of the plan, but not
+fewer or more than these."""
 TOUCHES = 3e-4
 """An object touches a wall where it is nearer than this [m]."""
 PUSHED = 1.0
 """Time for which an object must have been pushed against a wall, held by both fingers [s]."""
+
+SAME = 1e-18
+"""Squares of lengths below this are none [m^2]."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +37,11 @@ class Trace:
     completion: float
     """Share of the plan's way that was come along, after the approach; 1 only where every primitive was done."""
     rms_mm: float
-    """Root mean square over the rows of the distance from the planned line [mm]."""
+    """Root mean square over the rows of the distance from the planned path [mm]."""
     max_mm: float
     """Largest such distance [mm]."""
     frechet_mm: float
-    """Discrete Frechet distance of the path to the plan [mm]."""
+    """Discrete Frechet distance of the path to the plan [mm]; up to half the spacing of its points too long."""
     turn_deg: float
     """Largest angle between object and plan while moving [deg]."""
     end_mm: float
@@ -62,6 +66,18 @@ class Trace:
         return self.outcome == REACHED and (self.pushed_s is None or self.pushed_s >= PUSHED)
 
 
+@dataclass(frozen=True, eq=False)
+class Deviations:
+    """How far the object was from its plan in each of M rows."""
+
+    way: Array
+    """Way along the plan, from the end of the approach `(M,)` [m]."""
+    off: Array
+    """Distance from the planned path `(M,)` [m]: from the primitive under way or the one before."""
+    turned: Array
+    """Angle between the object and what that primitive allows `(M,)` [rad]."""
+
+
 def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
     """Return what one world reached.
 
@@ -70,19 +86,16 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
         wall: what it was to be pushed against, if anything.
     """
     plan, trial = followed.plan, followed.trial
-    poses, legs = measured_rows(followed)
-    lines = [_line(plan, leg) for leg in legs]
-    start, end = (np.array([line[k] for line in lines]).reshape(-1, 3) for k in (0, 1))
-    off = 1e3 * distance_to(poses[:, :2], start[:, :2], end[:, :2])
-    middle, half = (start[:, 2] + end[:, 2]) / 2, np.abs(end[:, 2] - start[:, 2]) / 2
-    turned = np.maximum(np.abs(wrap_angle(poses[:, 2] - middle)) - half, 0.0)
+    poses, _ = measured_rows(followed)
+    rows = deviations(followed)
+    off, turned = 1e3 * rows.off, rows.turned
     approach, whole = plan.way[plan.approach], plan.way[-1]
     last = planar(trial.object_pose[-1]) - np.array(plan.legs[-1].end)
     done = trial.outcome == REACHED
     return Trace(
         trial.passport.trial,
         trial.outcome,
-        1.0 if done else min(max((followed.come - approach) / (whole - approach), 0.0), 0.999),
+        1.0 if done else float(min(max((followed.come - approach) / (whole - approach), 0.0), 0.999)),
         float(np.sqrt(np.mean(off**2))) if len(off) else np.nan,
         float(off.max(initial=0.0)) if len(off) else np.nan,
         _frechet(poses, plan) if len(off) else np.nan,
@@ -104,21 +117,49 @@ def measured_rows(followed: Followed) -> tuple[Array, NDArray[np.int64]]:
     return poses[measured], followed.legs[measured]
 
 
-def _line(plan: Plan, leg: int) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    return plan.legs[leg].start, plan.legs[leg].end
+def deviations(followed: Followed) -> Deviations:
+    """Return how far the object was from its plan, row by row after the approach."""
+    poses, legs = measured_rows(followed)
+    ends = _ends(followed.plan)[legs]
+    start, end = ends[:, 0], ends[:, 1]
+    middle, half = (start[:, 2] + end[:, 2]) / 2, np.abs(end[:, 2] - start[:, 2]) / 2
+    turned = np.maximum(np.abs(wrap_angle(poses[:, 2] - middle)) - half, 0.0)
+    scale = np.array([1.0, 1.0, TURN_ARM])
+    line, gone = (end - start) * scale, (poses - start) * scale
+    share = np.clip((gone * line).sum(axis=-1) / np.maximum((line**2).sum(axis=-1), SAME), 0.0, 1.0)
+    way = followed.plan.way
+    return Deviations(
+        way[legs] - way[followed.plan.approach] + share * np.diff(way)[legs], _off(followed.plan, poses, legs), turned
+    )
+
+
+def _ends(plan: Plan) -> Array:
+    """Return where each primitive of a plan starts and ends `(L, 2, 3)` [m, m, rad]."""
+    return np.array([(leg.start, leg.end) for leg in plan.legs])
+
+
+def _off(plan: Plan, poses: Array, legs: NDArray[np.int64]) -> Array:
+    """Return the distance `(M,)` [m] from the line of the primitive under way or the one before, whichever is nearer.
+
+    A primitive has arrived a little before its end, and a push ends where something resisted: there the next one
+    starts, still on the planned path.
+    """
+    lines = [_ends(plan)[which][..., :2] for which in (legs, np.maximum(legs - 1, plan.approach))]
+    return np.minimum(*(distance_to(poses[:, :2], line[:, 0], line[:, 1]) for line in lines))
 
 
 def _frechet(poses: Array, plan: Plan) -> float:
     """Return the discrete Frechet distance of positions `(M, 3)` to a plan without its approach [mm]."""
     wanted = plan.measured().poses()
-    path, target = (_evenly(np.asarray(points[:, :2])) for points in (poses, wanted))
+    count = int(np.clip(np.ceil(1e3 * plan.measured().way[-1]), POINTS, MOST_POINTS))
+    path, target = (_evenly(np.asarray(points[:, :2]), count) for points in (poses, wanted))
     return float(1e3 * similaritymeasures.frechet_dist(path, target))
 
 
-def _evenly(points: Array) -> Array:
-    """Return points `(POINTS, 2)` evenly along a line through others `(M, 2)`; standing still counts once."""
+def _evenly(points: Array, count: int) -> Array:
+    """Return points `(count, 2)` evenly along a line through others `(M, 2)`; standing still counts once."""
     way = way_along(np.column_stack([points, np.zeros(len(points))]))
-    wanted = np.linspace(0.0, way[-1], POINTS)
+    wanted = np.linspace(0.0, way[-1], count)
     return np.column_stack([np.interp(wanted, way, points[:, i]) for i in range(2)])
 
 

@@ -16,6 +16,8 @@ from inhand.sequencing.plan import Leg, Plan
 
 Mode = Literal["go", "return", "recover", "done", "stopped"]
 """What a world is doing."""
+What = Literal["move", "turn", "press", "hold"]
+"""Which part of the repertoire carries a primitive out."""
 Pose = tuple[float, float, float]
 """x [m], y [m], theta [rad]."""
 
@@ -64,7 +66,7 @@ class Event:
 class Request:
     """A primitive to start now."""
 
-    what: Literal["move", "turn", "press", "hold"]
+    what: What
     """Which part of the repertoire carries it out."""
     start: Pose
     """Where it is planned to start: what the controller measures its errors from."""
@@ -92,6 +94,7 @@ class Walk:
     """What went wrong."""
     time: float = 0.0
     """Time since the plan began [s]."""
+    _what: What = "move"
     _target: Pose = (0.0, 0.0, 0.0)
     _begun: Pose | None = None
     _nearest: float = math.inf
@@ -166,15 +169,14 @@ class Walk:
         return (self._begun if self.leg == 0 and self._begun is not None else leg.start), leg.end
 
     def _left(self, pose: Pose) -> float:
-        if self.now.kind == "turn" and self.mode == "go":
+        if self._what == "turn":
             return TURN_ARM * abs(_wrapped(self._target[2] - pose[2]))
         return math.dist(pose[:2], self._target[:2])
 
     def _arrived(self, left: float) -> bool:
         """Return whether the primitive is over: at its end, and held there for as long as asked."""
-        press = self.now.kind == "press" and self.mode == "go"
-        near = self.config.arrive_turn * TURN_ARM if self.now.kind == "turn" else self.config.arrive
-        if self._stayed < 0 and (press or left <= near):
+        near = self.config.arrive_turn * TURN_ARM if self._what == "turn" else self.config.arrive
+        if self._stayed < 0 and (self._what == "press" or left <= near):
             self._stayed = 0.0
         elif self._stayed >= 0:
             self._stayed += self.period
@@ -184,9 +186,7 @@ class Walk:
         config = self.config
         if self._loose >= config.loose:
             return "lost a finger"
-        (_, _, first), (_, _, last) = self.now.start, self.now.end
-        turned = max(abs(_wrapped(pose[2] - (first + last) / 2)) - abs(last - first) / 2, 0.0)
-        if off > config.stray or turned > config.stray_turn:
+        if self.mode == "go" and (off > config.stray or abs(self._turned(pose)) > config.stray_turn):
             return "left its path"
         return "stuck" if self._timer >= config.patience and self._stayed < 0 else None
 
@@ -203,8 +203,23 @@ class Walk:
         self.mode = "stopped"
         return self._request("hold", pose, pose)
 
+    def _turned(self, pose: Pose) -> float:
+        """Return by how much an object is turned out of what the primitive under way allows [rad]."""
+        first, last = sorted((self.now.start[2], self.now.end[2]))
+        middle, half = (first + last) / 2, (last - first) / 2
+        away = _wrapped(pose[2] - middle)
+        return math.copysign(max(abs(away) - half, 0.0), away)
+
     def _resume(self, pose: Pose) -> Request:
-        """Go on after the grip has been closed: back to the planned line if the object is off it."""
+        """Go on after the grip has been closed: first turned back if the object is turned far, then brought back."""
+        turned = self._turned(pose)
+        if abs(turned) <= self.config.stray_turn / 2:
+            return self._bring_back(pose)
+        self.mode = "return"
+        return self._request("turn", pose, (*pose[:2], pose[2] - turned))
+
+    def _bring_back(self, pose: Pose) -> Request:
+        """Bring the object back to the planned line if it is off it, and go on."""
         if self.off(pose) <= self.config.arrive:
             return self._go(pose)
         self.mode = "return"
@@ -213,7 +228,7 @@ class Walk:
 
     def _arrive(self, pose: Pose, off: float) -> Request | None:
         if self.mode == "return":
-            return self._go(pose)
+            return self._bring_back(pose) if self._what == "turn" else self._go(pose)
         if self.limit < self.plan.way[self.leg + 1] - self.config.arrive:
             return self._stop(pose, off, "grip ends")
         self.leg, self._tries = self.leg + 1, 0
@@ -233,8 +248,9 @@ class Walk:
             return self._request("turn", (*leg.start[:2], pose[2]), (x, y, theta))
         return self._request(leg.kind, (*pose[:2], leg.start[2]), (x, y, theta))
 
-    def _request(self, what: Literal["move", "turn", "press", "hold"], start: Pose, end: Pose) -> Request:
-        self._target, self._nearest, self._timer, self._stayed, self._loose = end, math.inf, 0.0, -1.0, 0
+    def _request(self, what: What, start: Pose, end: Pose) -> Request:
+        self._what, self._target, self._nearest = what, end, math.inf
+        self._timer, self._stayed, self._loose = 0.0, -1.0, 0
         return Request(what, start, end)
 
     def _tell(self, pose: Pose, off: float, what: str) -> None:

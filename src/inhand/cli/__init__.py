@@ -1,5 +1,6 @@
-"""The command line: `inhand asterisk | reach | sweep | record | train | evaluate | metrics | view | hands | objects`.
+"""The command line: `inhand` and a command.
 
+The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, view, hands and objects.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
 
@@ -16,6 +17,7 @@ from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig, ReachCommand
+from inhand.evaluation.trace_config import TraceConfig
 from inhand.study.config import SweepConfig
 
 
@@ -51,6 +53,7 @@ class ObjectsConfig:
 
 Command = (
     Annotated[AsteriskConfig, tyro.conf.subcommand("asterisk")]
+    | Annotated[TraceConfig, tyro.conf.subcommand("trace")]
     | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
     | Annotated[RecordConfig, tyro.conf.subcommand("record")]
@@ -86,6 +89,10 @@ def _run(config: object) -> None:
         from inhand.cli.asterisk import run_asterisk
 
         run_asterisk(config)
+    elif isinstance(config, TraceConfig):
+        from inhand.cli.trace import run_trace
+
+        run_trace(config)
     elif isinstance(config, ReachCommand):
         from inhand.cli.reach import run_reach
 
@@ -106,7 +113,12 @@ def _run(config: object) -> None:
         from inhand.cli.evaluate import run_evaluate
 
         run_evaluate(config)
-    elif isinstance(config, MetricsConfig):
+    else:
+        _show(config)
+
+
+def _show(config: object) -> None:
+    if isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 
         run_metrics(config.files, config.json)

@@ -15,6 +15,7 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 from matplotlib.transforms import BboxBase
@@ -58,6 +59,8 @@ SAMPLES = 8
 """Frames looked at to choose the colours."""
 FASTEST_FPS = 50
 """GIF counts hundredths of a second, and browsers slow down anything below two of them."""
+WALL = "#e3e7eb", "#8a949e"
+"""Fill and edge of a wall."""
 HOLD_S = 1.0
 """How long the last frame stays before the picture starts again [s]."""
 
@@ -94,11 +97,23 @@ class Stage:
     """Where in the contact strip the frame is; None without a strip."""
     along: Array | None
     """Unit vector `(2,)` the counter measures along; None counts the distance from the start."""
+    texts: Sequence[str] | None
+    """What stands at each instant in the counter's place."""
 
     def moving(self) -> tuple[Artist, ...]:
         """Return every artist that changes from frame to frame, back to front."""
         last = () if self.cursor is None else (self.cursor,)
         return (*self.scene.all(), self.trail, self.counter, *last)
+
+
+@dataclass(frozen=True, eq=False)
+class Still:
+    """What stands still behind a replay."""
+
+    target: Array
+    """The target line `(M, 2)` [mm]."""
+    wall: Array
+    """Corners `(K, 2)` [mm] of a wall; none where there is none."""
 
 
 Writer: TypeAlias = Callable[[Stage, Sequence[SceneOutline], Array, Path, int], None]
@@ -115,6 +130,8 @@ def write_replay(
     target_angle_deg: float | None = None,
     target_path_mm: Array | None = None,
     contact: NDArray[np.bool_] | None = None,
+    wall_mm: Array | None = None,
+    texts: Sequence[str] | None = None,
 ) -> Path:
     """Write an animated replay of one trial and return its path; the file appears whole or not at all.
 
@@ -127,22 +144,36 @@ def write_replay(
         target_angle_deg: Direction of a straight target [deg]; it gives the trail its colour.
         target_path_mm: A target path `(M, 2)` [mm] from the start instead of the straight line.
         contact: Whether each finger touched at each instant `(N, F)`, drawn as a strip below.
+        wall_mm: Corners `(K, 2)` [mm] from the start of something that stands still.
+        texts: What to write at each instant instead of the distance.
 
     Raises:
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
     out = Path(out)
-    _check(frames, trail_mm, contact, fps)
+    _check(frames, trail_mm, contact, fps, texts)
     write = _writer(out)
-    target = _target(trail_mm, target_angle_deg, target_path_mm)
-    stage = _set_stage(frames, trail_mm, target, angle_deg=target_angle_deg, title=title, contact=contact)
+    still = Still(_target(trail_mm, target_angle_deg, target_path_mm), np.empty((0, 2)) if wall_mm is None else wall_mm)
+    check_points(still.wall, "wall")
+    stage = _set_stage(frames, trail_mm, still, texts, angle_deg=target_angle_deg, title=title, contact=contact)
     with written_whole(out) as part:
         write(stage, frames, trail_mm, part, fps)
     return out
 
 
-def _check(frames: Sequence[SceneOutline], trail_mm: Array, contact: NDArray[np.bool_] | None, fps: int) -> None:
-    """Raise InputError where frames, trail and contact do not belong together or the rate cannot be written."""
+def wall_patch(corners: Array) -> Polygon:
+    """Return the hatched patch of a wall with corners `(K, 2)` [mm] from the object's start."""
+    return Polygon(corners, closed=True, facecolor=WALL[0], edgecolor=WALL[1], hatch="////", linewidth=0.9, zorder=1.25)
+
+
+def _check(
+    frames: Sequence[SceneOutline],
+    trail_mm: Array,
+    contact: NDArray[np.bool_] | None,
+    fps: int,
+    texts: Sequence[str] | None,
+) -> None:
+    """Raise InputError where frames, trail, contact and texts do not belong together or the rate cannot be written."""
     if len(frames) == 0:
         raise InputError("a replay was given no frame: give one SceneOutline per instant")
     check_points(trail_mm, "trail")
@@ -152,6 +183,8 @@ def _check(frames: Sequence[SceneOutline], trail_mm: Array, contact: NDArray[np.
         check_contact(contact, ())
         if len(contact) != len(frames):
             raise InputError(f"{len(contact)} rows of contact given for {len(frames)} frames: give one row per frame")
+    if texts is not None and len(texts) != len(frames):
+        raise InputError(f"{len(texts)} texts given for {len(frames)} frames: give one text per frame")
     if not 0 < fps <= FASTEST_FPS:
         raise InputError(f"{fps} frames per second given: the rate must be above 0 and at most {FASTEST_FPS}")
 
@@ -186,7 +219,8 @@ def _target(trail_mm: Array, angle_deg: float | None, path_mm: Array | None) -> 
 def _set_stage(
     frames: Sequence[SceneOutline],
     trail_mm: Array,
-    target: Array,
+    still: Still,
+    texts: Sequence[str] | None,
     *,
     angle_deg: float | None,
     title: str,
@@ -197,8 +231,10 @@ def _set_stage(
     canvas = FigureCanvasAgg(figure)
     strip_in = 0.0 if contact is None else 0.3 + 0.13 * contact.shape[1]
     ax = figure.add_axes(axes_box(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in)))
-    _dress_view(ax, np.concatenate([*map(scene_points, frames), trail_mm, target]))
-    ax.plot(*target.T, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
+    _dress_view(ax, np.concatenate([*map(scene_points, frames), trail_mm, still.target, still.wall]))
+    if len(still.wall):
+        ax.add_patch(wall_patch(still.wall))
+    ax.plot(*still.target.T, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
     colour = INK if angle_deg is None else direction_colour(angle_deg)
     along = None if angle_deg is None else unit(np.deg2rad(angle_deg))
     halo = [withStroke(linewidth=4.2, foreground="white")]
@@ -214,7 +250,7 @@ def _set_stage(
         strip.set_xlabel("")
         strip.tick_params(labelsize=TICK_POINTS - 1.5)
         cursor = strip.axvline(0, color="#d1242f", linewidth=1.4, zorder=5.0)
-    stage = Stage(figure, canvas, draw_scene(ax, frames[0], CLEAR), trail, counter, cursor, along)
+    stage = Stage(figure, canvas, draw_scene(ax, frames[0], CLEAR), trail, counter, cursor, along, texts)
     for artist in stage.moving():
         artist.set_animated(True)
     return stage
@@ -249,7 +285,8 @@ def _show(stage: Stage, outline: SceneOutline, trail_mm: Array) -> None:
     stage.trail.set_data(*trail_mm.T)
     here = trail_mm[-1]
     done = float(np.hypot(*here)) if stage.along is None else float(here @ stage.along)
-    stage.counter.set_text(f"{done:.0f} mm" if np.isfinite(done) else "")
+    told = f"{done:.0f} mm" if np.isfinite(done) else ""
+    stage.counter.set_text(told if stage.texts is None else stage.texts[len(trail_mm) - 1])
     if stage.cursor is not None:
         stage.cursor.set_xdata([len(trail_mm) - 0.5] * 2)
 

@@ -1,0 +1,69 @@
+"""`inhand trace`: trace a drawing with the object, or do a task, and write the report."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from inhand.cli.asterisk import write_trials
+from inhand.cli.terminal import print_table, say
+from inhand.controllers.catalogue import notes_of
+from inhand.evaluation.folder import check_folder, run_folder
+from inhand.evaluation.results import write_json
+from inhand.evaluation.trace_config import TraceConfig
+from inhand.evaluation.trace_run import TraceSetup, prepare_trace, simulate_trace
+from inhand.evaluation.trace_table import faults, trace_entry, trace_rows, what_was_done
+from inhand.evaluation.tracing import Trace
+from inhand.evaluation.versions import versions
+from inhand.report.trace_report import TraceRun, write_trace
+from inhand.sequencing.run import Followed, start_of
+
+MARK = "trace.json"
+"""The file that marks a folder as one of this command."""
+
+
+def run_trace(config: TraceConfig) -> None:
+    """Check everything, simulate, measure, and put the finished run in its place."""
+    setup = prepared(config)
+    check_folder(config.out, overwrite=config.overwrite, mark=MARK)
+    followed, traces = simulated(config, setup)
+    notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
+    with run_folder(config.out) as folder:
+        write_trials([each.trial for each in followed], folder)
+        write_trace(TraceRun(config, setup, followed, traces, notes), folder)
+        origin = start_of(setup.hand)
+        content = {
+            "trials": [trace_entry(each, trace, origin) for each, trace in zip(followed, traces, strict=True)],
+            "size_mm": None if setup.size is None else 1e3 * setup.size,
+            "config": asdict(config),
+            "versions": versions(),
+            "seed": config.seed,
+        }
+        write_json(content, folder / MARK)
+    header, rows = trace_rows(traces)
+    print_table(f"{what_was_done(setup)}: {config.object}, {config.hand}", header, rows, numbers=2)
+    for sentence in (*faults(setup, followed, traces), *notes):
+        say(sentence)
+    say(f"Report: {config.out / 'report.md'}")
+
+
+def prepared(config: TraceConfig) -> TraceSetup:
+    """Return a run's setup and show how the search for what the hand can reach goes."""
+    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), transient=True) as bar:
+        row = bar.add_task("checking the reach", total=None)
+        return prepare_trace(config, lambda text, _, __: bar.update(row, description=text))
+
+
+def simulated(config: TraceConfig, setup: TraceSetup) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
+    """Run every trial of a setup and show how far it is."""
+    with Progress(
+        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
+    ) as bar:
+        total = len(setup.plans)
+        row = bar.add_task("searching contacts", total=total)
+
+        def show(phase: str, running: int, step: int) -> None:
+            bar.update(row, description=f"{phase}, step {step}, {running} trials running", completed=total - running)
+
+        return simulate_trace(config, setup, show)

@@ -1,0 +1,267 @@
+"""`inhand trace` end to end: what it leaves and prints, and what it refuses before anything is written."""
+
+import contextlib
+import io
+import json
+import re
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from commands import Call
+from inhand.cli.trace import run_trace
+from inhand.errors import InputError
+from inhand.evaluation import trace_run
+from inhand.evaluation.trace_config import TraceConfig
+from inhand.evaluation.trace_run import find_path, plan_of, prepare_trace
+from inhand.evaluation.tracing import Trace
+from inhand.report import trace_report
+from inhand.sequencing import fit
+from inhand.sequencing.drawings import larger_side, scaled
+from inhand.sequencing.fit import carried, largest
+from inhand.trials.trial import load_trial
+
+STANDARD = "2v2_50.50_50.50_1.1_53"
+SMALL = ("--path", "L", "--size", "24", "--trials", "1")
+SVG = '<svg xmlns="http://www.w3.org/2000/svg">{}</svg>'
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a small run, with what it printed."""
+    out = tmp_path_factory.mktemp("results") / "small run"
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        run_trace(TraceConfig(path="square", size=30, trials=2, seed=4, out=out))
+    (out / "printed.txt").write_text(printed.getvalue(), encoding="utf-8")
+    return out
+
+
+def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
+    names = {str(path.relative_to(run)) for path in run.rglob("*") if path.is_file()}
+    assert names == {
+        "trace.json",
+        "report.md",
+        "figures/trace.png",
+        "figures/replay.gif",
+        "trials/square_1.npz",
+        "trials/square_2.npz",
+        "printed.txt",
+    }
+    for path in (run / "figures").iterdir():
+        with Image.open(path) as picture:
+            picture.load()
+            assert min(picture.size) > 400, path.name
+            assert getattr(picture, "n_frames", 1) > (50 if path.suffix == ".gif" else 0)
+    trial = load_trial(run / "trials" / "square_2.npz")
+    assert (trial.passport.path, trial.passport.trial, trial.passport.seed) == ("square", 2, 4)
+    assert trial.outcome == "reached"
+
+
+def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
+    content = json.loads((run / "trace.json").read_text(encoding="utf-8"))
+    assert list(content) == ["trials", "size_mm", "config", "versions", "seed"]
+    assert [each["trial"] for each in content["trials"]] == [1, 2]
+    for each in content["trials"]:
+        assert set(each) >= {field.name for field in fields(Trace)} | {"done", "events"}
+        assert (each["outcome"], each["completion"], each["done"], each["events"]) == ("reached", 1.0, True, [])
+        assert 0 < each["rms_mm"] < each["max_mm"] < 1.5
+        assert each["frechet_mm"] >= each["max_mm"] - 1e-9
+        assert (each["legs"], each["approach_legs"]) == (5, 1)
+        assert each["way_mm"] == pytest.approx(120)
+        assert each["pushed_s"] is None
+    assert content["size_mm"] == pytest.approx(30)
+    assert content["seed"] == content["config"]["seed"] == 4
+    assert (content["config"]["path"], content["config"]["hand"]) == ("square", STANDARD)
+    assert content["versions"]["python"].startswith("3.")
+
+
+def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
+    printed = (run / "printed.txt").read_text(encoding="utf-8")
+    assert f"Square of 30 mm by ik: cube_39, {STANDARD}" in printed
+    for word in ("Trial", "Outcome", "Done [%]", "RMS [mm]", "Max [mm]", "Fréchet [mm]", "Failures", "100.0"):
+        assert word in printed
+    assert "Pushed" not in printed
+    assert printed.count("reached") == 2
+    assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+
+
+def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None:
+    text = (run / "report.md").read_text(encoding="utf-8")
+    assert text.startswith(f"# Square of 30 mm by ik: cube_39 with {STANDARD}\n")
+    assert "| 1 | reached | 100.0 |" in text
+    assert "Every trial followed its plan to the end without a failure." in text
+    assert "2 trial(s) of 5 primitives, 1 of them an approach, then 120 mm of way" in text
+    for picture in re.findall(r"!\[.*\]\((.*)\)", text):
+        assert (run / picture).is_file()
+    assert "    inhand trace --path square --size 30 --controller ik" in text
+
+
+def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: Path, inhand: Call) -> None:
+    before = (run / "trace.json").read_bytes()
+    code, _, err = inhand("trace", *SMALL, "--out", run)
+    assert (code, (run / "trace.json").read_bytes()) == (2, before)
+    assert err == f"inhand: --out {run} holds the results of a run; give another folder, or --overwrite to replace it\n"
+    out = tmp_path / "other"
+    out.mkdir()
+    (out / "metrics.json").write_text("{}")
+    code, _, err = inhand("trace", *SMALL, "--out", out, "--overwrite")
+    assert (code, [path.name for path in out.iterdir()]) == (2, ["metrics.json"])
+    assert "holds files that are no run of inhand" in err
+    (out / "metrics.json").rename(out / "trace.json")
+    code, printed, err = inhand("trace", *SMALL, "--out", out, "--overwrite", "--controller", "rl")
+    assert (code, err) == (0, "")
+    assert "Letter L of 24 mm by rl" in printed
+    assert "The policy moves; twists and recoveries are the expert's (`ik`)." in printed
+    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "trace.json", "trials"]
+    assert (out / "trials" / "letter_l_1.npz").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["other"]
+
+
+def test_a_trial_that_fails_is_told_and_kept(tmp_path: Path, inhand: Call) -> None:
+    code, printed, err = inhand(
+        "trace", "--path", "key", "--trials", "1", "--controller", "thesis-ik", "--out", tmp_path / "run"
+    )
+    assert (code, err) == (0, "")
+    content = json.loads((tmp_path / "run" / "trace.json").read_text(encoding="utf-8"))
+    (trial,) = content["trials"]
+    assert trial["outcome"] in {"stopped", "lost contact"}
+    assert not trial["done"]
+    assert content["size_mm"] is None
+    assert trial["events"]
+    for event in trial["events"]:
+        assert set(event) == {"time_s", "leg", "kind", "place_mm", "off_mm", "what"}
+        assert 0 <= event["leg"] < trial["legs"]
+        assert np.hypot(*event["place_mm"]) < 60
+    (sentence,) = [line for line in printed.splitlines() if line.startswith("Trial 1, ")]
+    assert f"{trial['events'][0]['what']} at (" in sentence
+    assert f"* {sentence}" in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_task_with_a_wall_shows_the_push(tmp_path: Path, inhand: Call) -> None:
+    code, printed, _ = inhand("trace", "--path", "wall", "--trials", "1", "--out", tmp_path / "run")
+    assert code == 0
+    assert "Task wall by ik" in printed
+    assert "Pushed [s]" in printed
+    (trial,) = json.loads((tmp_path / "run" / "trace.json").read_text(encoding="utf-8"))["trials"]
+    assert trial["pushed_s"] >= 1
+    assert "Pushed is the longest time against the wall" in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_long_replay_is_faster_than_it_was(run: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(trace_report, "MOST_FRAMES", 40)
+    del run
+    run_trace(TraceConfig(path="L", size=24, trials=1, out=tmp_path / "run"))
+    with Image.open(tmp_path / "run" / "figures" / "replay.gif") as picture:
+        assert getattr(picture, "n_frames", 1) <= 40
+    assert re.search(r"Replay of trial 1, [\d.]+ x as fast", (tmp_path / "run" / "report.md").read_text())
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--path", "sqare"), "unknown --path 'sqare'; did you mean square"),
+        (("--path", "wal"), "unknown --path 'wal'; did you mean wall?; allowed are square, "),
+        (("--path", "nowhere.svg"), "there is no such file; give the path of a .svg file that is there"),
+        (("--path", "square", "--size", "0"), "--size 0: give a positive size in mm"),
+        (("--path", "square", "--size", "-5"), "--size -5: give a positive size in mm"),
+        (("--path", "square", "--size", "nan"), "--size nan: give a positive size in mm"),
+        (("--path", "key", "--size", "20"), "--path key is a task and has no size: leave --size and --scale out"),
+        (("--path", "tour", "--scale"), "--path tour is a task and has no size"),
+        (("--trials", "0"), "--trials 0: give at least one trial"),
+        (("--seed", "-1"), "--seed -1: a seed is 0 or more"),
+        (("--noise-mm", "-1"), "--noise-mm -1: noise must be 0 or more"),
+        (("--noise-deg", "nan"), "--noise-deg nan: noise must be 0 or more"),
+        (("--controller", "ki"), "unknown controller 'ki'; did you mean ik?"),
+        (("--hand", "2v2"), "2v2"),
+        (("--object", "cub_39"), "cub_39"),
+        (("--object", "box_200x39"), "is 200.0 mm wide"),
+    ],
+)
+def test_bad_words_are_refused_before_anything_is_written(
+    words: tuple[str, ...], text: str, tmp_path: Path, inhand: Call
+) -> None:
+    code, printed, err = inhand("trace", *words, "--out", tmp_path / "run")
+    assert (code, printed.strip()) == (2, "")
+    assert err.startswith("inhand: ")
+    assert text in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "text"),
+    [
+        ("empty.svg", SVG.format(""), "it shows no path and no shape; its elements are (none); draw one of"),
+        ("words.svg", SVG.format("<text>hello</text>"), "it holds <text>, which is neither a path nor a basic shape"),
+        (
+            "jump.svg",
+            SVG.format('<path d="M0,0 L10,0 M20,0 L30,0"/>'),
+            "the path jumps from (10, 0) to (20, 0), 10 of the file's units, and the hand cannot lift the object",
+        ),
+        ("gap.csv", "x_mm,y_mm\n0,0\n10,nan\n", "line 3: column y_mm holds 'nan', not a finite number"),
+        ("one.csv", "x_mm,y_mm\n0,0\n", "the file ends with 1 way-point; a drawing needs two or more"),
+        ("still.csv", "x_mm,y_mm\n0,0\n0,0\n", "still goes nowhere: all of its way-points are where the object starts"),
+    ],
+)
+def test_bad_files_are_refused_before_anything_is_written(
+    name: str, content: str, text: str, tmp_path: Path, inhand: Call
+) -> None:
+    (tmp_path / name).write_text(content, encoding="utf-8")
+    code, printed, err = inhand("trace", "--path", tmp_path / name, "--out", tmp_path / "run")
+    assert (code, printed.strip()) == (2, "")
+    assert text in err
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_a_shape_that_is_too_large_is_refused_with_the_largest_that_fits(
+    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fit, "EXACT", 0.015)
+    monkeypatch.setattr(trace_run, "largest", partial(largest, above=0.06))  # which saves most of the search
+    code, _, err = inhand("trace", "--path", "J", "--size", "200", "--out", tmp_path / "run")
+    assert code == 2
+    assert list(tmp_path.iterdir()) == []
+    found = re.fullmatch(
+        r"inhand: letter J of 200 mm lies outside of what the hand can reach with this object: from"
+        r" \((-?\d+), (-?\d+)\) to .* \(mm from the object's start\); the largest that fits is (\d+) mm: give --size"
+        r" \3 or less, or --scale\n",
+        err,
+    )
+    assert found is not None
+    x, y, most = (int(number) for number in found.groups())
+    assert np.hypot(x, y) > 40
+    assert 60 < most < 120
+    monkeypatch.setattr(trace_run, "largest", lambda *_: most / 1e3)
+    config = TraceConfig(path="J", size=200, trials=1, scale=True)
+    setup = prepare_trace(config)
+    assert setup.size == pytest.approx(most / 1e3)
+    assert setup.notes == (f"Scaled from 200 to {most} mm, the largest that fits.",)
+    assert carried((setup.hand, setup.object), setup.plans[0]) == pytest.approx(setup.plans[0].way[-1])
+
+
+def test_a_drawing_without_a_size_gets_a_share_of_the_reachable_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trace_run, "largest", lambda *_: 0.05)
+    setup = prepare_trace(TraceConfig(path="star", trials=2))
+    assert setup.size == pytest.approx(0.03)
+    assert setup.notes == ("Size 30 mm is 60 % of the reachable 50 mm.",)
+    assert setup.plans[0] is setup.plans[1]
+    assert larger_side(scaled(find_path("star"), 0.03)) == pytest.approx(0.03)
+    assert setup.plans[0].legs == plan_of((setup.hand, setup.object), scaled(find_path("star"), 0.03)).legs
+    monkeypatch.setattr(trace_run, "largest", lambda *_: 0.0)
+    with pytest.raises(InputError, match=r"no size of star lies inside the reach of hand '2v2.*'; use another hand"):
+        prepare_trace(TraceConfig(path="star"))
+    monkeypatch.setattr(fit, "carried", lambda *_: 0.01)
+    with pytest.raises(InputError, match=r"carries the object only 10 of \d+ mm along it; and no size of it fits"):
+        prepare_trace(TraceConfig(path="star", size=30))
+
+
+def test_way_points_of_a_file_keep_their_size_and_their_turns(tmp_path: Path) -> None:
+    (tmp_path / "hop.csv").write_text("x_mm,y_mm,theta_deg\n0,0,0\n10,0,10\n10,-10,0\n", encoding="utf-8")
+    setup = prepare_trace(TraceConfig(path=str(tmp_path / "hop.csv"), trials=1))
+    assert setup.size == pytest.approx(0.01)
+    assert [leg.kind for leg in setup.plans[0].legs] == ["turn", "move", "turn", "move"]
+    larger = prepare_trace(TraceConfig(path=str(tmp_path / "hop.csv"), trials=1, size=20))
+    assert larger.size == pytest.approx(0.02)

@@ -35,7 +35,8 @@ def at(state: State, *poses: tuple[float, float, float]) -> State:
 
 def aimed(state: State, angles_deg: tuple[float, ...] = (0.0, 100.0, -170.0), distance: float = np.inf) -> Aim:
     start = state.pose - (0.004, -0.003, 0.02)
-    return Aim(np.deg2rad(angles_deg), start, np.full(state.n_worlds, distance), 0.25, start + np.array([0.02, -0.03, 0.1]))
+    end = start + np.array([0.02, -0.03, 0.1])
+    return Aim(np.deg2rad(angles_deg), start, np.full(state.n_worlds, distance), 0.25, end)
 
 
 # The aim.

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from inhand.controllers.catalogue import find_controller
 from inhand.errors import InputError
 from inhand.evaluation.trace_config import TraceConfig
-from inhand.evaluation.trace_run import DRAWS, prepare_trace, simulate_trace
+from inhand.evaluation.trace_run import prepare_trace, simulate_trace
 from inhand.evaluation.tracing import PUSHED, trace_of
 from inhand.geometry import TURN_ARM, Array, way_along
 from inhand.sequencing import fit
@@ -20,7 +20,7 @@ from inhand.sequencing.fit import Fit, carried, fit_of, largest, reached, refusa
 from inhand.sequencing.plan import STEP, TOLERANCE, Leg, Plan, distance_to, plan_along
 from inhand.sequencing.run import Followed, follow, start_of
 from inhand.sequencing.sequencer import Sequencer
-from inhand.sequencing.tasks import SHARE, TASKS, SequenceTask, draw_points
+from inhand.sequencing.tasks import DRAWS, SHARE, TASKS, SequenceTask, draw_points
 from inhand.sequencing.walk import Pose, Request, SequenceConfig, Walk
 from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.objects import CATALOGUE
@@ -552,10 +552,10 @@ def test_a_task_is_drawn_again_until_a_grip_carries_it(monkeypatch: pytest.Monke
     told: list[str] = []
     setup = prepare_trace(TraceConfig(path="lottery", trials=1), lambda text, _, __: told.append(text))
     assert setup.plans == (good,)
-    assert told == [f"lottery of trial 1, draw {k}" for k in (1, 2, 3)]
+    assert told == [f"task lottery, trial 1, draw {k}" for k in (1, 2, 3)]
     assert len(told) < DRAWS
     monkeypatch.setitem(TASKS, "lottery", drawing(far))
-    with pytest.raises(InputError, match="task lottery of trial 1 lies outside of what the hand can reach") as error:
+    with pytest.raises(InputError, match="task lottery, trial 1 lies outside of what the hand can reach") as error:
         prepare_trace(TraceConfig(path="lottery", trials=1))
     assert "another --seed" in str(error.value)
 

@@ -1,6 +1,6 @@
 """The command line: `inhand` and a command.
 
-The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, view, hands and objects.
+The commands: asterisk, trace, reach, sweep, compare, record, train, evaluate, metrics, view, hands and objects.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,7 @@ from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig, ReachCommand
 from inhand.evaluation.trace_config import TraceConfig
+from inhand.study.compare_config import CompareConfig
 from inhand.study.config import SweepConfig
 
 
@@ -56,6 +58,7 @@ Command = (
     | Annotated[TraceConfig, tyro.conf.subcommand("trace")]
     | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
+    | Annotated[CompareConfig, tyro.conf.subcommand("compare")]
     | Annotated[RecordConfig, tyro.conf.subcommand("record")]
     | Annotated[TrainConfig, tyro.conf.subcommand("train")]
     | Annotated[EvaluateConfig, tyro.conf.subcommand("evaluate")]
@@ -84,41 +87,24 @@ def main() -> None:
         sys.exit(130)
 
 
+RUNS = {
+    AsteriskConfig: "asterisk",
+    TraceConfig: "trace",
+    ReachCommand: "reach",
+    SweepConfig: "sweep",
+    CompareConfig: "compare",
+    RecordConfig: "record",
+    TrainConfig: "train",
+    EvaluateConfig: "evaluate",
+}
+"""The module of each command that runs something; its function is `run_` and the same name."""
+
+
 def _run(config: object) -> None:
-    if isinstance(config, AsteriskConfig):
-        from inhand.cli.asterisk import run_asterisk
-
-        run_asterisk(config)
-    elif isinstance(config, TraceConfig):
-        from inhand.cli.trace import run_trace
-
-        run_trace(config)
-    elif isinstance(config, ReachCommand):
-        from inhand.cli.reach import run_reach
-
-        run_reach(config)
-    elif isinstance(config, SweepConfig):
-        from inhand.cli.sweep import run_sweep
-
-        run_sweep(config)
-    elif isinstance(config, RecordConfig):
-        from inhand.cli.record import run_record
-
-        run_record(config)
-    elif isinstance(config, TrainConfig):
-        from inhand.cli.train import run_train
-
-        run_train(config)
-    elif isinstance(config, EvaluateConfig):
-        from inhand.cli.evaluate import run_evaluate
-
-        run_evaluate(config)
-    else:
-        _show(config)
-
-
-def _show(config: object) -> None:
-    if isinstance(config, MetricsConfig):
+    name = RUNS.get(type(config))
+    if name is not None:
+        getattr(import_module(f"inhand.cli.{name}"), f"run_{name}")(config)
+    elif isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 
         run_metrics(config.files, config.json)

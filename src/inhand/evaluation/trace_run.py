@@ -17,7 +17,7 @@ from inhand.sequencing.drawings import SHAPES, Drawing, find_drawing, larger_sid
 from inhand.sequencing.fit import carried, fit_of, largest, reached, refusal
 from inhand.sequencing.plan import Plan, plan_along
 from inhand.sequencing.run import SUBSTEPS, Followed, follow, start_of
-from inhand.sequencing.tasks import TASKS, SequenceTask
+from inhand.sequencing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.sim.fit import check_fit
 from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
@@ -28,8 +28,6 @@ from inhand.trials.trial import Passport
 
 SHARE = 0.6
 """Share of the reachable size that a drawing without a size gets."""
-DRAWS = 10
-"""Plans of a task that are drawn, until one grip carries the object through."""
 Told = Callable[[str, int, int], None]
 """Told what is being done, how far it is, and how far it has to go."""
 
@@ -88,7 +86,10 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
         task = TASKS[config.path]
         if config.size is not None or config.scale:
             raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
-        plans = tuple(_drawn(held, task, (config.seed, k), told) for k in range(config.trials))
+        draws = [
+            (np.random.default_rng((config.seed, k)), f"task {task.name}, trial {k + 1}") for k in range(config.trials)
+        ]
+        plans = tuple(fitting_plan(task, held, rng, name, told) for rng, name in draws)
         return TraceSetup(*held, entry, plans, task, None, notes)
     drawing, more = _sized(config, held, find_path(config.path), told)
     plan = plan_of(held, drawing)
@@ -184,22 +185,6 @@ def _sized(
 
 def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:
     return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)
-
-
-def _drawn(held: tuple[HandSpec, ObjectSpec], task: SequenceTask, seeds: tuple[int, int], told: Told | None) -> Plan:
-    """Return the plan of one trial of a task: the first that a single grip carries the object through."""
-    rng, drawn = np.random.default_rng(seeds), list[Plan]()
-    while len(drawn) < DRAWS:
-        if told is not None:
-            told(f"{task.name} of trial {seeds[1] + 1}, draw {len(drawn) + 1}", len(drawn), DRAWS)
-        drawn.append(task.plan(held, rng))
-        fit = fit_of(held, drawn[-1])
-        if fit.fits:
-            return drawn[-1]
-        if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
-            break
-    advice = "use a hand with a longer reach, another object or another --seed"
-    raise refusal(f"task {task.name} of trial {seeds[1] + 1}", fit, start_of(held[0]), advice)
 
 
 def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[Passport]:

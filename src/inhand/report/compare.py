@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
@@ -24,6 +25,10 @@ from inhand.report.style import (
 
 ROW_IN, PANEL_IN, GAP_IN, LEFT_IN = 0.3, 1.55, 0.22, 1.75
 """Height of a row, width of a task's panel, the gap between two and the room for names [in]."""
+INSIDE = 0.6
+"""Completion from which on the text about losses stands in the bar."""
+SHOWN = 0.005
+"""Share of losses that is not rounded to nothing."""
 
 
 @dataclass(frozen=True)
@@ -63,27 +68,28 @@ def compare_figure(
         ax = figure.add_axes(axes_box(figure, (left, 0.85, PANEL_IN, height)))
         dress_axes(ax)
         ax.grid(visible=False, axis="y")
-        ax.set_xlim(0, 100)
-        ax.set_ylim(len(names) - 0.5, -0.5)
-        ax.set_xticks([0, 50, 100])
+        ax.set(xlim=(0, 100), ylim=(len(names) - 0.5, -0.5), xticks=[0, 50, 100])
         ax.set_title(task, fontsize=LABEL_POINTS, color=INK, pad=6, loc="left")
         ax.set_yticks(range(len(names)), names if column == 0 else [""] * len(names))
         ax.tick_params(axis="y", labelcolor=INK)
         for row, name in enumerate(names):
-            bar = bars[name, task]
-            look = series_look(kinds.index(name.partition(",")[0]))
-            if bar.trained:
-                ax.add_patch(Rectangle((0, row - 0.46), 100, 0.92, facecolor="#eef3f8", edgecolor="none", zorder=0.5))
-            ax.barh(row, 100 * bar.mean, height=0.5, color=look.colour, alpha=0.85, zorder=2)
-            ax.plot(100 * np.array([bar.low, bar.high]), [row, row], color=INK, linewidth=1.2, zorder=3)
-            if bar.dropped > 0:
-                inside = bar.mean > 0.6
-                place, side = (96.0, "right") if not inside else (4.0, "left")
-                colour = "white" if inside else INK
-                text = f"{100 * bar.dropped:.0f} % lost"
-                ax.text(place, row, text, fontsize=TICK_POINTS - 1.5, color=colour, ha=side, va="center", zorder=4)
+            _draw(ax, row, bars[name, task], series_look(kinds.index(name.partition(",")[0])).colour)
     write_heading(figure, title, subtitle)
     full = figure.get_size_inches()[1]
     note = "Completion [%], mean over seeds and episodes; line: 95 % bootstrap interval; shaded: trained on this task"
     figure.text(0.2 / width, 0.28 / full, note, fontsize=TICK_POINTS - 0.5, color=MUTED)
     return figure
+
+
+def _draw(ax: Axes, row: int, bar: Bar, colour: str) -> None:
+    """Draw one controller's bar, its interval, and what was lost."""
+    if bar.trained:
+        ax.add_patch(Rectangle((0, row - 0.46), 100, 0.92, facecolor="#eef3f8", edgecolor="none", zorder=0.5))
+    ax.barh(row, 100 * bar.mean, height=0.5, color=colour, alpha=0.85, zorder=2)
+    ax.plot(100 * np.array([bar.low, bar.high]), [row, row], color=INK, linewidth=1.2, zorder=3)
+    if bar.dropped > 0:
+        inside = bar.mean > INSIDE
+        place, side = (4.0, "left") if inside else (98.0, "right")
+        text = f"{100 * bar.dropped:.0f} % lost" if bar.dropped >= SHOWN else "< 1 % lost"
+        size = TICK_POINTS - 1.5
+        ax.text(place, row, text, fontsize=size, color="white" if inside else INK, ha=side, va="center", zorder=4)

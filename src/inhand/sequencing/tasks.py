@@ -10,10 +10,10 @@ import numpy as np
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.sequencing.drawings import find_drawing, scaled
+from inhand.sequencing.fit import Held, fit_of, refusal
 from inhand.sequencing.plan import Leg, Plan, plan_along
-from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec
-from inhand.sim.objects import ObjectSpec, polygon
+from inhand.sim.objects import polygon
 from inhand.sim.walls import Wall
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
@@ -32,8 +32,8 @@ aims [m]."""
 WALL_STAY, POSE_STAY, KEY_STAY = 1.5, 1.0, 0.5
 """Times for which the object is pushed against the wall, held at a goal pose and held turned [s]."""
 
-Held = tuple[HandSpec, ObjectSpec]
-"""A hand and an object."""
+DRAWS = 10
+"""Plans of a task that are drawn, until one grip carries the object through."""
 
 
 @dataclass(frozen=True)
@@ -161,3 +161,35 @@ def find_task(text: str) -> SequenceTask:
         return plan_along(text, _start(held) + drawing.poses, _start(held))
 
     return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)
+
+
+def fitting_plan(
+    task: SequenceTask,
+    held: Held,
+    rng: np.random.Generator,
+    name: str,
+    told: Callable[[str, int, int], None] | None = None,
+) -> Plan:
+    """Return the first drawn plan of a task that a single grip carries the object through.
+
+    Args:
+        task: the task.
+        held: the hand and the object.
+        rng: draws plans.
+        name: what errors and progress call it.
+        told: told which draw is looked at, how many were, and how many will be at most.
+
+    Raises:
+        InputError: none of `DRAWS` plans fits; the text says which part of the last lies outside.
+    """
+    drawn: list[Plan] = []
+    while len(drawn) < DRAWS:
+        if told is not None:
+            told(f"{name}, draw {len(drawn) + 1}", len(drawn), DRAWS)
+        drawn.append(task.plan(held, rng))
+        fit = fit_of(held, drawn[-1])
+        if fit.fits:
+            return drawn[-1]
+        if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
+            break
+    raise refusal(name, fit, _start(held), "use a hand with a longer reach, another object or another --seed")

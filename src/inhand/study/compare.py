@@ -12,6 +12,7 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,8 +26,11 @@ from inhand.evaluation.tracing import trace_of
 from inhand.evaluation.versions import versions
 from inhand.rl.config import Training, default
 from inhand.rl.runs import finished, resume, train
+from inhand.sequencing.plan import Plan
 from inhand.sequencing.run import SUBSTEPS, follow, start_of
-from inhand.sequencing.tasks import find_task
+from inhand.sequencing.tasks import find_task, fitting_plan
+from inhand.sim.hands import HandSpec
+from inhand.sim.objects import ObjectSpec
 from inhand.sim.spec_files import load_hand, load_object
 from inhand.study.compare_config import CompareConfig
 from inhand.trials.trial import Passport
@@ -192,14 +196,21 @@ def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[st
     entry = find_controller("ik")
     if who.kind != "expert":
         entry = learned(*policy_of(config.out / "runs" / who.folder))
-    draws = [np.random.default_rng(TEST_SEED + k) for k in range(config.episodes)]
-    plans = [find_task(task).plan((hand, spec), rng) for rng in draws]
-    starts = start_of(hand) + NOISE * np.stack([rng.standard_normal(3) for rng in draws])
+    plans = _plans((hand, spec), task, config.episodes)
+    noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
+    starts = start_of(hand) + NOISE * np.stack(noise)
     passports = [
         Passport(hand, spec, who.name, task, None, 0.0, task, k + 1, who.seed, SUBSTEPS, PERIOD / SUBSTEPS, versions())
         for k in range(config.episodes)
     ]
     return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, passports)]
+
+
+@lru_cache(maxsize=16)
+def _plans(held: tuple[HandSpec, ObjectSpec], task: str, count: int) -> tuple[Plan, ...]:
+    """Return the plan of each episode: drawn until one grip can carry the object through it."""
+    draws = [np.random.default_rng(TEST_SEED + k) for k in range(count)]
+    return tuple(fitting_plan(find_task(task), held, rng, f"task {task}, episode {k}") for k, rng in enumerate(draws))
 
 
 def adapted(config: CompareConfig, told: Told) -> list[dict[str, Any]]:

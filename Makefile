@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test sweep bench learn study lock
+.PHONY: demo test sweep bench learn study compare lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -30,6 +30,11 @@ learn: .venv/.dev
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py
+	$(BIN)/python benchmarks/sequences.py
+
+# Structured against end to end: hours.
+compare: .venv/.dev
+	$(BIN)/inhand compare
 
 .venv/.run: pyproject.toml requirements/run.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "inhand needs Python 3.11 or newer: make PYTHON=python3.11 ...")'

@@ -23,10 +23,8 @@ from inhand.report.style import (
     write_heading,
 )
 
-ROW_IN, PANEL_IN, GAP_IN, LEFT_IN = 0.3, 1.55, 0.22, 1.75
+ROW_IN, PANEL_IN, GAP_IN, LEFT_IN = 0.3, 1.35, 0.8, 1.75
 """Height of a row, width of a task's panel, the gap between two and the room for names [in]."""
-INSIDE = 0.6
-"""Completion from which on the text about losses stands in the bar."""
 SHOWN = 0.005
 """Share of losses that is not rounded to nothing."""
 
@@ -60,7 +58,7 @@ def compare_figure(
         subtitle: Second line, smaller.
     """
     height = ROW_IN * len(names)
-    width = LEFT_IN + len(tasks) * (PANEL_IN + GAP_IN) + 0.1
+    width = LEFT_IN + len(tasks) * (PANEL_IN + GAP_IN)
     figure = new_figure(width, 0.95 + height + heading_height(title, subtitle) + 0.25)
     kinds = list(dict.fromkeys(name.partition(",")[0] for name in names))
     for column, task in enumerate(tasks):
@@ -88,8 +86,5 @@ def _draw(ax: Axes, row: int, bar: Bar, colour: str) -> None:
     ax.barh(row, 100 * bar.mean, height=0.5, color=colour, alpha=0.85, zorder=2)
     ax.plot(100 * np.array([bar.low, bar.high]), [row, row], color=INK, linewidth=1.2, zorder=3)
     if bar.dropped > 0:
-        inside = bar.mean > INSIDE
-        place, side = (4.0, "left") if inside else (98.0, "right")
         text = f"{100 * bar.dropped:.0f} % lost" if bar.dropped >= SHOWN else "< 1 % lost"
-        size = TICK_POINTS - 1.5
-        ax.text(place, row, text, fontsize=size, color="white" if inside else INK, ha=side, va="center", zorder=4)
+        ax.text(103.0, row, text, fontsize=TICK_POINTS - 1.0, color=MUTED, va="center", clip_on=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,7 @@ def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
     return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
 
 
+@lru_cache(maxsize=16)
 def route_pool(
     held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int]
 ) -> tuple[Routes, list[GraspPlan]]:
@@ -151,7 +153,7 @@ def route_pool(
         held: the hand and the object.
         task: what `inhand.sequencing.tasks.find_task` takes.
         count: number of draws; a task that draws nothing has one route.
-        seed: of the draws.
+        seed: of the draws; those of one seed are planned once.
     """
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:

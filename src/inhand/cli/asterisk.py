@@ -6,9 +6,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-from inhand.cli.terminal import print_table, say
+from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.controllers.catalogue import notes_of
 from inhand.errors import InputError
 from inhand.evaluation.beside import load_beside
@@ -61,15 +59,7 @@ def people_of(config: AsteriskConfig) -> HumanFolder:
 
 def simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:
     """Run every trial of a setup and show how far it is."""
-    with Progress(
-        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
-    ) as bar:
-        total = len(setup.assignments)
-        row = bar.add_task("searching contacts", total=total)
-
-        def show(phase: str, running: int, step: int) -> None:
-            bar.update(row, description=f"{phase}, step {step}, {running} trials running", completed=total - running)
-
+    with trials_shown(len(setup.assignments)) as show:
         return simulate(config, setup, show)
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -28,3 +30,17 @@ def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]
 def say(text: str) -> None:
     """Print one line without markup or wrapping."""
     Console(soft_wrap=True).print(text, markup=False, highlight=False)
+
+
+@contextmanager
+def trials_shown(total: int) -> Iterator[Callable[[str, int, int], None]]:
+    """Give what a simulation of trials tells its phase, the trials still running and its step, and show them."""
+    with Progress(
+        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
+    ) as bar:
+        row = bar.add_task("searching contacts", total=total)
+
+        def show(phase: str, running: int, step: int) -> None:
+            bar.update(row, description=f"{phase}, step {step}, {running} trials running", completed=total - running)
+
+        yield show

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from inhand.cli.asterisk import write_trials
-from inhand.cli.terminal import print_table, say
+from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.controllers.catalogue import notes_of
 from inhand.evaluation.folder import check_folder, run_folder
 from inhand.evaluation.results import write_json
@@ -57,13 +57,5 @@ def prepared(config: TraceConfig) -> TraceSetup:
 
 def simulated(config: TraceConfig, setup: TraceSetup) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Run every trial of a setup and show how far it is."""
-    with Progress(
-        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
-    ) as bar:
-        total = len(setup.plans)
-        row = bar.add_task("searching contacts", total=total)
-
-        def show(phase: str, running: int, step: int) -> None:
-            bar.update(row, description=f"{phase}, step {step}, {running} trials running", completed=total - running)
-
+    with trials_shown(len(setup.plans)) as show:
         return simulate_trace(config, setup, show)

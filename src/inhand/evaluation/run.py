@@ -14,6 +14,7 @@ from inhand.episodes.phases import placed_joints, standard_phases
 from inhand.episodes.record import cut_trials
 from inhand.errors import InputError
 from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.trace_config import TraceConfig
 from inhand.evaluation.versions import versions
 from inhand.geometry import way_along
 from inhand.sim.bullet_engine import BulletSimulator
@@ -71,11 +72,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     """
     if config.trials < 1:
         raise InputError(f"--trials {config.trials}: give at least one trial for each direction")
-    for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
-        if not (np.isfinite(value) and value >= 0):
-            raise InputError(f"{name} {value:g}: noise must be 0 or more")
-    if config.seed < 0:
-        raise InputError(f"--seed {config.seed}: a seed is 0 or more")
+    check_draws(config)
     hand, spec = load_hand(config.hand), load_object(config.object)
     entry = find_controller(config.controller)
     primitives = parse_directions(config.directions)
@@ -88,6 +85,19 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
         assignments += [Assignment(primitive, paths[k % len(paths)], k + 1) for k in range(config.trials)]
     check_known(entry, hand, stacked([whole_path(each.path) for each in assignments]))
     return Setup(hand, spec, entry, tuple(assignments))
+
+
+def check_draws(config: AsteriskConfig | TraceConfig) -> None:
+    """Refuse start noise or a seed that nothing can be drawn with.
+
+    Raises:
+        InputError: the text names the option.
+    """
+    for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
+        if not (np.isfinite(value) and value >= 0):
+            raise InputError(f"{name} {value:g}: noise must be 0 or more")
+    if config.seed < 0:
+        raise InputError(f"--seed {config.seed}: a seed is 0 or more")
 
 
 def simulate(

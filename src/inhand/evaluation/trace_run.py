@@ -10,6 +10,7 @@ import numpy as np
 from inhand.controllers.catalogue import ControllerEntry, find_controller
 from inhand.controllers.policy import check_joints
 from inhand.errors import InputError, near_matches
+from inhand.evaluation.run import check_draws
 from inhand.evaluation.trace_config import TraceConfig
 from inhand.evaluation.tracing import Trace, trace_of
 from inhand.evaluation.versions import versions
@@ -71,11 +72,7 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
     """
     if config.trials < 1:
         raise InputError(f"--trials {config.trials}: give at least one trial")
-    for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
-        if not (np.isfinite(value) and value >= 0):
-            raise InputError(f"{name} {value:g}: noise must be 0 or more")
-    if config.seed < 0:
-        raise InputError(f"--seed {config.seed}: a seed is 0 or more")
+    check_draws(config)
     held = load_hand(config.hand), load_object(config.object)
     entry = find_controller(config.controller)
     check_fit(*held)

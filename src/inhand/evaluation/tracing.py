@@ -12,7 +12,7 @@ from inhand.geometry import TURN_ARM, Array, planar, way_along, wrap_angle
 from inhand.sequencing.plan import Plan, distance_to
 from inhand.sequencing.run import Followed
 from inhand.sim.walls import Wall, clearance
-from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED
+from inhand.trials.trial import LOST, REACHED
 
 POINTS, MOST_POINTS = 300, 1000
 """Points of path and plan between which the Frechet distance is taken: one for each millimetre of the plan, but not
@@ -58,7 +58,7 @@ class Trace:
     @property
     def dropped(self) -> bool:
         """Whether the object was lost, or never held."""
-        return self.outcome in {LOST_CONTACT, NO_GRASP, DIVERGED}
+        return self.outcome in LOST
 
     @property
     def done(self) -> bool:

@@ -13,6 +13,7 @@ from inhand.geometry import Array
 from inhand.sequencing.drawings import find_drawing, scaled
 from inhand.sequencing.fit import Fit, Held, fit_of, refusal
 from inhand.sequencing.plan import Leg, Plan, plan_along
+from inhand.sequencing.run import start_of
 from inhand.sim.model import SceneSpec
 from inhand.sim.objects import polygon
 from inhand.sim.walls import Wall
@@ -69,41 +70,41 @@ def draw_points(held: Held, count: int, rng: np.random.Generator, share: float =
     return share * points[:count]
 
 
-def _start(held: Held) -> Array:
-    return np.array([*held[0].start_position, 0.0])
-
-
 def _pose(held: Held, rng: np.random.Generator) -> Plan:
     goal = np.append(draw_points(held, 1, rng)[0], rng.uniform(-TURNS, TURNS))
-    return plan_along("pose", np.stack([_start(held), _start(held) + goal]), _start(held), stay=POSE_STAY)
+    return plan_along(
+        "pose", np.stack([start_of(held[0]), start_of(held[0]) + goal]), start_of(held[0]), stay=POSE_STAY
+    )
 
 
 def _place(held: Held, rng: np.random.Generator) -> Plan:
     goal = np.append(draw_points(held, 1, rng)[0], 0.0)
-    return plan_along("place", np.stack([_start(held), _start(held) + goal]), _start(held), stay=POSE_STAY)
+    return plan_along(
+        "place", np.stack([start_of(held[0]), start_of(held[0]) + goal]), start_of(held[0]), stay=POSE_STAY
+    )
 
 
 def _tour(held: Held, rng: np.random.Generator) -> Plan:
     points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
-    return plan_along("tour", _start(held) + points, _start(held), tolerance=0.0)
+    return plan_along("tour", start_of(held[0]) + points, start_of(held[0]), tolerance=0.0)
 
 
 def _key(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    out = _start(held) + np.array([0.0, KEY_WAY, 0.0])
+    out = start_of(held[0]) + np.array([0.0, KEY_WAY, 0.0])
     turned = out + np.array([0.0, 0.0, KEY_TURN])
     legs = (
-        Leg("move", _triple(_start(held)), _triple(out)),
+        Leg("move", _triple(start_of(held[0])), _triple(out)),
         Leg("turn", _triple(out), _triple(turned), KEY_STAY),
         Leg("turn", _triple(turned), _triple(out)),
-        Leg("move", _triple(out), _triple(_start(held))),
+        Leg("move", _triple(out), _triple(start_of(held[0]))),
     )
     return Plan("key", legs)
 
 
 def _wall(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    start, out = _start(held), np.array([0.0, 1.0, 0.0])
+    start, out = start_of(held[0]), np.array([0.0, 1.0, 0.0])
     near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
     legs = (
         Leg("move", _triple(start), _triple(near)),
@@ -116,7 +117,7 @@ def _wall(held: Held, rng: np.random.Generator) -> Plan:
 def the_wall(held: Held) -> Wall:
     """Return the wall of the task `wall`: in front of the object, no wider than it, so that no finger meets it."""
     corners = polygon(held[1])
-    x, y = _start(held)[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
+    x, y = start_of(held[0])[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
     return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
 
 
@@ -159,7 +160,7 @@ def find_task(text: str) -> SequenceTask:
 
     def plan(held: Held, rng: np.random.Generator) -> Plan:
         del rng
-        return plan_along(text, _start(held) + drawing.poses, _start(held))
+        return plan_along(text, start_of(held[0]) + drawing.poses, start_of(held[0]))
 
     return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)
 
@@ -193,7 +194,7 @@ def fitting_plan(
             return drawn[-1]
         if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
             break
-    raise refusal(name, fit, _start(held), "use a hand with a longer reach, another object or another --seed")
+    raise refusal(name, fit, start_of(held[0]), "use a hand with a longer reach, another object or another --seed")
 
 
 @lru_cache(maxsize=128)

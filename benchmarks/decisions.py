@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 import grip
 from inhand.controllers.catalogue import find_controller
+from inhand.controllers.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.mujoco_engine import MujocoSimulator
 from timing import best_times, environment, verdict
@@ -34,7 +35,7 @@ def midway(name: str) -> Callable[[], Array]:
     controller = find_controller(name).manipulate(task)
     controller.begin(state)
     for _ in range(UNDER_WAY):
-        state = simulator.step(controller.act(state), grip.SUBSTEPS)
+        state = simulator.step(controller.act(state), SUBSTEPS)
     return lambda: controller.act(state)
 
 

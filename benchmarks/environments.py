@@ -13,9 +13,9 @@ import time
 
 import numpy as np
 
+from inhand.controllers.controller import SUBSTEPS
 from inhand.episodes.environment_config import EnvironmentConfig
 from inhand.episodes.environments import AsteriskVectorEnv
-from inhand.episodes.starts import SUBSTEPS
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.tasks.actions import LARGEST_STEP
 from timing import best_times, environment, verdict

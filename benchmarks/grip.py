@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from inhand.controllers.catalogue import Grasp, planned_grasp
-from inhand.controllers.controller import Task
+from inhand.controllers.controller import SUBSTEPS, Task
 from inhand.controllers.joint import JointPid
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
@@ -16,8 +16,6 @@ from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
 
-SUBSTEPS = 5
-"""Physics steps for one decision, as in the Asterisk Test's runs."""
 CLOSING_DECISIONS = 60
 """Decisions for which the fingers close before anything is timed: 1.2 s."""
 

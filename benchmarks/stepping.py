@@ -18,6 +18,7 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 import grip
+from inhand.controllers.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.model import SceneSpec, build_model
@@ -39,7 +40,7 @@ def bare_rollout(state: State, targets: Array) -> Callable[[], None]:
     model = build_model(hand, spec, SceneSpec())
     data = mujoco.MjData(model)
     rollout = Rollout(nthread=0)
-    controls = np.repeat(targets[:, None], grip.SUBSTEPS, axis=1)
+    controls = np.repeat(targets[:, None], SUBSTEPS, axis=1)
     qpos = np.concatenate([state.joint_angles, state.object_pose], axis=1)
     qvel = np.concatenate([state.joint_velocities, state.object_velocity], axis=1)
     latest = np.concatenate([state.time[:, None], qpos, qvel], axis=1)
@@ -62,20 +63,20 @@ def main() -> None:
     grip.hold(every_core)
     _, witness_targets = grip.hold(witness)
     single = {
-        "ours": lambda: ours.step(targets, grip.SUBSTEPS),
+        "ours": lambda: ours.step(targets, SUBSTEPS),
         "rollout": bare_rollout(state, targets),
-        "pybullet": lambda: witness.step(witness_targets, grip.SUBSTEPS),
+        "pybullet": lambda: witness.step(witness_targets, SUBSTEPS),
     }
     worlds = {"ours": WORLDS, "rollout": WORLDS, "pybullet": 1}
     best = best_times(single, time.process_time)
-    rate = {name: worlds[name] * grip.SUBSTEPS / seconds for name, seconds in best.items()}
-    together = best_times({"all": lambda: every_core.step(targets, grip.SUBSTEPS)}, time.perf_counter)["all"]
+    rate = {name: worlds[name] * SUBSTEPS / seconds for name, seconds in best.items()}
+    together = best_times({"all": lambda: every_core.step(targets, SUBSTEPS)}, time.perf_counter)["all"]
     over, under = rate["ours"] / rate["pybullet"], rate["rollout"] / rate["ours"]
     print(environment())
-    print(f"inhand, State every {grip.SUBSTEPS} steps, one core   {rate['ours']:9,.0f} steps/s")
+    print(f"inhand, State every {SUBSTEPS} steps, one core   {rate['ours']:9,.0f} steps/s")
     print(f"PyBullet, same State, one core         {rate['pybullet']:9,.0f} steps/s")
     print(f"mujoco.rollout, nothing measured       {rate['rollout']:9,.0f} steps/s")
-    print(f"inhand, all cores                      {WORLDS * grip.SUBSTEPS / together:9,.0f} steps/s")
+    print(f"inhand, all cores                      {WORLDS * SUBSTEPS / together:9,.0f} steps/s")
     print(f"inhand / PyBullet        {over:5.2f}  (at least {OVER_PYBULLET}: {verdict(over >= OVER_PYBULLET)})")
     print(f"mujoco.rollout / inhand  {under:5.2f}  (at most {UNDER_ROLLOUT}: {verdict(under <= UNDER_ROLLOUT)})")
 

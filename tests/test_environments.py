@@ -14,6 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 
+from inhand.controllers.controller import SUBSTEPS
 from inhand.episodes.environment_config import EnvironmentConfig, GoalConfig, angles_of
 from inhand.episodes.environments import (
     GOAL_ROOM,
@@ -25,7 +26,6 @@ from inhand.episodes.environments import (
     register,
 )
 from inhand.episodes.loop import LOST_AFTER
-from inhand.episodes.starts import SUBSTEPS
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, unit
 from inhand.tasks.goals import goal_reached, goal_reward

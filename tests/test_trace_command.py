@@ -61,6 +61,15 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     assert trial.outcome == "reached"
 
 
+def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path: Path, inhand: Call) -> None:
+    file = run / "trials" / "square_1.npz"
+    code, out, err = inhand("metrics", file, "--json", tmp_path / "numbers.json")
+    assert (code, out) == (2, "")
+    told = "followed square, which is no primitive: its errors are in the trace.json of its run; give trials of"
+    assert err == f"inhand: {file} {told} `inhand asterisk`\n"
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
     content = json.loads((run / "trace.json").read_text(encoding="utf-8"))
     assert list(content) == ["trials", "size_mm", "config", "versions", "seed"]

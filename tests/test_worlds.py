@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from inhand.controllers.controller import SUBSTEPS
 from inhand.episodes import demonstrations as made_of
 from inhand.episodes.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
 from inhand.episodes.loop import LOST_AFTER
 from inhand.episodes.starts import (
     CLOSING,
-    SUBSTEPS,
     Noise,
     Starts,
     grid_of,

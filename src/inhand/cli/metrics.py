@@ -10,7 +10,7 @@ from inhand.errors import InputError
 from inhand.evaluation.results import Result, as_entry, result_of_human, result_of_trial, write_json
 from inhand.evaluation.versions import versions
 from inhand.trials.human import read_human_file, read_human_folder
-from inhand.trials.trial import load_trial
+from inhand.trials.trial import Trial, load_trial
 
 HEADER = (
     "File", "Direction", "Distance [mm]", "Lateral max [mm]", "Rotation max [deg]", "Efficiency", "Frechet [mm]",
@@ -47,10 +47,20 @@ def _measured(path: Path) -> list[tuple[str, Result]]:
             say(note)
         return [(trial.source, result_of_human(trial, compatible=True)) for trial in folder.trials]
     if path.suffix == ".npz":
-        return [(path.name, result_of_trial(load_trial(path), compatible=True))]
+        return [(path.name, result_of_trial(_of_primitive(path), compatible=True))]
     if path.suffix == ".csv":
         return [(path.name, result_of_human(read_human_file(path), compatible=True))]
     raise InputError(f"{path} is neither a .npz trial, nor a .csv human file, nor a folder; give one of these")
+
+
+def _of_primitive(path: Path) -> Trial:
+    trial = load_trial(path)
+    if trial.passport.angle_deg is None and trial.passport.rotation_deg == 0:
+        raise InputError(
+            f"{path} followed {trial.passport.path}, which is no primitive: its errors are in the trace.json of its run;"
+            " give trials of `inhand asterisk`"
+        )
+    return trial
 
 
 def _row(name: str, result: Result) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.controllers.controller import Task
+from inhand.controllers.controller import SUBSTEPS, Task
 from inhand.controllers.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.controllers.ik import IkConfig, IkController
 from inhand.controllers.joint import JointPid
@@ -25,8 +25,6 @@ LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
 APPROACH = 5
 """Poses on the way from a path's start to where the object stands."""
-SUBSTEPS = 5
-"""Physics steps for one decision."""
 CLOSING = 30
 """Decisions for which the fingers close."""
 CARRYING = 400

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.controllers.catalogue import GraspKind, direction_plans, rough_plan
-from inhand.controllers.controller import Task
+from inhand.controllers.controller import SUBSTEPS, Task
 from inhand.controllers.grasp_search import GraspPlan
 from inhand.controllers.joint import JointPid
 from inhand.controllers.policy import carried_by
@@ -31,8 +31,6 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
 from inhand.tasks.routes import Routes
 
-SUBSTEPS = 5
-"""Physics steps for one decision (thesis 3.4 steps of 4 ms)."""
 CLOSING = 40
 """Decisions for which the fingers close: 0.8 s."""
 GRID_DEG = 7.5

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.controllers.controller import SUBSTEPS
 from inhand.episodes.loop import control_step, dropped
-from inhand.episodes.starts import SUBSTEPS, Starts
+from inhand.episodes.starts import Starts
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.sim.hands import HandSpec

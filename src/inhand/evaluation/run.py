@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand.controllers.catalogue import ControllerEntry, check_known, find_controller
-from inhand.controllers.controller import Task
+from inhand.controllers.controller import SUBSTEPS, Task
 from inhand.episodes.loop import run_episodes
 from inhand.episodes.phases import placed_joints, standard_phases
 from inhand.episodes.record import cut_trials
@@ -29,9 +29,6 @@ from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, w
 from inhand.tasks.reach import limits
 from inhand.trials.human_trial import HumanTrial
 from inhand.trials.trial import Passport, Trial
-
-SUBSTEPS = 5
-"""Physics steps for one decision of a controller."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand.controllers.catalogue import ControllerEntry, find_controller
+from inhand.controllers.controller import SUBSTEPS
 from inhand.controllers.policy import check_joints
 from inhand.errors import InputError, near_matches
 from inhand.evaluation.run import check_draws
@@ -17,7 +18,7 @@ from inhand.evaluation.versions import versions
 from inhand.sequencing.drawings import SHAPES, Drawing, find_drawing, larger_side, scaled
 from inhand.sequencing.fit import carried, fit_of, largest, reached, refusal
 from inhand.sequencing.plan import Plan, plan_along
-from inhand.sequencing.run import SUBSTEPS, Followed, follow, start_of
+from inhand.sequencing.run import Followed, follow, start_of
 from inhand.sequencing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.sim.fit import check_fit
 from inhand.sim.hands import HandSpec

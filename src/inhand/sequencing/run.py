@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.controllers.catalogue import CONTROLLERS, ControllerEntry
-from inhand.controllers.controller import Controller, Task
+from inhand.controllers.controller import SUBSTEPS, Controller, Task
 from inhand.controllers.ik import IkConfig, IkController
 from inhand.episodes.loop import run_episodes
 from inhand.episodes.phases import placed_joints, standard_phases
@@ -26,8 +26,6 @@ from inhand.sim.objects import ObjectSpec
 from inhand.tasks.paths import stacked
 from inhand.trials.trial import REACHED, STOPPED, Passport, Trial
 
-SUBSTEPS = 5
-"""Physics steps for one decision."""
 PUSH, GRIP = 0.8, 1.5
 """Force of a push against a wall, and of the grip meanwhile [N]."""
 SLOWEST = 0.008

@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from inhand.controllers.catalogue import find_controller, learned, policy_of
+from inhand.controllers.controller import SUBSTEPS
 from inhand.controllers.ik import IkConfig
 from inhand.errors import InputError
 from inhand.evaluation.results import write_json
@@ -27,7 +28,7 @@ from inhand.evaluation.versions import versions
 from inhand.rl.config import Training, default
 from inhand.rl.runs import finished, resume, train
 from inhand.sequencing.plan import Plan
-from inhand.sequencing.run import SUBSTEPS, follow, start_of
+from inhand.sequencing.run import follow, start_of
 from inhand.sequencing.tasks import find_task, fitting_plan
 from inhand.sim.hands import HandSpec
 from inhand.sim.objects import ObjectSpec

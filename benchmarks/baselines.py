@@ -112,7 +112,7 @@ def main() -> None:
     print(
         f"| {name} | {seed} | {share[:half].mean():.3f} | {means[:8].min():.3f} | {kept[:8].sum()} |"
         f" {share[half:].mean():.3f} | {means[8:].min():.3f} | {kept[8:].sum()} | {dropped} |"
-        f" {1e3 * worst[:, 1].max():.1f} | {np.rad2deg(worst[:, 2].max()):.1f} | - | {seconds:.0f} | - |"
+        f" {1e3 * worst[:, 1].max():.1f} | {np.rad2deg(worst[:, 2].max()):.1f} | - | {seconds:.0f} | - | - |"
     )
 
 

@@ -132,7 +132,7 @@ def test_axes_leave_outliers_out_but_never_the_smoothed_line() -> None:
 def test_learning_curves_show_rewards_and_losses(record: Learned) -> None:
     figure = learning_figure(record, "Title", "below")
     assert titles(figure) == [
-        "Sum of the rewards of an episode",
+        "Sum of the rewards",
         "Last reward of an episode",
         "Loss of the critic",
         "Loss of the actor",

@@ -102,12 +102,12 @@ def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figu
     count = len(found.total)
     episodes, rounds = np.arange(1.0, count + 1.0), spread(found.at, float(count))
     curves = (
-        Curve("Sum of the rewards of an episode", "return", episodes, found.total, count),
+        Curve("Sum of the rewards", "return", episodes, found.total, count),
         Curve("Last reward of an episode", "reward", episodes, found.last, count),
         Curve("Loss of the critic", "loss", rounds, found.critic_loss, count, wide=True),
         Curve("Loss of the actor", "loss", rounds, found.actor_loss, count, wide=True),
     )
-    figure = new_figure(9.4, 5.8 + heading_height(title, subtitle))
+    figure = new_figure(9.6, 5.8 + heading_height(title, subtitle))
     for number, curve in enumerate(curves):
         place = (0.95 + 4.7 * (number % 2), 3.55 if number < 2 else 0.85, 3.6, 1.95)
         draw_curve(figure.add_axes(axes_box(figure, place)), curve, series_look(number).colour)

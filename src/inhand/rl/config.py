@@ -110,7 +110,7 @@ def thesis() -> Training:
         "thesis",
         interface=Interface("thesis", "angles", "thesis", horizon=150),
         recipe=Recipe(episodes=5000, push=0.0, midway=0.0, grasp="rough"),
-        learning=Learning(reward_scale=0.01),
+        learning=Learning(reward_scale=0.01, follow=1e-4),
         updates=250,
         expert_share=0.5,
         spread=0.02,

@@ -209,8 +209,14 @@ def test_what_cannot_be_trained_is_refused_before_anything_is_written(
     assert not (tmp_path / "run").exists()
 
 
-def test_presets_have_names() -> None:
-    assert preset("thesis").learning.batch == 10
+def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
+    given = preset("thesis")
+    counts = given.episodes, given.recipe.episodes, given.agent_episodes, given.evaluate_every
+    assert counts == (20000, 5000, 10000, 200)
+    numbers = given.learning
+    assert numbers.actor_rate == numbers.critic_rate == numbers.weight_decay == 1e-4
+    assert numbers.discount == 0.995
+    assert (numbers.look_ahead, numbers.batch, numbers.critics, numbers.imitation, given.imitate) == (5, 10, 1, 0.0, 0)
     assert preset("default").learning.critics == 2
     with pytest.raises(InputError, match="unknown preset 'best'; allowed are default, thesis"):
         preset("best")

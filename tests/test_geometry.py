@@ -13,10 +13,12 @@ from inhand.geometry import (
     inverse_transform,
     perpendicular,
     planar,
+    poses_at,
     rotate,
     spatial,
     transform,
     unit,
+    way_along,
     wrap_angle,
     yaw,
 )
@@ -120,3 +122,13 @@ def test_many_points_of_one_frame_broadcast() -> None:
     points = np.array([[1.0, 0.0], [0.0, 2.0]])
     expected = [[[0, 1], [-2, 0]], [[2, 0], [1, 2]]]
     np.testing.assert_allclose(transform(poses[:, None], points), expected, atol=1e-12)
+
+
+def test_poses_at_ways_lie_on_the_path_and_ends_are_held() -> None:
+    path = np.array([(0.0, 0.0, 0.0), (0.03, 0.04, 0.0), (0.03, 0.04, 0.5)])
+    way = way_along(path)
+    found = poses_at([-1.0, 0.0, 0.025, way[1], (way[1] + way[2]) / 2, 1.0], way, path)
+    expected = [path[0], path[0], (0.015, 0.02, 0.0), path[1], (0.03, 0.04, 0.25), path[2]]
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+    assert poses_at(0.025, way, path).shape == (3,)
+    assert poses_at(np.zeros((2, 4)), way, path).shape == (2, 4, 3)

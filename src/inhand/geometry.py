@@ -26,6 +26,11 @@ def way_along(poses: Array) -> Array:
     return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 
+def poses_at(wanted: ArrayLike, way: Array, poses: Array) -> Array:
+    """Return the poses `(..., 3)` at ways `(...)` along poses `(S, 3)`, in between linearly, held at the ends."""
+    return np.stack([np.interp(np.asarray(wanted, dtype=float), way, poses[:, i]) for i in range(3)], axis=-1)
+
+
 def wrap_angle(angle: ArrayLike) -> Array:
     """Return angles [rad] moved into [-pi, pi)."""
     return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)

@@ -57,8 +57,8 @@ def _of_primitive(path: Path) -> Trial:
     trial = load_trial(path)
     if trial.passport.angle_deg is None and trial.passport.rotation_deg == 0:
         raise InputError(
-            f"{path} followed {trial.passport.path}, which is no primitive: its errors are in the trace.json of its run;"
-            " give trials of `inhand asterisk`"
+            f"{path} followed {trial.passport.path}, which is no primitive: its errors are in the trace.json of its"
+            " run; give trials of `inhand asterisk`"
         )
     return trial
 

@@ -14,7 +14,7 @@ import numpy as np
 from inhand.controllers.catalogue import PLAN_EVERY
 from inhand.controllers.grasp_search import plan_grasps
 from inhand.errors import InputError
-from inhand.geometry import Array, way_along
+from inhand.geometry import Array, poses_at, way_along
 from inhand.sequencing.plan import Plan
 from inhand.sim.hands import HandSpec
 from inhand.sim.objects import ObjectSpec
@@ -120,18 +120,14 @@ def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:
         gone = 0.0 if end is None else end.way
         if gone >= way[-1] - 1e-9:
             return tuple(found)
-        left = _at(rest, way, gone)
+        left = poses_at(gone, way, rest)
         back = gone + LOOK
-        while back < way[-1] and farthest(*held, _at(rest, way, back)[None]) is None:
+        while back < way[-1] and farthest(*held, poses_at(back, way, rest)[None]) is None:
             back += LOOK
-        found.append((left, _at(rest, way, min(back, way[-1]))))
+        found.append((left, poses_at(min(back, way[-1]), way, rest)))
         if back >= way[-1]:
             return tuple(found)
-        rest = np.concatenate([_at(rest, way, back)[None], rest[way > back + 1e-9]])
-
-
-def _at(poses: Array, way: Array, wanted: float) -> Array:
-    return np.array([np.interp(wanted, way, poses[:, i]) for i in range(3)])
+        rest = np.concatenate([poses_at(back, way, rest)[None], rest[way > back + 1e-9]])
 
 
 def _place(pose: Array, origin: Array) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from inhand import geometry
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, poses_at
 from inhand.tasks.primitives import Primitive
 from inhand.trials.directions import ROTATION_SIGNS
 from inhand.trials.human_trial import HumanTrial
@@ -39,7 +39,7 @@ class ReferencePath:
 
 def sample(path: ReferencePath, progress: Array) -> Array:
     """Return the poses `(B, 3)` at progress `(B,)`, between waypoints linearly, held at the ends."""
-    return np.stack([np.interp(progress, path.progress, path.poses[:, i]) for i in range(3)], axis=-1)
+    return poses_at(progress, path.progress, path.poses)
 
 
 def twist_poses(path: ReferencePath) -> Array:

@@ -27,7 +27,7 @@ def way_along(poses: Array) -> Array:
 
 
 def poses_at(wanted: ArrayLike, way: Array, poses: Array) -> Array:
-    """Return poses `(..., 3)` at ways `(...)` [m] along poses `(S, 3)` [m, m, rad], linear in between, held at the ends."""
+    """Return poses `(..., 3)` at ways `(...)` [m] along poses `(S, 3)` [m, m, rad], linear between them, ends held."""
     return np.stack([np.interp(np.asarray(wanted, dtype=float), way, poses[:, i]) for i in range(3)], axis=-1)
 
 

@@ -114,7 +114,7 @@ def trained(name: str, config: Training, out: Path) -> dict[str, Any]:
         "wall_s": json.loads((out / "finished.json").read_text())["last_sitting_s"],
         "learning_s": tries[-1]["seconds"],
         "passed_expert_s": passed,
-        "last": {name: tries[-1][name] for name in ("fraction", "dropped", "trials")},
+        "last": {part: tries[-1][part] for part in ("fraction", "dropped", "trials")},
         "decisions": tries[-1]["decisions"],
         "updates": tries[-1]["updates"],
     }

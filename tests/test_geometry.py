@@ -9,11 +9,11 @@ from inhand.geometry import (
     Array,
     compose,
     cross,
+    interpolate,
     inverse,
     inverse_transform,
     perpendicular,
     planar,
-    poses_at,
     rotate,
     spatial,
     transform,
@@ -124,11 +124,11 @@ def test_many_points_of_one_frame_broadcast() -> None:
     np.testing.assert_allclose(transform(poses[:, None], points), expected, atol=1e-12)
 
 
-def test_poses_at_ways_lie_on_the_path_and_ends_are_held() -> None:
+def test_interpolated_poses_lie_on_the_path_and_ends_are_held() -> None:
     path = np.array([(0.0, 0.0, 0.0), (0.03, 0.04, 0.0), (0.03, 0.04, 0.5)])
     way = way_along(path)
-    found = poses_at([-1.0, 0.0, 0.025, way[1], (way[1] + way[2]) / 2, 1.0], way, path)
+    found = interpolate([-1.0, 0.0, 0.025, way[1], (way[1] + way[2]) / 2, 1.0], way, path)
     expected = [path[0], path[0], (0.015, 0.02, 0.0), path[1], (0.03, 0.04, 0.25), path[2]]
     np.testing.assert_allclose(found, expected, atol=1e-15)
-    assert poses_at(0.025, way, path).shape == (3,)
-    assert poses_at(np.zeros((2, 4)), way, path).shape == (2, 4, 3)
+    assert interpolate(0.025, way, path).shape == (3,)
+    assert interpolate(np.zeros((2, 4)), way, path).shape == (2, 4, 3)

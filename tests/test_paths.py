@@ -9,8 +9,8 @@ import pytest
 
 from inhand import geometry
 from inhand.errors import InputError
-from inhand.geometry import Array
-from inhand.tasks.paths import TURN_STEP, human_path, sample, straight_path, twist_poses, whole_path
+from inhand.geometry import Array, interpolate
+from inhand.tasks.paths import TURN_STEP, human_path, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, Primitive
 from inhand.trials.human import HumanTrial, read_human_file, read_human_folder
 
@@ -78,9 +78,9 @@ def test_a_turn_has_its_angle_as_progress(primitive: Primitive, sign: int) -> No
     np.testing.assert_array_equal(path.poses[:, :2], 0)
 
 
-def test_sample_interpolates_and_holds_the_ends() -> None:
+def test_poses_along_a_path_are_interpolated_and_held_at_the_ends() -> None:
     path = straight_path(TRAIN[1], length=0.1)
-    poses = sample(path, np.array([-1.0, 0.0, 0.0505, 0.1, 7.0]))
+    poses = interpolate([-1.0, 0.0, 0.0505, 0.1, 7.0], path.progress, path.poses)
     np.testing.assert_allclose(np.linalg.norm(poses[:, :2], axis=1), [0, 0, 0.0505, 0.1, 0.1], atol=1e-12)
     assert poses.shape == (5, 3)
 

@@ -26,9 +26,9 @@ def way_along(poses: Array) -> Array:
     return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 
-def poses_at(wanted: ArrayLike, way: Array, poses: Array) -> Array:
-    """Return poses `(..., 3)` at ways `(...)` [m] along poses `(S, 3)` [m, m, rad], linear between them, ends held."""
-    return np.stack([np.interp(np.asarray(wanted, dtype=float), way, poses[:, i]) for i in range(3)], axis=-1)
+def interpolate(wanted: ArrayLike, knots: Array, rows: Array) -> Array:
+    """Return rows `(..., k)` at places `(...)`, linear between rows `(S, k)` at knots `(S,)`, the ends held."""
+    return np.stack([np.interp(np.asarray(wanted, dtype=float), knots, column) for column in rows.T], axis=-1)
 
 
 def wrap_angle(angle: ArrayLike) -> Array:

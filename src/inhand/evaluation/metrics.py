@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from inhand import geometry
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, interpolate
 from inhand.trials.human_trial import HumanTrial
 
 TARGET_POINTS = 100
@@ -139,8 +139,7 @@ def _frechet(path: Array, distance: float, angle_deg: float | None) -> float:
         # The tolerance keeps a step of a whole number of spacings from being cut once more by rounding.
         pieces = np.maximum(np.ceil(steps / spacing - 1e-9), 1).astype(int)
         knots = np.concatenate([[0], np.cumsum(pieces)])
-        dense = np.arange(knots[-1] + 1)
-        path = np.column_stack([np.interp(dense, knots, path[:, i]) for i in range(2)])
+        path = interpolate(np.arange(knots[-1] + 1), knots, path)
     target = np.linspace(0.0, length, TARGET_POINTS)[:, None] * geometry.unit(math.radians(angle_deg or 0.0))
     # A rotation has no segment but a point, from which the largest distance is the Frechet distance.
     return float(similaritymeasures.frechet_dist(path, target if length > 0.0 else target[:1]))

@@ -8,7 +8,7 @@ import numpy as np
 import similaritymeasures
 from numpy.typing import NDArray
 
-from inhand.geometry import TURN_ARM, Array, planar, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, interpolate, planar, way_along, wrap_angle
 from inhand.sequencing.plan import Plan, distance_to
 from inhand.sequencing.run import Followed
 from inhand.sim.walls import Wall, clearance
@@ -159,8 +159,7 @@ def _frechet(poses: Array, plan: Plan) -> float:
 def _evenly(points: Array, count: int) -> Array:
     """Return points `(count, 2)` evenly along a line through others `(M, 2)`; standing still counts once."""
     way = way_along(np.column_stack([points, np.zeros(len(points))]))
-    wanted = np.linspace(0.0, way[-1], count)
-    return np.column_stack([np.interp(wanted, way, points[:, i]) for i in range(2)])
+    return interpolate(np.linspace(0.0, way[-1], count), way, points)
 
 
 def _pushed(followed: Followed, wall: Wall) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from inhand.controllers.catalogue import PLAN_EVERY
 from inhand.controllers.grasp_search import plan_grasps
 from inhand.errors import InputError
-from inhand.geometry import Array, poses_at, way_along
+from inhand.geometry import Array, interpolate, way_along
 from inhand.sequencing.plan import Plan
 from inhand.sim.hands import HandSpec
 from inhand.sim.objects import ObjectSpec
@@ -120,14 +120,14 @@ def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:
         gone = 0.0 if end is None else end.way
         if gone >= way[-1] - 1e-9:
             return tuple(found)
-        left = poses_at(gone, way, rest)
+        left = interpolate(gone, way, rest)
         back = gone + LOOK
-        while back < way[-1] and farthest(*held, poses_at(back, way, rest)[None]) is None:
+        while back < way[-1] and farthest(*held, interpolate(back, way, rest)[None]) is None:
             back += LOOK
-        found.append((left, poses_at(min(back, way[-1]), way, rest)))
+        found.append((left, interpolate(min(back, way[-1]), way, rest)))
         if back >= way[-1]:
             return tuple(found)
-        rest = np.concatenate([poses_at(back, way, rest)[None], rest[way > back + 1e-9]])
+        rest = np.concatenate([interpolate(back, way, rest)[None], rest[way > back + 1e-9]])
 
 
 def _place(pose: Array, origin: Array) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, poses_at, way_along
+from inhand.geometry import TURN_ARM, Array, interpolate, way_along
 from inhand.tasks.paths import TURN_STEP
 
 Kind = Literal["move", "turn", "press"]
@@ -74,7 +74,7 @@ class Plan:
         """Return the poses `(S, 3)` from a way along the plan [m] to its end."""
         poses = self.poses()
         way = way_along(poses)
-        return np.concatenate([poses_at([come], way, poses), poses[way > come + SAME]])
+        return np.concatenate([interpolate([come], way, poses), poses[way > come + SAME]])
 
     def measured(self) -> Plan:
         """Return the plan without its approach."""

@@ -31,6 +31,7 @@ from inhand.sequencing.plan import Plan
 from inhand.sequencing.run import follow, start_of
 from inhand.sequencing.tasks import find_task, fitting_plan
 from inhand.sim.hands import HandSpec
+from inhand.sim.model import SceneSpec
 from inhand.sim.objects import ObjectSpec
 from inhand.sim.spec_files import load_hand, load_object
 from inhand.study.compare_config import CompareConfig
@@ -44,7 +45,9 @@ NOISE = np.array([0.001, 0.001, np.deg2rad(1.0)])
 """Standard deviations of the object's start [m, m, rad]."""
 TEST_SEED = 500
 """Added to an episode's number for what its task draws."""
-PERIOD = 0.02
+TIMESTEP = SceneSpec().timestep
+"""Physics step [s]."""
+PERIOD = SUBSTEPS * TIMESTEP
 """Time between two decisions [s]."""
 ENOUGH = 0.9
 """Mean completion at which a controller has adapted to a task."""
@@ -201,7 +204,7 @@ def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[st
     noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
     starts = start_of(hand) + NOISE * np.stack(noise)
     passports = [
-        Passport(hand, spec, who.name, task, None, 0.0, task, k + 1, who.seed, SUBSTEPS, PERIOD / SUBSTEPS, versions())
+        Passport(hand, spec, who.name, task, None, 0.0, task, k + 1, who.seed, SUBSTEPS, TIMESTEP, versions())
         for k in range(config.episodes)
     ]
     return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, passports)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from inhand import geometry
 from inhand.errors import InputError
-from inhand.geometry import Array, poses_at
+from inhand.geometry import Array
 from inhand.tasks.primitives import Primitive
 from inhand.trials.directions import ROTATION_SIGNS
 from inhand.trials.human_trial import HumanTrial
@@ -35,11 +35,6 @@ class ReferencePath:
     """Progress `(N,)` at each waypoint, rising from 0: along the direction [m], or the angle turned [rad]."""
     twist: float = 0.0
     """Rotation to turn on the spot before the path begins, counter-clockwise [rad]; the path holds it."""
-
-
-def sample(path: ReferencePath, progress: Array) -> Array:
-    """Return the poses `(B, 3)` at progress `(B,)`, between waypoints linearly, held at the ends."""
-    return poses_at(progress, path.progress, path.poses)
 
 
 def twist_poses(path: ReferencePath) -> Array:

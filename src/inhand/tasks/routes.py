@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import TURN_ARM, Array, perpendicular, poses_at, unit, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, interpolate, perpendicular, unit, way_along, wrap_angle
 from inhand.tasks.aim import Aim
 from inhand.tasks.paths import stacked
 
@@ -111,4 +111,4 @@ def _spaced(path: Array) -> Array:
     """Return poses `SPACING` apart along a path, its end among them."""
     way = way_along(path)
     wanted = np.append(np.arange(0.0, way[-1] - SPACING / 2, SPACING), way[-1])
-    return poses_at(wanted, way, path)
+    return interpolate(wanted, way, path)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import correlate
 
-from inhand.geometry import Array
+from inhand.geometry import Array, interpolate
 from inhand.trials.human_trial import HumanTrial
 
 SAME_MM = 1.3
@@ -86,6 +86,5 @@ def _series(trial: HumanTrial) -> Array:
     values = np.column_stack([trial.path_mm + trial.start_mm, rotation])
     frame = trial.frame
     if np.all(np.diff(frame) >= 1.0) and frame[-1] - frame[0] < 10 * len(frame):
-        grid = np.arange(frame[0], frame[-1] + 1.0)
-        values = np.column_stack([np.interp(grid, frame, values[:, i]) for i in range(3)])
+        values = interpolate(np.arange(frame[0], frame[-1] + 1.0), frame, values)
     return np.asarray(uniform_filter1d(values, MEAN_ROWS, axis=0, mode="nearest"))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, cross, poses_at, transform, way_along
+from inhand.geometry import TURN_ARM, Array, cross, interpolate, transform, way_along
 from inhand.sim.hands import FINGER_NAMES, HandSpec
 from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
 from inhand.sim.polygons import separation
@@ -122,7 +122,7 @@ def farthest(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig 
     way = way_along(path)
     count = int(np.ceil(way[-1] / config.resolution - 1e-9))
     steps = np.minimum(np.arange(count + 1) * config.resolution, way[-1])
-    coarse = list(_walk(scene, poses_at(steps, way, path), None))
+    coarse = list(_walk(scene, interpolate(steps, way, path), None))
     if not coarse:
         return None
     end, column = float(steps[len(coarse) - 1]), coarse[-1]
@@ -130,16 +130,16 @@ def farthest(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig 
         fine = body_of(spec, config.resolution / FINE_CELLS, config.fan / FINE_CELLS)
         finer = replace(scene, body=fine, hop=FINE_CELLS)
         start = max(len(coarse) - 1 - BACK, 0)
-        refined = _refined(scene, finer, poses_at(steps[start : start + 1], way, path), coarse[start])
+        refined = _refined(scene, finer, interpolate(steps[start : start + 1], way, path), coarse[start])
         known = float(steps[start]), refined
         for size in (config.resolution, config.resolution / FINE):
             ways = known[0] + size * np.arange(1, round((way[-1] - known[0]) / size) + 1)
-            walk = _walk(finer, poses_at(ways, way, path), known[1], around=AROUND * FINE_CELLS)
+            walk = _walk(finer, interpolate(ways, way, path), known[1], around=AROUND * FINE_CELLS)
             for place, reached in zip(ways, walk, strict=False):
                 known = float(place), reached
         if known[0] >= end:
             scene, (end, column) = finer, known
-    return _described(scene, poses_at(np.array([end]), way, path)[0], end, column)
+    return _described(scene, interpolate(np.array([end]), way, path)[0], end, column)
 
 
 def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig | None = None) -> bool:
@@ -151,7 +151,7 @@ def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig |
     scene, way = _scene(hand, spec, config), way_along(path)
     count = int(np.ceil(way[-1] / config.resolution - 1e-9))
     steps = np.minimum(np.arange(count + 1) * config.resolution, way[-1])
-    return len(list(_walk(scene, poses_at(steps, way, path), None))) > count
+    return len(list(_walk(scene, interpolate(steps, way, path), None))) > count
 
 
 def why_none(hand: HandSpec, spec: ObjectSpec, pose: Array, config: ReachConfig | None = None) -> str:

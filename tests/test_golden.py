@@ -1,0 +1,134 @@
+"""Golden digests: what a seed gives, byte for byte on the machine that recorded it and to a tolerance on any other.
+
+Floating-point results differ in their last bits between processors (vector units, BLAS kernels) and library versions.
+So `golden.json` holds digests under the name of the platform they were made on, and beside them numbers that a person
+can read and that hold everywhere. `python tests/test_golden.py` records both anew; a change of either is a change of
+results and is told in the CHANGELOG.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import tempfile
+from collections.abc import Callable, Iterable
+from dataclasses import fields, replace
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from inhand.evaluation.config import AsteriskConfig
+from inhand.evaluation.run import prepare, simulate
+from inhand.evaluation.trace_config import TraceConfig
+from inhand.evaluation.trace_run import prepare_trace, simulate_trace
+from inhand.sim.hand_names import parse_hand_name
+from inhand.sim.spec_files import load_object
+from inhand.tasks.primitives import parse_directions
+from inhand.tasks.reach import limits
+from inhand.trials.trial import Trial
+
+RECORDS = Path(__file__).with_name("golden.json")
+HAND, OBJECT = "2v2_50.50_50.50_1.1_53", "cube_39"
+Golden = tuple[str, list[float]]
+"""A digest of all bytes, and numbers to read."""
+
+
+def _digest(arrays: Iterable[np.ndarray]) -> str:
+    found = hashlib.sha256()
+    for array in arrays:
+        found.update(f"{array.dtype.str}{array.shape}".encode())
+        found.update(np.ascontiguousarray(array).tobytes())
+    return found.hexdigest()
+
+
+def _trial_arrays(trials: Iterable[Trial]) -> list[np.ndarray]:
+    names = [f.name for f in fields(Trial) if f.name not in {"passport", "outcome", "phases"}]
+    return [np.asarray(getattr(trial, name)) for trial in trials for name in names]
+
+
+def _trials() -> Golden:
+    config = AsteriskConfig(hand=HAND, object=OBJECT, trials=1)
+    trials = simulate(config, prepare(config))
+    ends = [float(np.linalg.norm(trial.manipulated_path()[0][-1])) for trial in trials]
+    return _digest(_trial_arrays(trials)), ends
+
+
+def _trace() -> Golden:
+    config = TraceConfig(path="square", size=20.0, trials=1)
+    found, traces = simulate_trace(config, prepare_trace(config))
+    return _digest(_trial_arrays([each.trial for each in found])), [traces[0].rms_mm, traces[0].max_mm]
+
+
+def _reach() -> Golden:
+    found = limits(parse_hand_name(HAND), load_object(OBJECT), parse_directions("Out,In,Right',In-Left,cw"))
+    return _digest([np.array([limit.distance for limit in found])]), [limit.distance for limit in found]
+
+
+def _actor() -> Golden:
+    from inhand.controllers.policy import ACTOR
+    from inhand.rl.config import thesis
+    from inhand.rl.setup import load_ready, make_ready, save_ready
+    from inhand.rl.training import Trainer
+
+    config = thesis()
+    config = replace(
+        config,
+        interface=replace(config.interface, observation="grip", actions="steps", reward="progress", horizon=25),
+        recipe=replace(config.recipe, episodes=24, push=0.01, midway=0.5),
+        learning=replace(config.learning, hidden=(16, 16), batch=16, imitation=1.0),
+        imitate=1000,
+        warm_up=1000,
+        episodes=60,
+        worlds=10,
+        decisions=8,
+        updates=20,
+        evaluate_every=30,
+        trials=1,
+    )
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        save_ready(make_ready(config, folder, lambda *_: None), folder / "ready.npz")
+        totals: list[float] = []
+        Trainer(config, load_ready(config, folder / "ready.npz"), folder, lambda e: totals.append(e.score)).run()
+        return hashlib.sha256((folder / "last" / ACTOR).read_bytes()).hexdigest(), totals[:1]
+
+
+MADE: dict[str, Callable[[], Golden]] = {"trials": _trials, "trace": _trace, "reach": _reach, "actor": _actor}
+TOLERANCE = {"trials": 1.5, "trace": 0.1, "reach": 1e-6, "actor": 2.0}
+"""How far the numbers may be from the recorded ones on another machine, in their own units (mm, m, sum of rewards)."""
+
+
+def _platform() -> str:
+    """Return what the bytes depend on: processor features that NumPy dispatches on, and the libraries' versions."""
+    used = ",".join(np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", []))
+    packages = [f"{name} {metadata.version(name)}" for name in ("numpy", "scipy", "mujoco-core", "jax", "jaxlib")]
+    return f"{platform.machine()} {used}; {', '.join(packages)}"
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_seed_gives_what_it_gave(name: str) -> None:
+    if name == "actor":
+        pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
+    records = json.loads(RECORDS.read_text(encoding="utf-8"))
+    digest, values = MADE[name]()
+    assert values == pytest.approx(records["values"][name], abs=TOLERANCE[name])
+    known = records["digests"].get(_platform())
+    assert known is None or digest == known[name], f"the bytes of {name!r} changed on {_platform()}"
+
+
+def record() -> None:
+    """Write what this machine gives beside what others gave."""
+    old = json.loads(RECORDS.read_text(encoding="utf-8")) if RECORDS.is_file() else {"digests": {}}
+    found = {name: make() for name, make in MADE.items()}
+    values = {name: values for name, (_, values) in found.items()}
+    same = old.get("values") == values
+    digests = old["digests"] if same else {}
+    digests[_platform()] = {name: digest for name, (digest, _) in found.items()}
+    RECORDS.write_text(json.dumps({"values": values, "digests": digests}, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    record()

@@ -34,7 +34,7 @@ study: .venv/.run
 
 # Structured against end to end: hours.
 compare: .venv/.dev
-	$(BIN)/inhand compare
+	$(BIN)/python studies/compare.py
 
 .venv/.run: pyproject.toml requirements/run.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "inhand needs Python 3.11 or newer: make PYTHON=python3.11 ...")'

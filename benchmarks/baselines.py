@@ -19,11 +19,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from inhand.episodes.environment_config import GoalConfig
-from inhand.episodes.environments import register
-from inhand.episodes.starts import Noise, Starts, grid_of, gripped, plans_for, reach_of
-from inhand.episodes.worlds import Interface, ManipulationWorlds
 from inhand.geometry import Array
+from inhand.learning.environment_config import GoalConfig
+from inhand.learning.environments import register
+from inhand.learning.starts import Noise, Starts, grid_of, gripped, plans_for, reach_of
+from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from timing import environment

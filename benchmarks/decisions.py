@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable
 
 import grip
-from inhand.controllers.catalogue import find_controller
-from inhand.controllers.controller import SUBSTEPS
+from inhand.control.catalogue import find_controller
+from inhand.control.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.mujoco_engine import MujocoSimulator
 from timing import best_times, environment, verdict

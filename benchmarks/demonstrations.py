@@ -21,10 +21,10 @@ import numpy as np
 
 from inhand.cli.record import prepared
 from inhand.cli.record_config import RecordConfig
-from inhand.episodes.demonstrations import Episodes
-from inhand.episodes.recording import Recording, dataset_episodes, record
-from inhand.episodes.starts import gripped, plans_for, reach_of
-from inhand.trials.datasets import DatasetEpisode, write_dataset
+from inhand.learning.datasets import DatasetEpisode, write_dataset
+from inhand.learning.demonstrations import Episodes
+from inhand.learning.recording import Recording, dataset_episodes, record
+from inhand.learning.starts import gripped, plans_for, reach_of
 from timing import best_times, environment, verdict
 
 EPISODES, MOST = 5000, 180.0

@@ -13,9 +13,9 @@ import time
 
 import numpy as np
 
-from inhand.controllers.controller import SUBSTEPS
-from inhand.episodes.environment_config import EnvironmentConfig
-from inhand.episodes.environments import AsteriskVectorEnv
+from inhand.control.controller import SUBSTEPS
+from inhand.learning.environment_config import EnvironmentConfig
+from inhand.learning.environments import AsteriskVectorEnv
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.tasks.actions import LARGEST_STEP
 from timing import best_times, environment, verdict

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import Result, by_direction, mean_fraction, result_of_trial
-from inhand.evaluation.run import prepare, simulate
-from inhand.evaluation.table import failures
-from inhand.evaluation.versions import versions
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import Result, by_direction, mean_fraction, result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk.table import failures
+from inhand.versions import versions
 
 SEEDS = (0, 1, 2)
 STANDARD = "2v2_50.50_50.50_1.1_53"

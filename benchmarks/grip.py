@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from inhand.controllers.catalogue import Grasp, planned_grasp
-from inhand.controllers.controller import SUBSTEPS, Task
-from inhand.controllers.joint import JointPid
+from inhand.control.catalogue import Grasp, planned_grasp
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.joint import JointPid
 from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import ObjectSpec, parse_object_name
 from inhand.sim.engine import Simulator
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec
-from inhand.sim.objects import ObjectSpec, parse_object_name
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions

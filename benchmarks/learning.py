@@ -20,11 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import Result, result_of_trial
-from inhand.evaluation.run import prepare, simulate
-from inhand.rl.config import Training, default, thesis
-from inhand.rl.runs import finished, train
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import Result, result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.learning.config import Training, default, thesis
+from inhand.learning.runs import finished, train
 from inhand.tasks.primitives import TRAIN
 from timing import environment
 

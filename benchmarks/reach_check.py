@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from inhand.sim.reach.limits import farthest
-from inhand.sim.spec_files import load_hand, load_object
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.reach.limits import farthest
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import GROUPS
 from timing import environment, verdict

@@ -12,8 +12,8 @@ import time
 
 import numpy as np
 
-from inhand.sim.reach.limits import farthest
-from inhand.sim.spec_files import load_hand, load_object
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.reach.limits import farthest
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import GROUPS
 from timing import best_times, environment, verdict

@@ -12,8 +12,8 @@ from __future__ import annotations
 import argparse
 import time
 
-from inhand.evaluation.trace_config import TraceConfig
-from inhand.evaluation.trace_run import prepare_trace, simulate_trace
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.run import prepare_trace, simulate_trace
 from timing import environment
 
 PATHS = ("square", "circle", "figure-eight", "star", "tour", "pose", "wall", "key")

@@ -18,7 +18,7 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 import grip
-from inhand.controllers.controller import SUBSTEPS
+from inhand.control.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.model import SceneSpec, build_model

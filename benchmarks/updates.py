@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from inhand.rl.config import Learning
-from inhand.rl.ddpgfd import new_learner, update_many
-from inhand.rl.replay import Columns
+from inhand.learning.config import Learning
+from inhand.learning.ddpgfd import new_learner, update_many
+from inhand.learning.replay import Columns
 from timing import best_times, environment, verdict
 
 UPDATES, COLUMNS = 500, Columns(31, 4)

@@ -13,9 +13,15 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Arc
 
 from inhand.geometry import Array, unit
-from inhand.report.save import save_figure
-from inhand.report.shapes import CLEAR, SceneOutline, draw_scene
-from inhand.report.style import (
+from inhand.hands.hand import HandSpec
+from inhand.hands.kinematics import hand_positions, joint_positions, link_angles
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import parse_object_name, polygon
+from inhand.hands.shapes import link_polygons, palm_outline
+from inhand.hands.touch import touch
+from inhand.plots.save import save_figure
+from inhand.plots.shapes import CLEAR, SceneOutline, draw_scene
+from inhand.plots.style import (
     INK,
     LABEL_POINTS,
     MUTED,
@@ -28,12 +34,6 @@ from inhand.report.style import (
     new_figure,
     write_heading,
 )
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec
-from inhand.sim.kinematics import hand_positions, joint_positions, link_angles
-from inhand.sim.objects import parse_object_name, polygon
-from inhand.sim.shapes import link_polygons, palm_outline
-from inhand.sim.touch import touch
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
 HAND, OBJECT = "2v2_50.50_50.50_1.1_53", "cube_39"

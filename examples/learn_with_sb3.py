@@ -16,7 +16,7 @@ from stable_baselines3 import DDPG, TD3, HerReplayBuffer
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
 
-MODULE = "inhand.episodes.environments"
+MODULE = "inhand.learning.environments"
 """Gymnasium imports it, which registers the environments."""
 KEYWORDS = {"actions": "steps", "observation": "grip"}
 """Steps of the joint targets start from the grip that holds; random joint angles would let go at once."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.sim.hands import FingerSpec, HandSpec
+from inhand.hands.hand import FingerSpec, HandSpec
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

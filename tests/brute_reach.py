@@ -1,4 +1,4 @@
-"""The reach of two-link fingers with a box, found slowly and plainly: a second opinion on `inhand.sim.reach`.
+"""The reach of two-link fingers with a box, found slowly and plainly: a second opinion on `inhand.hands.reach`.
 
 Nothing of `inhand.sim` is used but the numbers of a `HandSpec`. The box stays upright (rotation 0). At every pose of a
 straight path every place on the box is tried with every place on a link, both on a grid: either the link's angle is
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brute_contacts import Array, Finger, Grid, Mask, overlapping, palm_corners, placed_links
-from inhand.sim.hands import HandSpec
+from inhand.hands.hand import HandSpec
 
 BLOCK = 16
 """Poses whose contacts are found at a time."""

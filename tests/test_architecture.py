@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import inhand
-from inhand.controllers.catalogue import CONTROLLERS
-from inhand.controllers.controller import Task
-from inhand.episodes.loop import control_step
-from inhand.sim.hand_names import parse_hand_name
+from inhand.control.catalogue import CONTROLLERS
+from inhand.control.controller import Task
+from inhand.control.loop import control_step
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
 
@@ -78,7 +78,7 @@ def test_few_files_take_part_in_one_control_step(name: str) -> None:
         control_step(simulator, controller.act(state), np.zeros(1, dtype=np.int64), 5)
     finally:
         sys.setprofile(before)
-    assert {"episodes/loop.py", "sim/mujoco_engine.py"} <= set(seen)
+    assert {"control/loop.py", "sim/mujoco_engine.py"} <= set(seen)
     assert len(seen) <= MOST_FILES, sorted(seen)
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from inhand import geometry
+from inhand.asterisk.averages import average_path, compat_average, summarise
+from inhand.asterisk.metrics import measure, measure_human
+from inhand.asterisk.people.human import read_human_folder
 from inhand.errors import InputError
-from inhand.evaluation.averages import average_path, compat_average, summarise
-from inhand.evaluation.metrics import measure, measure_human
 from inhand.geometry import Array
-from inhand.trials.human import read_human_folder
 
 ONE_PERSON_MM = {
     "Out": 49.5,

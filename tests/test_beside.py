@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from inhand.asterisk.beside import MOST, load_beside
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.page import command
+from inhand.asterisk.report import Run, write_report
+from inhand.asterisk.results import result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk.table import HEADER, table_rows, with_beside
+from inhand.control.trial import Trial, save_trial
 from inhand.errors import InputError
-from inhand.evaluation.beside import MOST, load_beside
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import result_of_trial
-from inhand.evaluation.run import prepare, simulate
-from inhand.evaluation.table import HEADER, table_rows, with_beside
-from inhand.report.asterisk_report import Run, write_report
-from inhand.report.page import command
-from inhand.trials.trial import Trial, save_trial
 
 CONFIG = AsteriskConfig(controller="thesis-ik", directions="Out", trials=1)
 

@@ -6,19 +6,19 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from inhand.controllers.catalogue import find_controller, rough_grasp
-from inhand.controllers.controller import Task
-from inhand.episodes.loop import Recording, run_episodes
-from inhand.episodes.phases import standard_phases
+from inhand.control.catalogue import find_controller, rough_grasp
+from inhand.control.controller import Task
+from inhand.control.loop import Recording, run_episodes
+from inhand.control.phases import standard_phases
 from inhand.errors import InputError
+from inhand.hands.hand import FINGER_NAMES, HandSpec, lab_limits
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import parse_object_name
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import build_world, load_pybullet, touching_pairs
 from inhand.sim.engine import Simulator
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import FINGER_NAMES, HandSpec, lab_limits
 from inhand.sim.model import FAR, SceneSpec, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import parse_object_name
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions

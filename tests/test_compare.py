@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import compare_study as compare
+from compare_config import CompareConfig
+from compare_page import budgets, write_compare
+from compare_stats import adaptations, bootstrap, scores
+from compare_study import Contestant, check_compare, contestants, horizon_of, training_of
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
-from inhand.rl.config import Training
-from inhand.study import compare
-from inhand.study.compare import Contestant, check_compare, contestants, horizon_of, training_of
-from inhand.study.compare_config import CompareConfig
-from inhand.study.compare_page import budgets, write_compare
-from inhand.study.compare_stats import adaptations, bootstrap, scores
+from inhand.learning.config import Training
 
 SMALL = CompareConfig(tasks=("key",), others=(), seeds=(0,), episodes=3, budget=0.02, adaptation=(4,))
 

@@ -6,20 +6,20 @@ import mujoco
 import numpy as np
 import pytest
 
-from inhand.controllers.catalogue import planned_grasp
-from inhand.controllers.grasp_search import plan_grasps
+from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, rotate, transform
+from inhand.hands.grasp_search import plan_grasps
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object
+from inhand.hands.polygons import nearest_contact, separation
+from inhand.hands.rolling import Starts, roll
+from inhand.hands.shapes import link_polygons
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import prism_inertia
 from inhand.sim.engine import Simulator
-from inhand.sim.hand_names import parse_hand_name
 from inhand.sim.model import SceneSpec, build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object
-from inhand.sim.polygons import nearest_contact, separation
-from inhand.sim.rolling import Starts, roll
-from inhand.sim.shapes import link_polygons
 from inhand.sim.state import State
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")

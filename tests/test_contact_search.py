@@ -5,20 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.controllers.catalogue import planned_grasp
-from inhand.controllers.grasp_search import GraspPlan, SearchConfig, fingers_clear, plan_grasps
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import result_of_trial
-from inhand.evaluation.run import prepare, simulate
 from inhand.geometry import Array, inverse_transform, unit
-from inhand.sim.force_closure import force_closure
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec, polygon
-from inhand.sim.polygons import contact, separation
-from inhand.sim.shapes import link_polygons
+from inhand.hands.force_closure import force_closure
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, fingers_clear, plan_grasps
+from inhand.hands.hand import HandSpec
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec, polygon
+from inhand.hands.polygons import contact, separation
+from inhand.hands.shapes import link_polygons
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
 

@@ -9,15 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.episodes.demonstrations import Recipe
-from inhand.episodes.recording import Recording, dataset_episodes, environment_spec, kind_of, record, transitions
-from inhand.episodes.starts import Noise
-from inhand.episodes.worlds import Interface
 from inhand.errors import InputError
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import parse_object_name
-from inhand.trials import datasets
-from inhand.trials.datasets import (
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import parse_object_name
+from inhand.learning import datasets
+from inhand.learning.datasets import (
     DATA,
     DatasetEpisode,
     check_fits,
@@ -25,6 +21,10 @@ from inhand.trials.datasets import (
     read_head,
     write_dataset,
 )
+from inhand.learning.demonstrations import Recipe
+from inhand.learning.recording import Recording, dataset_episodes, environment_spec, kind_of, record, transitions
+from inhand.learning.starts import Noise
+from inhand.learning.worlds import Interface
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 GRIP, THESIS = Interface("grip", "steps", "progress", 30), Interface("thesis", "angles", "thesis", 25)

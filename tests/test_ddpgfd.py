@@ -12,10 +12,10 @@ pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'i
 import jax
 import jax.numpy as jnp
 
-from inhand.rl.config import Learning
-from inhand.rl.ddpgfd import Learner, imitate_many, new_learner, update_many
-from inhand.rl.networks import act, values
-from inhand.rl.replay import Columns, Replay, rows_of
+from inhand.learning.config import Learning
+from inhand.learning.ddpgfd import Learner, imitate_many, new_learner, update_many
+from inhand.learning.networks import act, values
+from inhand.learning.replay import Columns, Replay, rows_of
 
 COLUMNS = Columns(1, 1)
 SMALL = Learning(

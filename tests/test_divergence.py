@@ -10,24 +10,24 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from inhand.controllers.catalogue import planned_grasp, rough_grasp
-from inhand.controllers.controller import Task
-from inhand.controllers.ik import IkController
-from inhand.episodes.loop import Recording, run_episodes
-from inhand.episodes.phases import standard_phases
-from inhand.episodes.record import cut_trials
+from inhand.control.catalogue import planned_grasp, rough_grasp
+from inhand.control.controller import Task
+from inhand.control.ik import IkController
+from inhand.control.loop import Recording, run_episodes
+from inhand.control.phases import standard_phases
+from inhand.control.recording import cut_trials
+from inhand.control.trial import DIVERGED, REACHED, Passport, Trial
 from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import load_pybullet
-from inhand.sim.hands import HandSpec
 from inhand.sim.model import SceneSpec, build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import ObjectSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import LARGEST, State, ran_away, select
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
-from inhand.trials.trial import DIVERGED, REACHED, Passport, Trial
 from test_simulator import BOXES, CUBE, HAND, assert_same, run, shaken, start_pose
 
 WORLDS = BOXES[:4]
@@ -203,7 +203,7 @@ def test_a_grasp_whose_rehearsal_diverges_is_not_taken(monkeypatch: pytest.Monke
             simulator.world, simulator.at = world, 3
             return simulator
 
-        monkeypatch.setattr("inhand.controllers.rehearsal.MujocoSimulator", breaking)
+        monkeypatch.setattr("inhand.control.rehearsal.MujocoSimulator", breaking)
         others += not np.array_equal(planned_grasp(HAND, CUBE, poses).opened, best.opened)
     assert others == 1
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
-from inhand.sequencing.drawings import SHAPES, Drawing, curve_points, find_drawing, larger_side, scaled, unit_drawing
+from inhand.tracing.drawings import SHAPES, Drawing, curve_points, find_drawing, larger_side, scaled, unit_drawing
 
 LETTERS = tuple(string.ascii_uppercase)
 NAMES = (*SHAPES, *LETTERS)
@@ -241,7 +241,7 @@ def test_a_drawing_without_an_extent_cannot_be_scaled() -> None:
 
 def test_drawings_are_named_without_loading_the_reader_of_svg() -> None:
     code = (
-        "import sys; from inhand.sequencing import drawings, path_files; drawings.find_drawing('A');"
+        "import sys; from inhand.tracing import drawings, path_files; drawings.find_drawing('A');"
         " raise SystemExit('svgpathtools' in sys.modules)"
     )
 

@@ -14,9 +14,12 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 
-from inhand.controllers.controller import SUBSTEPS
-from inhand.episodes.environment_config import EnvironmentConfig, GoalConfig, angles_of
-from inhand.episodes.environments import (
+from inhand.control.controller import SUBSTEPS
+from inhand.control.loop import LOST_AFTER
+from inhand.errors import InputError
+from inhand.geometry import TURN_ARM, unit
+from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, angles_of
+from inhand.learning.environments import (
     GOAL_ROOM,
     IDS,
     AsteriskEnv,
@@ -25,9 +28,6 @@ from inhand.episodes.environments import (
     AsteriskVectorEnv,
     register,
 )
-from inhand.episodes.loop import LOST_AFTER
-from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, unit
 from inhand.tasks.goals import goal_reached, goal_reward
 
 QUICK: dict[str, Any] = {"directions": [0, 90], "starts": 8, "threads": 1}
@@ -101,7 +101,7 @@ async def ran(code: str) -> tuple[int | None, str]:
 def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id(name: str) -> None:
     keywords = "directions='Out', grasp='rough', starts=2, threads=1"
     code = (
-        f"import gymnasium; id = 'inhand.episodes.environments:{name}'\n"
+        f"import gymnasium; id = 'inhand.learning.environments:{name}'\n"
         f"gymnasium.make(id, {keywords}).reset(seed=0); gymnasium.make_vec(id, 2, {keywords}).reset(seed=0)"
     )
     assert asyncio.run(ran(code)) == (0, "")

@@ -7,23 +7,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from inhand.controllers.catalogue import Grasp, planned_grasp
-from inhand.controllers.controller import Controller, Task
-from inhand.controllers.ik import IkController
-from inhand.controllers.joint import JointPid, PidConfig
-from inhand.episodes.loop import LOST_AFTER, Recording, control_step, dropped, lost_steps, run_episodes
-from inhand.episodes.phases import Phase, standard_phases
-from inhand.episodes.record import cut_trials
+from inhand.control.catalogue import Grasp, planned_grasp
+from inhand.control.controller import Controller, Task
+from inhand.control.ik import IkController
+from inhand.control.joint import JointPid, PidConfig
+from inhand.control.loop import LOST_AFTER, Recording, control_step, dropped, lost_steps, run_episodes
+from inhand.control.phases import Phase, standard_phases
+from inhand.control.recording import cut_trials
+from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 from inhand.geometry import Array, spatial
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec
+from inhand.hands.hand import HandSpec
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
-from inhand.trials.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 CUBE = OBJECTS["cube_39"]

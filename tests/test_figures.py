@@ -14,12 +14,12 @@ from matplotlib.transforms import Bbox
 
 from inhand.errors import InputError
 from inhand.geometry import Array, unit
-from inhand.report.asterisk import asterisk_figure, draw_asterisk
-from inhand.report.curves import PathCurve, band_polygons, target_length, tip, true_runs
-from inhand.report.panels import Panel, panels_figure
-from inhand.report.save import save_figure, written_whole
-from inhand.report.shapes import SceneOutline, draw_scene, extent_of, move_scene
-from inhand.report.style import DIRECTION_WHEEL, direction_colour, new_figure, series_look
+from inhand.plots.asterisk import asterisk_figure, draw_asterisk
+from inhand.plots.curves import PathCurve, band_polygons, target_length, tip, true_runs
+from inhand.plots.panels import Panel, panels_figure
+from inhand.plots.save import save_figure, written_whole
+from inhand.plots.shapes import SceneOutline, draw_scene, extent_of, move_scene
+from inhand.plots.style import DIRECTION_WHEEL, direction_colour, new_figure, series_look
 
 NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
 NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from inhand.errors import InputError
-from inhand.sim.fit import ROOM, check_fit, widest_opening
-from inhand.sim.hand_names import CATALOGUE as HANDS
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import lab_limits
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec
-from inhand.sim.touch import touch
+from inhand.hands.fit import ROOM, check_fit, widest_opening
+from inhand.hands.hand import lab_limits
+from inhand.hands.names import CATALOGUE as HANDS
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.touch import touch
 
 STANDARD = HANDS[0]
 

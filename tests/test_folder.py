@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from inhand.errors import InputError
-from inhand.evaluation.folder import MARK, check_folder, run_folder
+from inhand.folders import MARK, check_folder, run_folder
 
 
 def a_run(out: Path, text: str = "old") -> None:

@@ -20,15 +20,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.run import prepare, simulate
-from inhand.evaluation.trace_config import TraceConfig
-from inhand.evaluation.trace_run import prepare_trace, simulate_trace
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.spec_files import load_object
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.run import prepare, simulate
+from inhand.control.trial import Trial
+from inhand.hands.files import load_object
+from inhand.hands.names import parse_hand_name
 from inhand.tasks.primitives import parse_directions
 from inhand.tasks.reach import limits
-from inhand.trials.trial import Trial
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.run import prepare_trace, simulate_trace
 
 RECORDS = Path(__file__).with_name("golden.json")
 HAND, OBJECT = "2v2_50.50_50.50_1.1_53", "cube_39"
@@ -68,10 +68,10 @@ def _reach() -> Golden:
 
 
 def _actor() -> Golden:
-    from inhand.controllers.policy import ACTOR
-    from inhand.rl.config import thesis
-    from inhand.rl.setup import load_ready, make_ready, save_ready
-    from inhand.rl.training import Trainer
+    from inhand.control.policy import ACTOR
+    from inhand.learning.config import thesis
+    from inhand.learning.setup import load_ready, make_ready, save_ready
+    from inhand.learning.training import Trainer
 
     config = thesis()
     config = replace(

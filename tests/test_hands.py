@@ -10,13 +10,13 @@ import pytest
 
 from inhand.errors import InputError, near_matches, needs_extra
 from inhand.geometry import Array
-from inhand.sim.hand_names import CATALOGUE, FINGER_LENGTH, parse_hand_name
-from inhand.sim.hands import FINGER_NAMES, HandSpec, build_hand, lab_limits
+from inhand.hands.hand import FINGER_NAMES, HandSpec, build_hand, lab_limits
+from inhand.hands.names import CATALOGUE, FINGER_LENGTH, parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.touch import touch
 from inhand.sim.model import SceneSpec, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec
-from inhand.sim.touch import touch
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 STANDARD_HAND = parse_hand_name(STANDARD)

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from inhand.asterisk.people.hand_sizes import normalise
+from inhand.asterisk.people.human import read_human_file, read_human_folder
+from inhand.asterisk.people.human_filter import smooth
+from inhand.asterisk.people.human_names import parse_human_name
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.trials.hand_sizes import normalise
-from inhand.trials.human import read_human_file, read_human_folder
-from inhand.trials.human_filter import smooth
-from inhand.trials.human_names import parse_human_name
 
 CAMERA = "yaw,x,frame,pitch,rmag,roll,z,tmag,y"
 

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.controllers.catalogue import planned_grasp
-from inhand.controllers.controller import Task
-from inhand.controllers.follow import follow_limit
-from inhand.controllers.ik import IkConfig, IkController, sample_paths
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import Result, result_of_trial
-from inhand.evaluation.run import prepare, simulate
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import Result, result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.control.catalogue import planned_grasp
+from inhand.control.controller import Task
+from inhand.control.follow import follow_limit
+from inhand.control.ik import IkConfig, IkController, sample_paths
 from inhand.geometry import Array, inverse_transform, transform
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.kinematics import joint_positions
+from inhand.hands.kinematics import joint_positions
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, UNSEEN, primitive_at

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.controllers.controller import Task
-from inhand.controllers.joint import JointPid, PidConfig
+from inhand.control.controller import Task
+from inhand.control.joint import JointPid, PidConfig
 from inhand.geometry import Array
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec
+from inhand.hands.hand import HandSpec
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN

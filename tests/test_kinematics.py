@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from inhand.geometry import Array
-from inhand.sim.hand_names import CATALOGUE, parse_hand_name
-from inhand.sim.hands import FINGER_NAMES, FingerSpec
-from inhand.sim.kinematics import (
+from inhand.hands.hand import FINGER_NAMES, FingerSpec
+from inhand.hands.kinematics import (
     hand_positions,
     joint_positions,
     link_angles,
@@ -17,8 +16,9 @@ from inhand.sim.kinematics import (
     link_jacobian,
     point_jacobian,
 )
+from inhand.hands.names import CATALOGUE, parse_hand_name
+from inhand.hands.objects import parse_object_name
 from inhand.sim.model import SceneSpec, build_model
-from inhand.sim.objects import parse_object_name
 
 FINGERS = [finger for name in CATALOGUE for finger in parse_hand_name(name).fingers]
 finger_and_angles = st.sampled_from(FINGERS).flatmap(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from inhand.asterisk.labels import LabelRules, is_averaged, labels_of
 from inhand.errors import InputError
-from inhand.evaluation.labels import LabelRules, is_averaged, labels_of
 from inhand.geometry import Array
 
 X = np.linspace(0, 0.4, 101)

@@ -11,16 +11,15 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from inhand.asterisk.comparison import HEADER, Evaluation, lost, rows, with_more
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import Result, result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.control.trial import LOST_CONTACT, NO_GRASP, TIME_OUT, Trial
 from inhand.errors import InputError
-from inhand.evaluation.comparison import HEADER, Evaluation, lost, rows, with_more
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.learning import Learned, evaluation_rows, read_learning
-from inhand.evaluation.results import Result, result_of_trial
-from inhand.evaluation.run import prepare, simulate
 from inhand.geometry import Array
-from inhand.report.failures import Failure, failure_of, failures_figure
-from inhand.report.learned_report import Compared, write_evaluation
-from inhand.report.learning import (
+from inhand.learning.failures import Failure, failure_of, failures_figure
+from inhand.learning.figures import (
     MOST_POINTS,
     directions_figure,
     learning_figure,
@@ -29,8 +28,9 @@ from inhand.report.learning import (
     smoothed,
     spread,
 )
+from inhand.learning.progress import Learned, evaluation_rows, read_learning
+from inhand.learning.report import Compared, write_evaluation
 from inhand.tasks.primitives import TRAIN, UNSEEN
-from inhand.trials.trial import LOST_CONTACT, NO_GRASP, TIME_OUT, Trial
 
 
 def entry(fraction: float, dropped: int = 0) -> dict[str, float]:

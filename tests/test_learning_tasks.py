@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial
-from inhand.sim.hand_names import parse_hand_name
+from inhand.hands.names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
 from inhand.tasks.actions import LARGEST_STEP, Actions, actions_of, targets_of

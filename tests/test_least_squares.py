@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from inhand.geometry import Array
-from inhand.sim.hand_names import CATALOGUE, parse_hand_name
-from inhand.sim.hands import FingerSpec
-from inhand.sim.kinematics import damped_least_squares, joint_positions, point_jacobian
+from inhand.hands.hand import FingerSpec
+from inhand.hands.kinematics import damped_least_squares, joint_positions, point_jacobian
+from inhand.hands.names import CATALOGUE, parse_hand_name
 
 FINGERS = {f"{name} {i}": finger for name in CATALOGUE for i, finger in enumerate(parse_hand_name(name).fingers)}
 every_finger = pytest.mark.parametrize("finger", FINGERS.values(), ids=FINGERS.keys())

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from inhand import geometry
+from inhand.asterisk.compatible import measure_asterisk
+from inhand.asterisk.metrics import Metrics, measure, measure_human
+from inhand.asterisk.people.human import read_human_folder
 from inhand.errors import InputError
-from inhand.evaluation.asterisk_metrics import measure_asterisk
-from inhand.evaluation.metrics import Metrics, measure, measure_human
 from inhand.geometry import Array
-from inhand.trials.human import read_human_folder
 
 PATH = np.array([(0, 0), (0.1, 0), (0.2, 0.1), (0.3, 0.1), (0.4, 0)])
 TURN = np.array([0.0, 2, 4, 6, 3])

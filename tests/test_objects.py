@@ -9,12 +9,12 @@ import pytest
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
-from inhand.sim.hand_names import parse_hand_name
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, outline, parse_object_name, polygon
+from inhand.hands.touch import touch
 from inhand.sim.model import SceneSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE, ObjectSpec, convex_pieces, outline, parse_object_name, polygon
 from inhand.sim.state import State
-from inhand.sim.touch import touch
 
 SPECS = list(CATALOGUE.values())
 by_name = pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.name)

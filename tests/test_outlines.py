@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
-from inhand.sim.convex import convex_parts
-from inhand.sim.objects import CATALOGUE, ObjectSpec, convex_pieces, outline, polygon, polygon_object, stacked_pieces
-from inhand.sim.outlines import segments_meet
-from inhand.sim.polygons import nearest_contact, separation, with_corners
-from inhand.sim.spec_files import load_object
+from inhand.hands.convex import convex_parts
+from inhand.hands.files import load_object
+from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, outline, polygon, polygon_object, stacked_pieces
+from inhand.hands.outlines import segments_meet
+from inhand.hands.polygons import nearest_contact, separation, with_corners
 
 ELL = ((0.0, 0.0), (0.03, 0.0), (0.03, 0.01), (0.01, 0.01), (0.01, 0.04), (0.0, 0.04))
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from inhand import geometry
+from inhand.asterisk.people.human import HumanTrial, read_human_file, read_human_folder
+from inhand.asterisk.people.paths import human_path
 from inhand.errors import InputError
 from inhand.geometry import Array, interpolate
-from inhand.tasks.paths import TURN_STEP, human_path, straight_path, twist_poses, whole_path
+from inhand.tasks.paths import TURN_STEP, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, Primitive
-from inhand.trials.human import HumanTrial, read_human_file, read_human_folder
 
 
 def made_trial(path_mm: Array, rotation_deg: Array | None = None, *, signed: bool = False) -> HumanTrial:

@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.controllers.catalogue import find_controller, learned, notes_of, policy_of
-from inhand.controllers.controller import Task
-from inhand.controllers.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk.sweep.cells import job_of
+from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
+from inhand.control.controller import Task
+from inhand.control.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy
 from inhand.errors import InputError
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.run import prepare, simulate
 from inhand.geometry import way_along
-from inhand.sim.hand_names import parse_hand_name
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import parse_object_name
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import parse_object_name
 from inhand.sim.state import State
-from inhand.study.cells import job_of
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, primitive_at
@@ -94,7 +94,7 @@ def test_a_cell_of_a_sweep_knows_its_policy_by_what_it_is_not_by_its_place(folde
 def test_numpy_and_jax_act_alike() -> None:
     import jax.numpy as jnp
 
-    from inhand.rl.networks import Layer, act
+    from inhand.learning.networks import Layer, act
 
     policy = a_policy()
     network = tuple(Layer(jnp.asarray(w), jnp.asarray(b)) for w, b in zip(policy.weights, policy.biases, strict=True))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, QhullError
 
 from inhand.geometry import Array, cross, rotate
-from inhand.sim.polygons import apart, contact, edge_normals, separation
+from inhand.hands.polygons import apart, contact, edge_normals, separation
 
 COORDINATE = st.floats(-0.05, 0.05)
 POINTS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=12)

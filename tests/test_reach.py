@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 
 from inhand.errors import InputError
 from inhand.geometry import Array, transform, wrap_angle
-from inhand.sim.force_closure import force_closure
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec, lab_limits
-from inhand.sim.objects import ObjectSpec, convex_pieces, parse_object_name, polygon
-from inhand.sim.polygons import edge_normals, nearest_contact, separation
-from inhand.sim.reach.bundles import cells, knots
-from inhand.sim.reach.fingers import Postures, touching_postures
-from inhand.sim.reach.limits import Farthest, ReachConfig, body_of, farthest, why_none
-from inhand.sim.reach.pairs import closures, connected, neighbours
-from inhand.sim.shapes import link_outline, link_polygons, palm_outline
+from inhand.hands.force_closure import force_closure
+from inhand.hands.hand import HandSpec, lab_limits
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import ObjectSpec, convex_pieces, parse_object_name, polygon
+from inhand.hands.polygons import edge_normals, nearest_contact, separation
+from inhand.hands.reach.bundles import cells, knots
+from inhand.hands.reach.fingers import Postures, touching_postures
+from inhand.hands.reach.limits import Farthest, ReachConfig, body_of, farthest, why_none
+from inhand.hands.reach.pairs import closures, connected, neighbours
+from inhand.hands.shapes import link_outline, link_polygons, palm_outline
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
 

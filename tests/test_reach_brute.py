@@ -7,9 +7,9 @@ import pytest
 
 from brute_contacts import Grid
 from brute_reach import brute_reach
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import parse_object_name
-from inhand.sim.reach.limits import farthest
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import parse_object_name
+from inhand.hands.reach.limits import farthest
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import GROUPS, Primitive
 

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from inhand.asterisk.config import AsteriskConfig, ReachCommand
+from inhand.asterisk.results import as_entry, by_direction, result_of_trial, summary_of
+from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk.table import HEADER, table_rows
 from inhand.cli.reach import run_reach
+from inhand.control.trial import TWIST, Trial, load_trial, save_trial
 from inhand.errors import InputError
-from inhand.evaluation.config import AsteriskConfig, ReachCommand
-from inhand.evaluation.results import as_entry, by_direction, result_of_trial, summary_of
-from inhand.evaluation.run import prepare, simulate
-from inhand.evaluation.table import HEADER, table_rows
-from inhand.report.curves import PathCurve, limit_outline
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import CATALOGUE
-from inhand.sim.reach.limits import ReachConfig
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE
+from inhand.hands.reach.limits import ReachConfig
+from inhand.plots.curves import PathCurve, limit_outline
 from inhand.tasks.primitives import TURNS, parse_directions, with_twists
 from inhand.tasks.reach import limits, start_grip
-from inhand.trials.trial import TWIST, Trial, load_trial, save_trial
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 CUBE = CATALOGUE["cube_39"]

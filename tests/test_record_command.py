@@ -10,7 +10,7 @@ from commands import Call
 from inhand.cli.record import Tally, prepared, rows_of
 from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
-from inhand.trials.datasets import MARK, read_dataset, read_head
+from inhand.learning.datasets import MARK, read_dataset, read_head
 
 FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
 

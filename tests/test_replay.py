@@ -9,8 +9,8 @@ from PIL import Image
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.report.replay import write_replay
-from inhand.report.shapes import SceneOutline
+from inhand.plots.replay import write_replay
+from inhand.plots.shapes import SceneOutline
 
 FRAMES = 12
 

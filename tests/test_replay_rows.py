@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inhand.rl.replay import Columns, Priorities, Replay, n_step, rows_of
+from inhand.learning.replay import Columns, Priorities, Replay, n_step, rows_of
 
 COLUMNS = Columns(3, 2)
 

@@ -10,17 +10,18 @@ import pytest
 import tyro
 from PIL import Image
 
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.page import command, page
+from inhand.asterisk.people.human import read_human_folder
+from inhand.asterisk.report import Run, file_name, write_report
+from inhand.asterisk.results import result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk.scenes import average_curve, counted_rows, trial_path
+from inhand.asterisk.table import HEADER
 from inhand.cli import Command
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import result_of_trial
-from inhand.evaluation.run import prepare, simulate
-from inhand.evaluation.table import HEADER
-from inhand.report.asterisk_report import Run, file_name, write_report
-from inhand.report.page import command, page
-from inhand.report.scenes import average_curve, counted_rows, scene_at, start_scene, trial_path
+from inhand.control.scenes import scene_at, start_scene
+from inhand.control.trial import Trial
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN
-from inhand.trials.human import read_human_folder
-from inhand.trials.trial import Trial
 
 CONFIG = AsteriskConfig(controller="thesis-ik", directions="Out,Right", trials=2, seed=2)
 PICTURE = re.compile(r"!\[.+\]\(([^)]+)\)")

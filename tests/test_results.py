@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from inhand.evaluation.results import (
+from inhand.asterisk.people.human import HumanTrial, read_human_file
+from inhand.asterisk.results import (
     RECORDED,
     as_entry,
     by_direction,
@@ -19,14 +20,13 @@ from inhand.evaluation.results import (
     summary_of,
     write_json,
 )
-from inhand.evaluation.table import HEADER, failures, table_rows
+from inhand.asterisk.scenes import trial_path
+from inhand.asterisk.table import HEADER, failures, table_rows
+from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 from inhand.geometry import spatial
-from inhand.report.scenes import trial_path
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.tasks.primitives import primitive_at
-from inhand.trials.human import HumanTrial, read_human_file
-from inhand.trials.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 
 REQUIRED = (
     "direction",

@@ -11,23 +11,23 @@ import mujoco
 import numpy as np
 import pytest
 
+from inhand.asterisk import config, run
+from inhand.asterisk.results import result_of_trial
+from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
-from inhand.evaluation import config, run
-from inhand.evaluation.results import result_of_trial
 from inhand.geometry import Array, rotate, transform
+from inhand.hands.files import load_hand, load_robot
+from inhand.hands.fit import widest_opening
+from inhand.hands.hand import HandSpec
+from inhand.hands.kinematics import joint_positions, link_angles
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import outline, parse_object_name
+from inhand.hands.polygons import contact
+from inhand.hands.robot_outlines import FLATTENING, collision_geoms, convex_outline, solid_points
+from inhand.hands.shapes import link_outline, link_polygons, palm_outline
+from inhand.hands.touch import outline_support, touch
 from inhand.sim.bullet_model import build_world, load_pybullet
-from inhand.sim.fit import widest_opening
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import HandSpec
-from inhand.sim.kinematics import joint_positions, link_angles
 from inhand.sim.model import SceneSpec, build_model
-from inhand.sim.objects import outline, parse_object_name
-from inhand.sim.polygons import contact
-from inhand.sim.robot_outlines import FLATTENING, collision_geoms, convex_outline, solid_points
-from inhand.sim.shapes import link_outline, link_polygons, palm_outline
-from inhand.sim.spec_files import load_hand, load_robot
-from inhand.sim.touch import outline_support, touch
-from inhand.trials.trial import load_trial, save_trial
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 GRIPPER = EXAMPLES / "gripper.toml"

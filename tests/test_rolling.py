@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from inhand.geometry import Array, inverse_transform, transform, unit, wrap_angle
-from inhand.sim.hand_names import CATALOGUE as HAND_NAMES
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import FingerSpec, HandSpec
-from inhand.sim.kinematics import joint_positions, link_angles
+from inhand.hands.hand import FingerSpec, HandSpec
+from inhand.hands.kinematics import joint_positions, link_angles
+from inhand.hands.names import CATALOGUE as HAND_NAMES
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec, outline, parse_object_name, polygon
+from inhand.hands.polygons import separation
+from inhand.hands.rolling import Starts, Tracks, roll
+from inhand.hands.shapes import link_outline, link_polygons, palm_outline
+from inhand.hands.touch import touch
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec, outline, parse_object_name, polygon
-from inhand.sim.polygons import separation
-from inhand.sim.rolling import Starts, Tracks, roll
-from inhand.sim.shapes import link_outline, link_polygons, palm_outline
-from inhand.sim.touch import touch
 
 every_hand = pytest.mark.parametrize("hand_name", HAND_NAMES)
 CUBE = parse_object_name("cube_39")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from inhand.episodes.demonstrations import Recipe, recorded
-from inhand.episodes.starts import Noise, Starts
-from inhand.episodes.worlds import Interface, ManipulationWorlds
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
-from inhand.rl.setup import route_pool, route_starts
+from inhand.learning.demonstrations import Recipe, recorded
+from inhand.learning.setup import route_pool, route_starts
+from inhand.learning.starts import Noise, Starts
+from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.tasks.observations import find_layout
 from inhand.tasks.routes import LOOK, NEAR, SPACING, Routes, routes_of
 from test_simulator import CUBE, HAND

@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.people.human import HumanTrial, read_human_folder
+from inhand.asterisk.people.paths import human_path
+from inhand.asterisk.results import result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.control.trial import OUTCOMES, REACHED, Trial
 from inhand.errors import InputError
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import result_of_trial
-from inhand.evaluation.run import prepare, simulate
-from inhand.sim.hand_names import CATALOGUE as HANDS
-from inhand.tasks.paths import human_path, straight_path
+from inhand.hands.names import CATALOGUE as HANDS
+from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, UNSEEN, primitive_at
-from inhand.trials.human import HumanTrial, read_human_folder
-from inhand.trials.trial import OUTCOMES, REACHED, Trial
 
 QUIET = AsteriskConfig(trials=1, noise_mm=0.0, noise_deg=0.0)
 

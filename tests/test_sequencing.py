@@ -9,26 +9,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from inhand.controllers.catalogue import find_controller
+from inhand.control.catalogue import find_controller
+from inhand.control.trial import REACHED, STOPPED, Passport
 from inhand.errors import InputError
-from inhand.evaluation.trace_config import TraceConfig
-from inhand.evaluation.trace_run import prepare_trace, simulate_trace
-from inhand.evaluation.tracing import PUSHED, trace_of
 from inhand.geometry import TURN_ARM, Array, way_along
-from inhand.sequencing import fit
-from inhand.sequencing.fit import Fit, carried, fit_of, largest, reached, refusal
-from inhand.sequencing.plan import STEP, TOLERANCE, Leg, Plan, distance_to, plan_along
-from inhand.sequencing.run import Followed, follow, start_of
-from inhand.sequencing.sequencer import Sequencer
-from inhand.sequencing.tasks import DRAWS, SHARE, TASKS, SequenceTask, draw_points
-from inhand.sequencing.walk import Pose, Request, SequenceConfig, Walk
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import CATALOGUE
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE
 from inhand.sim.state import State
 from inhand.tasks.paths import TURN_STEP
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
-from inhand.trials.trial import REACHED, STOPPED, Passport
+from inhand.tracing import fit
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.fit import Fit, carried, fit_of, largest, reached, refusal
+from inhand.tracing.follow import Followed, follow, start_of
+from inhand.tracing.plan import STEP, TOLERANCE, Leg, Plan, distance_to, plan_along
+from inhand.tracing.run import prepare_trace, simulate_trace
+from inhand.tracing.sequencer import Sequencer
+from inhand.tracing.tasks import DRAWS, SHARE, TASKS, SequenceTask, draw_points
+from inhand.tracing.trace import PUSHED, trace_of
+from inhand.tracing.walk import Pose, Request, SequenceConfig, Walk
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = HAND, CUBE
@@ -470,7 +470,7 @@ KNOCKS = [
 def test_an_object_that_is_knocked_aside_is_brought_back_and_goes_on(
     controller: str, joints: tuple[float, ...], what: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.sequencing.run.Sequencer", knocking(joints))
+    monkeypatch.setattr("inhand.tracing.follow.Sequencer", knocking(joints))
     plan = plan_of((15, 0, 0), (15, 15, 0), (-10, 15, 0))
     (found,) = carry([plan], controller)
     assert found.trial.outcome == REACHED

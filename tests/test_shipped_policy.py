@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import inhand.policies
-from inhand.controllers.policy import load_policy
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.results import result_of_trial
-from inhand.evaluation.run import prepare, simulate
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import result_of_trial
+from inhand.asterisk.run import prepare, simulate
+from inhand.control.policy import load_policy
 
 FOLDER = Path(inhand.policies.__file__).parent / "default"
 

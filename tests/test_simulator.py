@@ -10,16 +10,16 @@ import pytest
 
 from inhand.errors import InputError
 from inhand.geometry import Array, planar, transform
+from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
+from inhand.hands.names import CATALOGUE as HAND_NAMES
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.touch import touch
 from inhand.sim.engine import Simulator
-from inhand.sim.hand_names import CATALOGUE as HAND_NAMES
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.sim.model import SceneSpec, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import CONTACT_TOLERANCE, State, select
-from inhand.sim.touch import touch
 
 every_hand = pytest.mark.parametrize("hand_name", HAND_NAMES)
 every_object = pytest.mark.parametrize("spec", OBJECTS.values(), ids=OBJECTS.keys())

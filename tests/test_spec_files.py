@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from inhand.errors import InputError
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import ObjectSpec, parse_object_name
-from inhand.sim.spec_files import load_hand, load_object
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import ObjectSpec, parse_object_name
 
 HAND = """
 name = "long fingers"

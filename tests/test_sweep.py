@@ -14,13 +14,13 @@ from matplotlib.text import Text
 from PIL import Image
 
 from inhand import cli
+from inhand.asterisk.sweep import tables
+from inhand.asterisk.sweep.config import HANDS, OBJECTS, SweepConfig
+from inhand.asterisk.sweep.page import command
+from inhand.asterisk.sweep.summary import kept_share, mean_fraction, median_fraction, sweep_of
+from inhand.asterisk.sweep.sweep import plan
 from inhand.errors import InputError
-from inhand.report.heatmap import HeatMap, heatmap_figure
-from inhand.study import tables
-from inhand.study.config import HANDS, OBJECTS, SweepConfig
-from inhand.study.page import command
-from inhand.study.summary import kept_share, mean_fraction, median_fraction, sweep_of
-from inhand.study.sweep import plan
+from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.tasks.primitives import parse_directions
 
 STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"

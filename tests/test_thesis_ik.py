@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.controllers.controller import Task
-from inhand.controllers.thesis_ik import ThesisIkConfig, ThesisIkController
+from inhand.control.controller import Task
+from inhand.control.thesis_ik import ThesisIkConfig, ThesisIkController
 from inhand.geometry import Array, inverse_transform, spatial, transform
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.kinematics import joint_positions
-from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.hands.kinematics import joint_positions
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.touch import touch
 from inhand.sim.state import State
-from inhand.sim.touch import touch
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 CUBE = OBJECTS["cube_39"]

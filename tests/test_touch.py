@@ -6,15 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from inhand.geometry import Array, rotate, transform, wrap_angle
-from inhand.sim.hand_names import CATALOGUE as HAND_NAMES
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.hands import FingerSpec, HandSpec, lab_limits
-from inhand.sim.kinematics import joint_positions, link_angles, link_direction
+from inhand.hands.hand import FingerSpec, HandSpec, lab_limits
+from inhand.hands.kinematics import joint_positions, link_angles, link_direction
+from inhand.hands.names import CATALOGUE as HAND_NAMES
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec, convex_pieces, outline, parse_object_name
+from inhand.hands.shapes import CAP_CORNERS, link_outline
+from inhand.hands.touch import cap_support, touch
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec, convex_pieces, outline, parse_object_name
-from inhand.sim.shapes import CAP_CORNERS, link_outline
-from inhand.sim.touch import cap_support, touch
 
 every_hand = pytest.mark.parametrize("hand_name", HAND_NAMES)
 every_object = pytest.mark.parametrize("spec", OBJECTS.values(), ids=OBJECTS.keys())

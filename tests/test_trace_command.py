@@ -14,16 +14,16 @@ from PIL import Image
 
 from commands import Call
 from inhand.cli.trace import run_trace
+from inhand.control.trial import load_trial
 from inhand.errors import InputError
-from inhand.evaluation import trace_run
-from inhand.evaluation.trace_config import TraceConfig
-from inhand.evaluation.trace_run import find_path, plan_of, prepare_trace
-from inhand.evaluation.tracing import Trace
-from inhand.report import trace_report
-from inhand.sequencing import fit
-from inhand.sequencing.drawings import larger_side, scaled
-from inhand.sequencing.fit import carried, largest
-from inhand.trials.trial import load_trial
+from inhand.tracing import fit
+from inhand.tracing import report as trace_report
+from inhand.tracing import run as trace_run
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.drawings import larger_side, scaled
+from inhand.tracing.fit import carried, largest
+from inhand.tracing.run import find_path, plan_of, prepare_trace
+from inhand.tracing.trace import Trace
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SMALL = ("--path", "L", "--size", "24", "--trials", "1")

@@ -8,23 +8,23 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from inhand.controllers.catalogue import find_controller
+from inhand.control.catalogue import find_controller
+from inhand.control.scenes import scene_at
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Passport, Trial
 from inhand.errors import InputError
-from inhand.evaluation.trace_run import TraceSetup
-from inhand.evaluation.trace_table import HEADER, faults, trace_entry, trace_rows, what_was_done
-from inhand.evaluation.tracing import PUSHED, Trace, deviations, measured_rows, trace_of
 from inhand.geometry import TURN_ARM, Array, spatial
-from inhand.report.replay import write_replay
-from inhand.report.scenes import scene_at
-from inhand.report.trace import MOST_PANELS, one_plan, trace_figure
-from inhand.sequencing.plan import Plan, plan_along
-from inhand.sequencing.run import Followed, start_of
-from inhand.sequencing.tasks import TASKS, WALL_WAY, the_wall
-from inhand.sequencing.walk import Event
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import CATALOGUE
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE
+from inhand.plots.replay import write_replay
 from inhand.sim.walls import clearance
-from inhand.trials.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Passport, Trial
+from inhand.tracing.figures import MOST_PANELS, one_plan, trace_figure
+from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.plan import Plan, plan_along
+from inhand.tracing.run import TraceSetup
+from inhand.tracing.table import HEADER, faults, trace_entry, trace_rows, what_was_done
+from inhand.tracing.tasks import TASKS, WALL_WAY, the_wall
+from inhand.tracing.trace import PUSHED, Trace, deviations, measured_rows, trace_of
+from inhand.tracing.walk import Event
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = HAND, CUBE

@@ -16,7 +16,7 @@ from commands import Call
 from inhand.cli import train as command
 
 if TYPE_CHECKING:
-    from inhand.rl.training import Evaluation
+    from inhand.learning.training import Evaluation
 
 learns = pytest.mark.skipif(
     importlib.util.find_spec("jax") is None, reason="learning needs the extra `rl`: pip install 'inhand[rl]'"
@@ -26,7 +26,7 @@ learns = pytest.mark.skipif(
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the preset `thesis` a training of seconds: rough grips need no search, episodes take half a second."""
-    from inhand.rl import config
+    from inhand.learning import config
 
     def preset() -> config.Training:
         made = config.thesis()

@@ -13,14 +13,14 @@ import pytest
 
 pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
 
-from inhand.controllers.policy import ACTOR, load_policy
+from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
-from inhand.rl.collect import Collector
-from inhand.rl.config import Training, default, thesis
-from inhand.rl.replay import Replay
-from inhand.rl.runs import card_of, preset, read_config, resume, train
-from inhand.rl.setup import Ready, draw_directions, load_ready, make_ready, save_ready
-from inhand.rl.training import Evaluation, Trainer
+from inhand.learning.collect import Collector
+from inhand.learning.config import Training, default, thesis
+from inhand.learning.replay import Replay
+from inhand.learning.runs import card_of, preset, read_config, resume, train
+from inhand.learning.setup import Ready, draw_directions, load_ready, make_ready, save_ready
+from inhand.learning.training import Evaluation, Trainer
 from inhand.tasks.primitives import UNSEEN
 
 SMALL = thesis()

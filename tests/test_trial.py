@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from inhand.control.trial import FORMAT, LOST_CONTACT, MANIPULATE, NO_GRASP, Passport, Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import spatial
-from inhand.sim.hand_names import CATALOGUE as HANDS
-from inhand.sim.hand_names import parse_hand_name
-from inhand.sim.objects import CATALOGUE as OBJECTS
+from inhand.hands.names import CATALOGUE as HANDS
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.sim.state import CONTACT_TOLERANCE
-from inhand.trials.trial import FORMAT, LOST_CONTACT, MANIPULATE, NO_GRASP, Passport, Trial, load_trial, save_trial
 
 PHASES = ("place", "grasp", MANIPULATE)
 

@@ -9,11 +9,11 @@ from matplotlib.patches import Wedge
 
 from inhand.errors import InputError
 from inhand.geometry import Array, unit
-from inhand.report.donut import DonutSeries, donut_figure
-from inhand.report.path import TrialPath, orientation_ticks, path_figure
-from inhand.report.radar import RadarSeries, draw_radar, radar_figure
-from inhand.report.shapes import SceneOutline
-from inhand.report.style import new_figure
+from inhand.plots.donut import DonutSeries, donut_figure
+from inhand.plots.path import TrialPath, orientation_ticks, path_figure
+from inhand.plots.radar import RadarSeries, draw_radar, radar_figure
+from inhand.plots.shapes import SceneOutline
+from inhand.plots.style import new_figure
 
 NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
 NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}

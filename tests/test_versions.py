@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from inhand.evaluation.versions import PACKAGES, commit_of, versions
+from inhand.versions import PACKAGES, commit_of, versions
 
 HASH = "1f" * 20
 

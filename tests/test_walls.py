@@ -8,18 +8,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from inhand.controllers.catalogue import planned_grasp
-from inhand.controllers.controller import Task
-from inhand.controllers.ik import IkController
+from inhand.control.catalogue import planned_grasp
+from inhand.control.controller import Task
+from inhand.control.ik import IkController
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, transform, turn, unit
-from inhand.sim.hand_names import parse_hand_name
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.objects import ObjectSpec, convex_pieces, polygon, polygon_object
+from inhand.hands.polygons import is_box, separation
+from inhand.hands.shapes import link_polygons
 from inhand.sim.model import POINT, SceneSpec, build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.objects import CATALOGUE as OBJECTS
-from inhand.sim.objects import ObjectSpec, convex_pieces, polygon, polygon_object
-from inhand.sim.polygons import is_box, separation
-from inhand.sim.shapes import link_polygons
 from inhand.sim.state import State
 from inhand.sim.walls import ROUND_CORNERS, Wall, check_walls, clearance
 from inhand.tasks.paths import straight_path

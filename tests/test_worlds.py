@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from inhand.controllers.controller import SUBSTEPS
-from inhand.episodes import demonstrations as made_of
-from inhand.episodes.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
-from inhand.episodes.loop import LOST_AFTER
-from inhand.episodes.starts import (
+from inhand.control.controller import SUBSTEPS
+from inhand.control.loop import LOST_AFTER
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.learning import demonstrations as made_of
+from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
+from inhand.learning.starts import (
     CLOSING,
     Noise,
     Starts,
@@ -22,9 +24,7 @@ from inhand.episodes.starts import (
     reach_of,
     taken,
 )
-from inhand.episodes.worlds import Interface, ManipulationWorlds, Step
-from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.learning.worlds import Interface, ManipulationWorlds, Step
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.actions import Actions, actions_of

@@ -1,6 +1,6 @@
 """The command line: `inhand` and a command.
 
-The commands: asterisk, trace, reach, sweep, compare, record, train, evaluate, metrics, view, hands and objects.
+The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, view, hands and objects.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
 
@@ -14,13 +14,12 @@ from typing import Annotated
 
 import tyro
 
+from inhand.asterisk.config import AsteriskConfig, ReachCommand
+from inhand.asterisk.sweep.config import SweepConfig
 from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
-from inhand.evaluation.config import AsteriskConfig, ReachCommand
-from inhand.evaluation.trace_config import TraceConfig
-from inhand.study.compare_config import CompareConfig
-from inhand.study.config import SweepConfig
+from inhand.tracing.config import TraceConfig
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,6 @@ Command = (
     | Annotated[TraceConfig, tyro.conf.subcommand("trace")]
     | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
-    | Annotated[CompareConfig, tyro.conf.subcommand("compare")]
     | Annotated[RecordConfig, tyro.conf.subcommand("record")]
     | Annotated[TrainConfig, tyro.conf.subcommand("train")]
     | Annotated[EvaluateConfig, tyro.conf.subcommand("evaluate")]
@@ -92,7 +90,6 @@ RUNS = {
     TraceConfig: "trace",
     ReachCommand: "reach",
     SweepConfig: "sweep",
-    CompareConfig: "compare",
     RecordConfig: "record",
     TrainConfig: "train",
     EvaluateConfig: "evaluate",

@@ -6,19 +6,19 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 
+from inhand.asterisk.beside import load_beside
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.people.human import HumanFolder, read_human_folder
+from inhand.asterisk.report import Run, file_name, write_report
+from inhand.asterisk.results import as_entry, result_of_trial, summary_of, write_json
+from inhand.asterisk.run import Setup, prepare, simulate
+from inhand.asterisk.table import failures, shown_columns, table_rows, with_beside
 from inhand.cli.terminal import print_table, say, trials_shown
-from inhand.controllers.catalogue import notes_of
+from inhand.control.catalogue import notes_of
+from inhand.control.trial import Trial, save_trial
 from inhand.errors import InputError
-from inhand.evaluation.beside import load_beside
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.folder import check_folder, run_folder
-from inhand.evaluation.results import as_entry, result_of_trial, summary_of, write_json
-from inhand.evaluation.run import Setup, prepare, simulate
-from inhand.evaluation.table import failures, shown_columns, table_rows, with_beside
-from inhand.evaluation.versions import versions
-from inhand.report.asterisk_report import Run, file_name, write_report
-from inhand.trials.human import HumanFolder, read_human_folder
-from inhand.trials.trial import Trial, save_trial
+from inhand.folders import check_folder, run_folder
+from inhand.versions import versions
 
 
 def run_asterisk(config: AsteriskConfig) -> None:

@@ -6,21 +6,21 @@ import shlex
 from dataclasses import asdict
 from pathlib import Path
 
+from inhand.asterisk.comparison import GROUPS, HEADER, Evaluation, rows, with_more
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.results import as_entry, result_of_trial, summary_of, write_json
+from inhand.asterisk.run import prepare
+from inhand.asterisk.table import failures
 from inhand.cli.asterisk import people_of, simulated, write_trials
 from inhand.cli.learning_config import EvaluateConfig
 from inhand.cli.terminal import print_table, say
-from inhand.controllers.catalogue import SHIPPED, ControllerEntry, find_controller, notes_of
+from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, notes_of
 from inhand.errors import InputError
-from inhand.evaluation.comparison import GROUPS, HEADER, Evaluation, rows, with_more
-from inhand.evaluation.config import AsteriskConfig
-from inhand.evaluation.folder import check_folder, run_folder
-from inhand.evaluation.learning import JOURNAL, Learned, read_learning
-from inhand.evaluation.results import as_entry, result_of_trial, summary_of, write_json
-from inhand.evaluation.run import prepare
-from inhand.evaluation.table import failures
-from inhand.evaluation.versions import versions
-from inhand.report.learned_report import Compared, summary, write_evaluation
-from inhand.report.page import options
+from inhand.folders import check_folder, run_folder
+from inhand.learning.progress import JOURNAL, Learned, read_learning
+from inhand.learning.report import Compared, summary, write_evaluation
+from inhand.pages import options
+from inhand.versions import versions
 
 EXPERT = "ik"
 """The controller that a policy is set beside."""

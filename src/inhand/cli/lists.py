@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from inhand.cli.terminal import print_table, say
-from inhand.sim import hand_names, objects
-from inhand.sim.fit import widest_opening
+from inhand.hands import names as hand_names
+from inhand.hands import objects
+from inhand.hands.fit import widest_opening
 
 
 def list_hands() -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from inhand.asterisk.people.human import read_human_file, read_human_folder
+from inhand.asterisk.results import Result, as_entry, result_of_human, result_of_trial, write_json
 from inhand.cli.terminal import print_table, say
+from inhand.control.trial import Trial, load_trial
 from inhand.errors import InputError
-from inhand.evaluation.results import Result, as_entry, result_of_human, result_of_trial, write_json
-from inhand.evaluation.versions import versions
-from inhand.trials.human import read_human_file, read_human_folder
-from inhand.trials.trial import Trial, load_trial
+from inhand.versions import versions
 
 HEADER = (
     "File", "Direction", "Distance [mm]", "Lateral max [mm]", "Rotation max [deg]", "Efficiency", "Frechet [mm]",

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from inhand.asterisk.config import ReachCommand
+from inhand.asterisk.reach_figure import reach_figure
+from inhand.asterisk.results import write_json
 from inhand.cli.terminal import print_table, say
-from inhand.evaluation.config import ReachCommand
-from inhand.evaluation.folder import check_folder, run_folder
-from inhand.evaluation.results import write_json
-from inhand.evaluation.versions import versions
-from inhand.report.reach import reach_figure
-from inhand.report.save import save_figure
-from inhand.sim.fit import check_fit
-from inhand.sim.reach.limits import ReachConfig
-from inhand.sim.spec_files import load_hand, load_object
+from inhand.folders import check_folder, run_folder
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import check_fit
+from inhand.hands.reach.limits import ReachConfig
+from inhand.plots.save import save_figure
 from inhand.tasks.primitives import parse_directions, with_twists
 from inhand.tasks.reach import Limit, limits, start_grip
+from inhand.versions import versions
 
 MARK = "reach.json"
 """The file that marks a folder as one of this command."""

@@ -12,21 +12,21 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn
 
 from inhand.cli.record_config import RecordConfig
 from inhand.cli.terminal import print_table, say
-from inhand.episodes.demonstrations import Episodes, Recipe
-from inhand.episodes.environment_config import angles_of
-from inhand.episodes.recording import Recording, Told, dataset_episodes, environment_spec, record
-from inhand.episodes.starts import Noise
-from inhand.episodes.worlds import Interface
 from inhand.errors import InputError
-from inhand.evaluation.folder import check_folder, run_folder
-from inhand.evaluation.versions import versions
+from inhand.folders import check_folder, run_folder
 from inhand.geometry import Array
-from inhand.sim.fit import check_fit
-from inhand.sim.spec_files import load_hand, load_object
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import check_fit
+from inhand.learning.datasets import MARK, DatasetEpisode, check_installed, write_dataset
+from inhand.learning.demonstrations import Episodes, Recipe
+from inhand.learning.environment_config import angles_of
+from inhand.learning.recording import Recording, Told, dataset_episodes, environment_spec, record
+from inhand.learning.starts import Noise
+from inhand.learning.worlds import Interface
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
 from inhand.tasks.rewards import find_reward
-from inhand.trials.datasets import MARK, DatasetEpisode, check_installed, write_dataset
+from inhand.versions import versions
 
 CONTINUOUS = "continuous"
 """The word for any direction."""
@@ -89,7 +89,7 @@ def run_record(config: RecordConfig) -> None:
     title = f"{config.expert} on {config.object}, {config.hand}: {tally.episodes} episodes"
     print_table(title, ("Direction", *HEADER), rows_of(tally, sectors=recording.angles_deg is None))
     say(f"Dataset {head.dataset_id}: {out}")
-    say(f'Read it: minari.MinariDataset("{(out / "data").as_posix()}"), or inhand.trials.datasets.read_dataset')
+    say(f'Read it: minari.MinariDataset("{(out / "data").as_posix()}"), or inhand.learning.datasets.read_dataset')
 
 
 def prepared(config: RecordConfig) -> Recording:

@@ -6,13 +6,13 @@ import time
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from inhand.asterisk.sweep import tables
+from inhand.asterisk.sweep.cells import read_cell
+from inhand.asterisk.sweep.config import SweepConfig
+from inhand.asterisk.sweep.page import write_sweep
+from inhand.asterisk.sweep.summary import sweep_of
+from inhand.asterisk.sweep.sweep import Plan, computed, plan
 from inhand.cli.terminal import print_table, say
-from inhand.study import tables
-from inhand.study.cells import read_cell
-from inhand.study.config import SweepConfig
-from inhand.study.page import write_sweep
-from inhand.study.summary import sweep_of
-from inhand.study.sweep import Plan, computed, plan
 from inhand.tasks.primitives import parse_directions
 
 SPEED_OVER_S = 3600.0

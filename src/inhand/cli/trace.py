@@ -6,18 +6,18 @@ from dataclasses import asdict
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from inhand.asterisk.results import write_json
 from inhand.cli.asterisk import write_trials
 from inhand.cli.terminal import print_table, say, trials_shown
-from inhand.controllers.catalogue import notes_of
-from inhand.evaluation.folder import check_folder, run_folder
-from inhand.evaluation.results import write_json
-from inhand.evaluation.trace_config import TraceConfig
-from inhand.evaluation.trace_run import TraceSetup, prepare_trace, simulate_trace
-from inhand.evaluation.trace_table import faults, trace_entry, trace_rows, what_was_done
-from inhand.evaluation.tracing import Trace
-from inhand.evaluation.versions import versions
-from inhand.report.trace_report import TraceRun, write_trace
-from inhand.sequencing.run import Followed, start_of
+from inhand.control.catalogue import notes_of
+from inhand.folders import check_folder, run_folder
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.report import TraceRun, write_trace
+from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
+from inhand.tracing.table import faults, trace_entry, trace_rows, what_was_done
+from inhand.tracing.trace import Trace
+from inhand.versions import versions
 
 MARK = "trace.json"
 """The file that marks a folder as one of this command."""

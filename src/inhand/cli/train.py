@@ -17,13 +17,13 @@ from rich.table import Table
 from inhand.cli.learning_config import TrainConfig
 from inhand.cli.terminal import print_table, say
 from inhand.errors import InputError, needs_extra
-from inhand.evaluation.learning import HEADER, Evaluated, evaluation_rows, joined, read_learning
-from inhand.report.learned_report import write_training
+from inhand.learning.progress import HEADER, Evaluated, evaluation_rows, joined, read_learning
+from inhand.learning.report import write_training
 from inhand.tasks.primitives import TRAIN, UNSEEN
 
 if TYPE_CHECKING:
-    from inhand.rl.config import Training
-    from inhand.rl.training import Counters, Evaluation
+    from inhand.learning.config import Training
+    from inhand.learning.training import Counters, Evaluation
 
 PACKAGES = ("jax", "optax", "tensorboardX")
 """What the extra `rl` brings and training cannot do without."""
@@ -43,7 +43,7 @@ def run_train(config: TrainConfig) -> None:
     """Train or go on, tell how it goes, and end with curves, table and the place of the policy."""
     if any(importlib.util.find_spec(name) is None for name in PACKAGES):
         raise needs_extra("rl", "`inhand train`")
-    from inhand.rl import runs
+    from inhand.learning import runs
 
     training = runs.read_config(config.out) if config.resume else chosen(config)
     if config.resume:
@@ -64,7 +64,7 @@ def run_train(config: TrainConfig) -> None:
 
 def chosen(config: TrainConfig) -> Training:
     """Return the preset's training with what the command line gives."""
-    from inhand.rl import runs
+    from inhand.learning import runs
 
     given = {name: value for name in CHOSEN if (value := getattr(config, name)) is not None}
     return replace(runs.preset(config.preset or "default"), **given)

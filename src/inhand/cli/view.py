@@ -6,9 +6,9 @@ import os
 import sys
 from pathlib import Path
 
+from inhand.control.trial import load_trial
 from inhand.errors import InputError
 from inhand.sim.viewer import play
-from inhand.trials.trial import load_trial
 
 
 def run_view(path: Path, speed: float) -> None:

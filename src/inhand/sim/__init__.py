@@ -1,1 +1,1 @@
-"""Hands, objects and the engines that simulate them."""
+"""`State` and the engines that step it."""

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
 from inhand.sim.engine import check_start, check_substeps, check_targets
-from inhand.sim.hands import HandSpec
 from inhand.sim.model import FAR, SceneSpec, scene_of_each
-from inhand.sim.objects import ObjectSpec
 from inhand.sim.state import State, ran_away
 
 POSITION_GAIN = 0.1

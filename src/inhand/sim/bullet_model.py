@@ -15,12 +15,12 @@ import numpy as np
 
 from inhand.errors import needs_extra
 from inhand.geometry import Array
-from inhand.sim.hands import HandSpec
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, convex_pieces
+from inhand.hands.outlines import centroid, second_moments, signed_area
+from inhand.hands.polygons import edge_normals, is_box
+from inhand.hands.shapes import link_outline, palm_outline
 from inhand.sim.model import SceneSpec
-from inhand.sim.objects import ObjectSpec, convex_pieces
-from inhand.sim.outlines import centroid, second_moments, signed_area
-from inhand.sim.polygons import edge_normals, is_box
-from inhand.sim.shapes import link_outline, palm_outline
 
 BASE = -1
 """PyBullet's number of a body's base; its links count from 0."""

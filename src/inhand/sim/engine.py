@@ -8,8 +8,8 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.sim.hands import HandSpec
-from inhand.sim.objects import ObjectSpec
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.state import State
 
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.sim.hands import FINGER_NAMES, HandSpec
-from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
-from inhand.sim.outlines import centroid, second_moments
-from inhand.sim.polygons import is_box
-from inhand.sim.shapes import link_outline, palm_outline
+from inhand.hands.hand import FINGER_NAMES, HandSpec
+from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
+from inhand.hands.outlines import centroid, second_moments
+from inhand.hands.polygons import is_box
+from inhand.hands.shapes import link_outline, palm_outline
 from inhand.sim.walls import Wall
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, convex_pieces
+from inhand.hands.polygons import is_box
 from inhand.sim.engine import check_start, check_substeps, check_targets
-from inhand.sim.hands import HandSpec
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
-from inhand.sim.objects import ObjectSpec, convex_pieces
-from inhand.sim.polygons import is_box
 from inhand.sim.snapshot import Snapshot, check_restore
 from inhand.sim.state import State, ran_away
 

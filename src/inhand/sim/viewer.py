@@ -10,9 +10,9 @@ import numpy as np
 
 from inhand.errors import needs_extra
 from inhand.geometry import Array
-from inhand.sim.hands import HandSpec
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec, build_model
-from inhand.sim.objects import ObjectSpec
 
 
 def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Array, when: Array) -> None:

@@ -9,9 +9,9 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, transform, unit
-from inhand.sim.hands import HandSpec
-from inhand.sim.objects import ObjectSpec, convex_pieces, polygon
-from inhand.sim.polygons import separation
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
+from inhand.hands.polygons import separation
 
 ROUND_CORNERS = 720
 """Corners of the polygon that stands for a cylinder against a wall: within 0.3 um of the circle at 25 mm radius."""

@@ -1,1 +1,1 @@
-"""Primitives, reference paths, observations and rewards: pure functions."""
+"""What is asked, seen, done and paid: pure functions."""

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from inhand.geometry import Array
-from inhand.sim.hands import HandSpec
+from inhand.hands.hand import HandSpec
 from inhand.sim.state import State
 
 Actions = Literal["angles", "steps"]

@@ -14,9 +14,9 @@ import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, inverse_transform, perpendicular, unit, wrap_angle
-from inhand.sim.hands import HandSpec
-from inhand.sim.kinematics import joint_positions
-from inhand.sim.objects import ObjectSpec
+from inhand.hands.hand import HandSpec
+from inhand.hands.kinematics import joint_positions
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.state import State
 from inhand.tasks.aim import Aim
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from inhand import geometry
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
-from inhand.trials.directions import DIRECTIONS, ROTATIONS, UNSEEN_NAMES
+from inhand.tasks.directions import DIRECTIONS, ROTATIONS, UNSEEN_NAMES
 
 TURN_DEG = 150.0
 """How far the rotation-only primitives aim [deg], farther than any hand turns."""

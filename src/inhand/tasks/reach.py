@@ -10,9 +10,9 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
-from inhand.sim.hands import HandSpec
-from inhand.sim.objects import ObjectSpec
-from inhand.sim.reach.limits import Farthest, ReachConfig, farthest, why_none
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.reach.limits import Farthest, ReachConfig, farthest, why_none
 from inhand.tasks.paths import straight_path, whole_path
 from inhand.tasks.primitives import Primitive
 

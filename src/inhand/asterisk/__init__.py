@@ -1,0 +1,1 @@
+"""The Asterisk Test: run, metrics, table, report."""

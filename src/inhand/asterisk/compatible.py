@@ -1,0 +1,165 @@
+"""Metrics as the Asterisk Test software defines them, to compare with published figures.
+
+In its normalised units (x by the span, y by the depth of the hand). Differences on purpose: where that software
+returns -1, or 1.0 for an area, because something is undefined, this one returns NaN; the window of the largest
+area is reported at its own centre, not one step further; any angle is a direction. For everything else use
+`inhand.asterisk.metrics`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import similaritymeasures
+
+from inhand import geometry
+from inhand.asterisk.metrics import check_rows
+from inhand.geometry import Array
+
+LINE_LENGTH = 0.5
+"""Length of the target line, normalised."""
+LINE_POINTS = 100
+"""Points on the target line."""
+WINDOW = 0.2
+"""Width of the sliding window, as a share of dist."""
+WINDOW_STEP = 0.01
+"""Step of the sliding window, as a share of dist."""
+
+
+@dataclass(frozen=True)
+class AsteriskMetrics:
+    """Metrics of one trial, normalised (asterisk-test.md, Metrics). NaN where one is not defined."""
+
+    dist: float
+    """How far the target line is followed; rotation only: largest angle turned [deg]."""
+    arc_len: float
+    """Length of the path; rotation only: over x, y and degrees."""
+    mvt_eff: float
+    """dist / arc_len; can pass 1."""
+    max_err: float
+    """Largest lateral distance of the raw path / arc_len; NaN for rotation only."""
+    max_err_rot: float
+    """Largest rotation error [deg] / arc_len; NaN for rotation only."""
+    t_fd: float
+    """Discrete Frechet distance to the target line; rotation only: to the start."""
+    fd: float
+    """The same over x, y and degrees; rotation only: to turning as recorded without drift."""
+    area_btwn: float
+    """Area between path and target line, pairing points by index, so not a geometric area."""
+    max_a_reg: float
+    """Largest area inside a sliding window; NaN where a window holds fewer than two points."""
+    max_a_loc: float
+    """Centre of that window / 0.5."""
+
+
+def measure_asterisk(
+    path: Array,
+    rotation_deg: Array,
+    angle_deg: float | None,
+    *,
+    target_rotation_deg: float = 0.0,
+    raw_path: Array | None = None,
+) -> AsteriskMetrics:
+    """Return the metrics of the Asterisk Test software for one trial.
+
+    Args:
+        path: Positions `(T, 2)`, normalised (`hand_sizes.normalise`), from the start.
+        rotation_deg: Rotation `(T,)` [deg].
+        angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
+        target_rotation_deg: Rotation to hold [deg], with the sign convention of `rotation_deg`.
+        raw_path: The unfiltered positions `(U, 2)` for `max_err` and the sliding window; by default `path`.
+
+    Raises:
+        InputError: wrong shapes, no row, or a value that is not finite.
+    """
+    path, turn = np.asarray(path, dtype=float), np.asarray(rotation_deg, dtype=float)
+    raw = path if raw_path is None else np.asarray(raw_path, dtype=float)
+    check_rows(path, turn)
+    check_rows(raw, np.zeros(len(raw)))
+    if angle_deg is None:
+        return _rotation_only(path, turn)
+    return _translation(path, turn, raw, angle_deg, target_rotation_deg)
+
+
+def _translation(path: Array, turn: Array, raw: Array, angle_deg: float, target_deg: float) -> AsteriskMetrics:
+    """Return the metrics of a trial that translates."""
+    line = np.linspace(0.0, LINE_LENGTH, LINE_POINTS)
+    nearest = int(np.argmin(np.linalg.norm(line[:, None] * _unit(angle_deg) - path[-1], axis=1)))
+    dist = float(line[min(nearest + 1, LINE_POINTS - 1)])
+    # The line ends before the sample nearest to the last pose; where that leaves nothing, its start remains.
+    target = line[: max(nearest, 1), None] * _unit(angle_deg)
+    arc_len = _length(path)
+    aligned = geometry.rotate(-math.radians(angle_deg), raw)
+    level = np.full(len(target), target_deg)
+    region, centre = _largest_window(aligned, dist)
+    return AsteriskMetrics(
+        dist=dist,
+        arc_len=arc_len,
+        mvt_eff=_over(dist, arc_len),
+        max_err=_over(float(np.abs(aligned[:, 1]).max()), arc_len),
+        max_err_rot=_over(float(np.abs(turn - target_deg).max()), arc_len),
+        t_fd=_frechet(path, target),
+        fd=_frechet(np.column_stack([path, turn]), np.column_stack([target, level])),
+        area_btwn=_area(path, target),
+        max_a_reg=region,
+        max_a_loc=centre / LINE_LENGTH,
+    )
+
+
+def _rotation_only(path: Array, turn: Array) -> AsteriskMetrics:
+    """Return the metrics of a trial that only rotates, whose target is its own rotation without drift."""
+    poses = np.column_stack([path, turn])
+    target = np.column_stack([np.zeros_like(path), turn])
+    dist, arc_len = float(np.abs(turn).max()), _length(poses)
+    return AsteriskMetrics(
+        dist=dist,
+        arc_len=arc_len,
+        mvt_eff=_over(dist, arc_len),
+        max_err=math.nan,
+        max_err_rot=math.nan,
+        t_fd=_frechet(path, target[:, :2]),
+        fd=_frechet(poses, target),
+        area_btwn=_area(path, target[:, :2]),
+        max_a_reg=math.nan,
+        max_a_loc=math.nan,
+    )
+
+
+def _largest_window(aligned: Array, dist: float) -> tuple[float, float]:
+    """Return the largest area inside a window sliding along x', and the window's centre, or NaN for both."""
+    line = np.column_stack([np.linspace(0.0, LINE_LENGTH, LINE_POINTS), np.zeros(LINE_POINTS)])
+    half = 0.5 * WINDOW * dist
+    centres = half + WINDOW_STEP * dist * np.arange(round((1.0 - WINDOW) / WINDOW_STEP) + 1)
+    areas = np.empty(len(centres))
+    for i, centre in enumerate(centres):
+        inside, below = (np.abs(each[:, 0] - centre) <= half for each in (aligned, line))
+        areas[i] = _area(aligned[inside], line[below])
+    # The first NaN wins argmax: without two points in every window the largest area is unknown.
+    best = int(np.argmax(areas))
+    return float(areas[best]), float(centres[best]) if math.isfinite(areas[best]) else math.nan
+
+
+def _area(path: Array, target: Array) -> float:
+    """Return the library's area between two curves, or NaN where one of them is no curve."""
+    if min(len(path), len(target)) < 2:
+        return math.nan
+    return float(similaritymeasures.area_between_two_curves(path, target))
+
+
+def _frechet(path: Array, target: Array) -> float:
+    return float(similaritymeasures.frechet_dist(path, target))
+
+
+def _length(points: Array) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _over(part: float, whole: float) -> float:
+    """Return part / whole, or NaN where nothing moved."""
+    return part / whole if whole > 0.0 else math.nan
+
+
+def _unit(angle_deg: float) -> Array:
+    return geometry.unit(math.radians(angle_deg))

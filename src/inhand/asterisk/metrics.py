@@ -1,0 +1,191 @@
+"""The primary metrics of a trial: how far, how straight, how upright, and whether the object was held."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import similaritymeasures
+from numpy.typing import NDArray
+
+from inhand import geometry
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.errors import InputError
+from inhand.geometry import Array, interpolate
+
+TARGET_POINTS = 100
+"""Points on the straight segment of the Frechet distance, as in the Asterisk Test."""
+PATH_PIECES = 300
+"""About the most points added to a path before its Frechet distance is taken."""
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Metrics of one trial in mm and degrees (asterisk-test.md, Metrics).
+
+    A trial that only rotates has no direction: its distances are 0, its lateral values and its Frechet distance
+    describe how far the object drifted from its start, and its rotation is what it turned.
+    """
+
+    distance_mm: float
+    """From the start to the end along the direction; negative where the object went the other way."""
+    max_distance_mm: float
+    """Farthest progress along the direction."""
+    lateral_max_mm: float
+    """Largest distance from the line along the direction; rotation only: from the start."""
+    lateral_rms_mm: float
+    """Root mean square of the same."""
+    rotation_max_deg: float
+    """Largest difference from the target rotation; rotation only: largest angle turned. NaN where unknown."""
+    rotation_final_deg: float
+    """The same at the end."""
+    arc_length_mm: float
+    """Length of the path."""
+    efficiency: float
+    """Distance / arc length, at most 1; rotation only: final angle / sum of all turning. 0 where nothing moved."""
+    frechet_mm: float
+    """Discrete Frechet distance between the path and the straight segment of the same distance."""
+    contact_fraction: float | None
+    """Share of all rows in which both fingers touch; None for people."""
+    longest_gap_steps: int | None
+    """Longest run without both fingers touching [simulation steps]; None for people."""
+
+
+def measure(
+    path_mm: Array,
+    rotation_deg: Array | None,
+    angle_deg: float | None,
+    *,
+    target_rotation_deg: float = 0.0,
+    contact: NDArray[np.bool_] | None = None,
+    substeps: int = 1,
+) -> Metrics:
+    """Return the primary metrics of one trial.
+
+    A single row or a trial without movement is ordinary. Where contact is given, everything but the contact
+    itself counts only the rows before the first one in which not both fingers touch: a thrown object is not a
+    manipulated one. If that is the first row, only the start pose counts.
+
+    Args:
+        path_mm: Positions `(T, 2)` [mm], the filtered ones of a recording.
+        rotation_deg: Rotation `(T,)`, unwrapped [deg], or None where it is unknown (its metrics become NaN).
+        angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
+        target_rotation_deg: Rotation to hold [deg]; plays no part in a trial that only rotates.
+        contact: Whether the left and the right finger touch `(T, 2)`, or None for people.
+        substeps: Simulation steps per row, the unit of `longest_gap_steps`.
+
+    Raises:
+        InputError: arrays of the wrong shape or of different lengths, no row, or a value that is not finite.
+    """
+    path = np.asarray(path_mm, dtype=float)
+    turn = np.full(len(path), np.nan) if rotation_deg is None else np.asarray(rotation_deg, dtype=float)
+    check_rows(path, np.zeros(len(path)) if rotation_deg is None else turn)
+    _check_rest(len(path), contact, angle_deg, target_rotation_deg)
+    if contact is None:
+        return _measure_rows(path, turn, angle_deg, target_rotation_deg)
+    held = np.all(contact, axis=1)
+    rows = len(path) if held.all() else max(int(np.argmin(held)), 1)
+    metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg)
+    gap = _longest_run(~held) * substeps
+    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_steps=gap)
+
+
+def measure_human(trial: HumanTrial) -> Metrics:
+    """Return the primary metrics of a recorded trial, from its smoothed rows without the rest before and after."""
+    rows = slice(*trial.moving)
+    rotation = trial.filtered_rotation_deg[rows] if trial.rotation_usable else None
+    return measure(trial.filtered_mm[rows], rotation, trial.angle_deg, target_rotation_deg=trial.twist_deg)
+
+
+def _measure_rows(path: Array, turn: Array, angle_deg: float | None, target_deg: float) -> Metrics:
+    """Return the metrics of rows `(T, 2)` and `(T,)` that all count, those of contact left None."""
+    path = path - path[0]
+    arc = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    if angle_deg is None:
+        along, lateral = np.zeros(len(path)), np.linalg.norm(path, axis=1)
+        error = np.abs(turn - turn[0])
+        efficiency = _share(float(error[-1]), float(np.abs(np.diff(turn)).sum()))
+    else:
+        along, across = geometry.rotate(-math.radians(angle_deg), path).T
+        lateral, error = np.abs(across), np.abs(turn - target_deg)
+        efficiency = _share(float(along[-1]), arc)
+    return Metrics(
+        distance_mm=float(along[-1]),
+        max_distance_mm=float(along.max()),
+        lateral_max_mm=float(lateral.max()),
+        lateral_rms_mm=float(np.sqrt(np.mean(lateral**2))),
+        rotation_max_deg=float(error.max()),
+        rotation_final_deg=float(error[-1]),
+        arc_length_mm=arc,
+        efficiency=efficiency,
+        frechet_mm=_frechet(path, float(along[-1]), angle_deg),
+        contact_fraction=None,
+        longest_gap_steps=None,
+    )
+
+
+def _frechet(path: Array, distance: float, angle_deg: float | None) -> float:
+    """Return the discrete Frechet distance of a path `(T, 2)` to the segment from 0 over `distance`.
+
+    Only the corners of a path are compared, so one with few rows would seem far from the line it lies on: points
+    are put between its rows until they lie as close as the segment's. A negative distance has no segment, and
+    the start stands for it.
+    """
+    length = max(distance, 0.0)
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    spacing = max(length / (TARGET_POINTS - 1), float(steps.sum()) / PATH_PIECES)
+    if spacing > 0.0:
+        # The tolerance keeps a step of a whole number of spacings from being cut once more by rounding.
+        pieces = np.maximum(np.ceil(steps / spacing - 1e-9), 1).astype(int)
+        knots = np.concatenate([[0], np.cumsum(pieces)])
+        path = interpolate(np.arange(knots[-1] + 1), knots, path)
+    target = np.linspace(0.0, length, TARGET_POINTS)[:, None] * geometry.unit(math.radians(angle_deg or 0.0))
+    # A rotation has no segment but a point, from which the largest distance is the Frechet distance.
+    return float(similaritymeasures.frechet_dist(path, target if length > 0.0 else target[:1]))
+
+
+def _share(part: float, whole: float) -> float:
+    """Return part / whole, at most 1 (rounding can pass it), and 0 where the whole is 0."""
+    return min(part / whole, 1.0) if whole != 0.0 else 0.0
+
+
+def _longest_run(flags: NDArray[np.bool_]) -> int:
+    """Return the length of the longest run of true flags `(T,)`."""
+    bounds = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return int(np.max(bounds[1::2] - bounds[::2], initial=0))
+
+
+def _check_rest(rows: int, contact: NDArray[np.bool_] | None, angle_deg: float | None, target_deg: float) -> None:
+    """Refuse contact of the wrong shape and angles that are not finite."""
+    if contact is not None and np.shape(contact) != (rows, 2):
+        raise InputError(
+            f"contact has shape {np.shape(contact)} for {rows} rows: give (T, 2), the left and the right finger of"
+            " each row"
+        )
+    if not math.isfinite(angle_deg or 0.0) or not math.isfinite(target_deg):
+        raise InputError(f"direction {angle_deg} and target rotation {target_deg} must be finite angles [deg]")
+
+
+def check_rows(path: Array, turn: Array) -> None:
+    """Refuse a path and a rotation that do not belong together or hold a value that is not finite.
+
+    Args:
+        path: Positions, meant to be `(T, 2)` with T at least 1.
+        turn: Rotation, meant to be `(T,)` [deg].
+
+    Raises:
+        InputError: wrong shapes, or a value that is not finite (the text gives its row).
+    """
+    if path.ndim != 2 or path.shape[1] != 2 or not len(path) or turn.shape != path.shape[:1]:
+        raise InputError(
+            f"path has shape {path.shape} and rotation {turn.shape}: give a path (T, 2) and a rotation (T,) of the"
+            " same T, at least one row"
+        )
+    bad = np.flatnonzero(~np.isfinite(np.column_stack([path, turn])).all(axis=1))
+    if len(bad):
+        row = int(bad[0])
+        raise InputError(
+            f"row {row} is not finite (x {path[row, 0]}, y {path[row, 1]}, rotation {turn[row]}): leave such rows"
+            " out, or give None as rotation where it is unknown"
+        )

@@ -1,0 +1,79 @@
+"""The Markdown page of a run."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from inhand.asterisk.beside import Beside
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk.results import Result
+from inhand.asterisk.table import failures, shown_columns, table_rows, with_beside
+from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+
+if TYPE_CHECKING:
+    pass
+
+
+def page(
+    config: AsteriskConfig,
+    results: Sequence[Result],
+    people: Sequence[HumanTrial],
+    notes: Sequence[str],
+    pictures: tuple[Sequence[Picture], Sequence[Picture]],
+    *,
+    beside: Sequence[Beside] = (),
+) -> str:
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    lines = [
+        f"# Asterisk Test: {results[0].source} on {config.object} with {config.hand}",
+        "",
+        f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
+        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        "",
+        "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
+        " Lateral (largest distance from the line, mm), Turn (largest rotation, deg), Contact (share of steps with both"
+        " fingers touching) and Gap (longest without, in simulation steps of 4 ms) are the worst trial's; Eff. is the"
+        " mean efficiency.",
+        "",
+        *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
+        "",
+        *_failed(results),
+        *people_lines(people),
+        *[f"* {note}" for note in notes],
+        "",
+        "## Figures",
+        "",
+        *picture_lines(pictures[0]),
+        "## First trial of every direction",
+        "",
+        *picture_lines(pictures[1]),
+        *again_lines(command(config)),
+    ]
+    return "\n".join(lines)
+
+
+def command(config: AsteriskConfig) -> str:
+    """Return the command line that repeats a run, quoted for a shell."""
+    return shlex.join(["inhand", "asterisk", *options(config)])
+
+
+def _failed(results: Sequence[Result]) -> list[str]:
+    sentences = failures(results)
+    if not sentences:
+        return ["Every trial kept the object to the end of its path or of the grip's reach.", ""]
+    return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]
+
+
+def people_lines(people: Sequence[HumanTrial]) -> list[str]:
+    """Return what a reader must know of people's trials."""
+    if not people:
+        return []
+    units = sorted({trial.unit for trial in people})
+    return [
+        f"People: {len(people)} recorded trials ({'; '.join(units)}). Their x and y are written in the moving object's"
+        " frame: distances along a direction compare well (about 3 mm), lateral ones do not (up to 14 mm).",
+        "",
+    ]

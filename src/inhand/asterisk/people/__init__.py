@@ -1,0 +1,1 @@
+"""Recordings of people: files, units, labels, and the paths that they took."""

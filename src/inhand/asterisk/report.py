@@ -1,0 +1,247 @@
+"""The report of a run: figures, a replay and a Markdown page, from its trials and results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from inhand.asterisk.beside import Beside
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.page import page
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk.results import Result, by_direction, result_of_human
+from inhand.asterisk.scenes import average_curve, compatible_curve, human_curves, radar_series, trial_path, turn_series
+from inhand.control.scenes import scene_at, start_scene
+from inhand.control.trial import Trial
+from inhand.pages import Picture
+from inhand.plots.asterisk import asterisk_figure
+from inhand.plots.curves import PathCurve
+from inhand.plots.donut import donut_figure
+from inhand.plots.panels import Panel, panels_figure
+from inhand.plots.path import path_figure
+from inhand.plots.radar import radar_figure
+from inhand.plots.replay import write_replay
+from inhand.plots.save import save_figure
+from inhand.tasks.primitives import twisted_name
+
+COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
+COUNTED = "counted up to the first loss of contact"
+FRAME_STEPS = 2
+"""Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished run."""
+
+    config: AsteriskConfig
+    """What was run."""
+    trials: tuple[Trial, ...]
+    """Its trials."""
+    results: tuple[Result, ...]
+    """Their results, in the same order."""
+    people: tuple[HumanTrial, ...] = ()
+    """Human trials to set beside them."""
+    notes: tuple[str, ...] = ()
+    """What a reader should know, a sentence each."""
+    beside: tuple[Beside, ...] = ()
+    """Earlier runs to set beside it."""
+
+    @property
+    def name(self) -> str:
+        """Name of the controller; that of a folder's policy is shorter than the configuration's."""
+        return self.trials[0].passport.controller
+
+
+def file_name(name: str) -> str:
+    """Return a primitive's name as part of a file name: `In'-Right'` is `in1-right1`, apart from `in-right`."""
+    return name.lower().replace("'", "1").replace(" ", "_")
+
+
+def write_report(run: Run, folder: Path) -> None:
+    """Write figures, replay and `report.md` of a run into its folder."""
+    figures = folder / "figures"
+    (figures / "paths").mkdir(parents=True)
+    pictures: list[Picture] = []
+    for part in _by_twist(run):
+        pictures += [*_asterisks(part, figures), *_panels(part, figures), _radar(part, figures)]
+    if any(result.angle_deg is None for result in run.results):
+        pictures.append(_donut(run, figures))
+    pictures.append(_replay(run, figures))
+    paths = _paths(run, figures)
+    text = page(run.config, run.results, run.people, run.notes, (pictures, paths), beside=run.beside)
+    (folder / "report.md").write_text(text)
+
+
+def direction_curves(
+    run: Run | Beside, average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve
+) -> list[PathCurve]:
+    """Return the mean path of every direction that translates, by a rule for averages."""
+    groups: dict[str, list[int]] = {}
+    for i, trial in enumerate(run.trials):
+        if trial.passport.angle_deg is not None:
+            groups.setdefault(trial.passport.primitive, []).append(i)
+    return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
+
+
+def _saved(figure: Figure, figures: Path, name: str, text: str) -> Picture:
+    save_figure(figure, figures / name)
+    return Picture(text, f"figures/{name}")
+
+
+def _by_twist(run: Run) -> list[Run]:
+    """Return the translations of a run, apart by the twist that they hold."""
+    twists = dict.fromkeys(t.passport.rotation_deg for t in run.trials if t.passport.angle_deg is not None)
+    return [_holding(run, twist) for twist in twists]
+
+
+def _holding(run: Run, twist: float) -> Run:
+    """Return the part of a run, of its people and of the runs beside it that translates and holds a twist [deg]."""
+    return only(
+        run,
+        lambda trial: trial.passport.angle_deg is not None and trial.passport.rotation_deg == twist,
+        lambda human: human.angle_deg is not None and human.twist_deg == twist,
+    )
+
+
+def only(run: Run, wanted: Callable[[Trial], bool], wanted_of_people: Callable[[HumanTrial], bool]) -> Run:
+    """Return a run, its people and the runs beside it with some of their trials."""
+    rows = [i for i, trial in enumerate(run.trials) if wanted(trial)]
+    return replace(
+        run,
+        trials=tuple(run.trials[i] for i in rows),
+        results=tuple(run.results[i] for i in rows),
+        people=tuple(t for t in run.people if wanted_of_people(t)),
+        beside=tuple(part for other in run.beside if (part := other.only(wanted)).trials),
+    )
+
+
+def _twist(run: Run) -> float:
+    return run.trials[0].passport.rotation_deg
+
+
+def _named(run: Run, stem: str) -> str:
+    """Return the name of a figure, with the twist that its trials hold."""
+    return f"{twisted_name(stem, _twist(run)).replace(' ', '_')}.png"
+
+
+def _title(run: Run) -> str:
+    twist = _twist(run)
+    return f"{run.name}, {run.config.paths} paths" + (
+        f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
+    )
+
+
+def _subtitle(run: Run) -> str:
+    count = len({result.trial for result in run.results})
+    return f"{run.config.hand}, {run.config.object}; mean of {count} trial{'s' if count > 1 else ''} a direction"
+
+
+def _asterisks(run: Run, figures: Path) -> list[Picture]:
+    """Draw the mean of all trials and, where there are several, the first trial alone."""
+    scene = start_scene(run.trials[0])
+    figure = asterisk_figure(direction_curves(run), outline=scene, title=_title(run), subtitle=_subtitle(run))
+    pictures = [_saved(figure, figures, _named(run, "asterisk"), f"Asterisk: mean object paths, {COUNTED} [mm]")]
+    if run.config.compatible and run.results[0].labels is not None:
+        curves = direction_curves(run, compatible_curve)
+        figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=COMPATIBLE)
+        pictures.append(_saved(figure, figures, _named(run, "asterisk_compatible"), f"Asterisk: {COMPATIBLE} [mm]"))
+    first = [i for i, result in enumerate(run.results) if result.trial == 1]
+    if len(first) < len(run.results):
+        single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))
+        figure = asterisk_figure(
+            direction_curves(single), outline=scene, title=_title(run), subtitle="first trial of every direction"
+        )
+        text = "Asterisk: the first trial of every direction [mm]"
+        pictures.append(_saved(figure, figures, _named(run, "asterisk_single"), text))
+    return pictures
+
+
+def _panels(run: Run, figures: Path) -> list[Picture]:
+    """Draw people, earlier runs and this one side by side, where there are others."""
+    if not (run.people or run.beside):
+        return []
+    text = "People, earlier runs and this one on one scale"
+    return [_saved(side_by_side(run, "Side by side"), figures, _named(run, "panels"), text)]
+
+
+def side_by_side(run: Run, title: str) -> Figure:
+    """Return the figure of people, of the runs beside a run, and of the run itself, on one scale."""
+    curves = direction_curves(run)
+    panels = [Panel(run.name, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
+    for other in reversed(run.beside):
+        others, scene = tuple(direction_curves(other)), start_scene(other.trials[0])
+        panels.insert(0, Panel(other.name, other.told, others, scene))
+    if run.people:
+        people = human_curves(run.people, [curve.name for curve in curves])
+        panels.insert(0, Panel("Human", f"{len(run.people)} recorded trials", tuple(people)))
+    return panels_figure(panels, title)
+
+
+def _donut(run: Run, figures: Path) -> Picture:
+    series = [turn_series(run.name, run.results)]
+    people = [result_of_human(trial) for trial in run.people if trial.angle_deg is None]
+    if people:
+        series.insert(0, turn_series("human", people))
+    figure = donut_figure(series, "Rotation in the hand", _subtitle(run))
+    return _saved(figure, figures, "donut.png", "Angle reached each way, and the hand's limit [deg]")
+
+
+def _radar(run: Run, figures: Path) -> Picture:
+    text = "Farthest progress [mm] and efficiency by direction"
+    return _saved(both_radars(run), figures, _named(run, "radar"), text)
+
+
+def both_radars(run: Run) -> Figure:
+    """Return the figure of distance and efficiency by direction, of people, of the runs beside a run, and of itself."""
+    directions = {r.direction: r.angle_deg for r in run.results if r.angle_deg is not None}
+    names = list(directions)
+    series = [radar_series(other.name, by_direction(other.results), names) for other in run.beside]
+    series.append(radar_series(run.name, by_direction(run.results), names))
+    if run.people:
+        people = [result_of_human(t) for t in run.people]
+        series.insert(0, radar_series("human", by_direction(people), names))
+    return radar_figure(list(directions.items()), series, "Distance and efficiency")
+
+
+def _replay(run: Run, figures: Path) -> Picture:
+    """Draw the trial that went farthest."""
+    best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
+    trial, result = run.trials[best], run.results[best]
+    rows = range(0, len(trial.time), FRAME_STEPS)
+    first = min(trial.manipulation.start, len(trial.time) - 1)
+    origin = trial.object_pose[first, :2]
+    trail = 1e3 * (trial.object_pose[list(rows), :2] - origin)
+    target = 1e3 * trial.reference[:, :2]
+    along = np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)
+    write_replay(
+        [scene_at(trial, row, origin) for row in rows],
+        trail,
+        figures / "replay.gif",
+        title=f"{result.direction}, trial {result.trial}",
+        target_angle_deg=trial.passport.angle_deg,
+        target_path_mm=target[along],
+        contact=trial.touching[list(rows)],
+    )
+    return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
+
+
+def _paths(run: Run, figures: Path) -> list[Picture]:
+    """Draw the first trial of every direction that translates."""
+    pictures: list[Picture] = []
+    for trial, result in zip(run.trials, run.results, strict=True):
+        if result.trial != 1 or result.angle_deg is None:
+            continue
+        name = f"figures/paths/{file_name(result.direction)}.png"
+        text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
+        subtitle = f"{run.name}, trial 1, {result.outcome}"
+        figure = path_figure(
+            trial_path(trial, result), outline=start_scene(trial), title=result.direction, subtitle=subtitle
+        )
+        save_figure(figure, figures / "paths" / f"{file_name(result.direction)}.png")
+        pictures.append(Picture(text, name))
+    return pictures

@@ -1,0 +1,229 @@
+"""Results of trials, simulated or recorded, as rows of numbers, and the JSON they are kept in."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from inhand.asterisk.averages import summarise
+from inhand.asterisk.compatible import AsteriskMetrics, measure_asterisk
+from inhand.asterisk.labels import is_averaged, labels_of
+from inhand.asterisk.metrics import Metrics, measure, measure_human
+from inhand.asterisk.people.hand_sizes import HAND_SIZES_MM, normalise
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.control.trial import DIVERGED, LOST, REACHED, Passport, Trial
+from inhand.geometry import Array
+from inhand.hands.hand import FINGER_NAMES
+from inhand.tasks.primitives import twisted_name
+
+RECORDED = "recorded"
+"""Outcome of a human trial, whose end is not recorded."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one trial reached."""
+
+    direction: str
+    """Name of the primitive."""
+    angle_deg: float | None
+    """Its direction [deg], None where it only rotates."""
+    trial: int
+    """Number of the trial in its direction."""
+    outcome: str
+    """How it ended."""
+    metrics: Metrics
+    """The primary metrics."""
+    carried_mm: float
+    """Farthest progress before the end with lost and regained contacts allowed, as in the thesis [mm]."""
+    first_lost: str | None
+    """The finger that let go first, None where none did or no finger was the end of it: the simulation diverged."""
+    labels: tuple[str, ...] | None
+    """Labels of the Asterisk Test, None where the hand has no span to normalise with."""
+    compatible: AsteriskMetrics | None
+    """Metrics of the Asterisk Test software, None where not asked for or without a span."""
+    source: str
+    """File or controller."""
+    limit: float | None = None
+    """How far the hand could carry the object [mm], or turn it [deg] where there is no direction; None for people."""
+
+    @property
+    def reached(self) -> float:
+        """Counted distance [mm], or the angle turned at the end where there is no direction [deg]."""
+        return self.metrics.rotation_final_deg if self.angle_deg is None else self.metrics.distance_mm
+
+    @property
+    def fraction(self) -> float | None:
+        """What was reached as a share of the limit; None where there is none to reach."""
+        return self.reached / self.limit if self.limit else None
+
+    @property
+    def kept(self) -> bool:
+        """Whether it came to its end with the object in the hand."""
+        return self.outcome in {REACHED, RECORDED}
+
+    @property
+    def lost(self) -> bool:
+        """Whether the object was lost, or never held; a trial whose time ran out is neither kept nor lost."""
+        return self.outcome in LOST
+
+
+def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
+    """Return the result of a simulated trial."""
+    passport = trial.passport
+    path, rotation, touching = trial.manipulated_path()
+    target, angle = passport.rotation_deg, passport.angle_deg
+    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, substeps=passport.substeps)
+    lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
+    first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
+    carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
+    hand = passport.hand.name.partition("_")[0]
+    labels, original = _normalised((path, path), rotation, (angle, target), hand, compatible)
+    return Result(
+        passport.primitive,
+        angle,
+        passport.trial,
+        trial.outcome,
+        metrics,
+        carried,
+        first,
+        labels,
+        original,
+        passport.controller,
+        _limit(passport),
+    )
+
+
+def _limit(passport: Passport) -> float | None:
+    if passport.limit is None:
+        return None
+    return math.degrees(passport.limit) if passport.angle_deg is None else 1e3 * passport.limit
+
+
+def result_of_human(trial: HumanTrial, *, compatible: bool = False) -> Result:
+    """Return the result of a recorded trial."""
+    metrics = measure_human(trial)
+    rotation = trial.filtered_rotation_deg if trial.rotation_usable else None
+    paths = (trial.start_mm + trial.path_mm, trial.filtered_mm)
+    labels, original = _normalised(paths, rotation, (trial.angle_deg, trial.twist_deg), trial.hand, compatible)
+    return Result(
+        twisted_name(trial.primitive, trial.twist_deg),
+        trial.angle_deg,
+        trial.trial,
+        RECORDED,
+        metrics,
+        metrics.max_distance_mm,
+        None,
+        labels,
+        original,
+        trial.source,
+    )
+
+
+def _normalised(
+    paths: tuple[Array, Array], rotation: Array | None, target: tuple[float | None, float], hand: str, compatible: bool
+) -> tuple[tuple[str, ...] | None, AsteriskMetrics | None]:
+    """Return labels and compatible metrics of a raw and a filtered path [mm] in the units of a hand's span."""
+    if hand not in HAND_SIZES_MM:
+        return None, None
+    raw, filtered = (normalise(path, hand) for path in paths)
+    angle, twist = target
+    labels = tuple(sorted(labels_of(raw, rotation, angle)))
+    if not compatible or rotation is None:
+        return labels, None
+    return labels, measure_asterisk(filtered, rotation, angle, target_rotation_deg=twist, raw_path=raw)
+
+
+def averaged(result: Result) -> bool:
+    """Return whether averages use a result: they leave out the deviated kinds of the Asterisk Test's labels."""
+    return result.labels is None or is_averaged(frozenset(result.labels))
+
+
+def by_direction(results: Sequence[Result]) -> dict[str, list[Result]]:
+    """Return results grouped by the name of their direction, in order of appearance."""
+    groups: dict[str, list[Result]] = {}
+    for result in results:
+        groups.setdefault(result.direction, []).append(result)
+    return groups
+
+
+def as_entry(result: Result) -> dict[str, Any]:
+    """Return a result as one entry of the JSON's `trials` list; numbers that are not known are null."""
+    entry: dict[str, Any] = {
+        "direction": result.direction,
+        "angle_deg": result.angle_deg,
+        "trial": result.trial,
+        **asdict(result.metrics),
+        "outcome": result.outcome,
+        "carried_mm": result.carried_mm,
+        **_limit_entry(result),
+        "fraction_of_limit": result.fraction,
+        "first_lost": result.first_lost,
+        "labels": None if result.labels is None else list(result.labels),
+        "source": result.source,
+    }
+    if result.compatible is not None:
+        entry["asterisk_test"] = asdict(result.compatible)
+    return entry
+
+
+def summary_of(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """Return for every direction the mean and SD of every metric, the number of trials and how they ended."""
+    rows = []
+    for name, group in by_direction(results).items():
+        outcomes = [result.outcome for result in group]
+        rows.append(
+            {
+                "direction": name,
+                "angle_deg": group[0].angle_deg,
+                "trials": len(group),
+                "outcomes": {outcome: outcomes.count(outcome) for outcome in sorted(set(outcomes))},
+                **_limit_entry(group[0]),
+                "fraction_of_limit": mean_fraction(group),
+                **{key: value._asdict() for key, value in summarise([r.metrics for r in group]).items()},
+            }
+        )
+    return rows
+
+
+def mean_fraction(group: Sequence[Result]) -> float | None:
+    """Return the mean share of the limit that trials reached; None where no limit is known."""
+    known = [result.fraction for result in group if result.fraction is not None]
+    return float(np.mean(known)) if known else None
+
+
+def _limit_entry(result: Result) -> dict[str, float | None]:
+    """Return the limit under a name that gives its unit."""
+    return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}
+
+
+def write_json(content: dict[str, Any], path: Path) -> None:
+    """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
+    temporary = path.with_name(path.name + ".part")
+    temporary.write_text(json.dumps(_finite(content), indent=2, default=_plain) + "\n", encoding="utf-8")
+    temporary.replace(path)
+
+
+def _plain(value: object) -> object:
+    """Return what JSON has no word for: NumPy's numbers as numbers, paths as texts."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Path):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} has no place in JSON")
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

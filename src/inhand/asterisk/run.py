@@ -1,0 +1,158 @@
+"""Run the Asterisk Test in simulation: one batch of worlds, one world for each direction and trial."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk.people.paths import human_path
+from inhand.control.catalogue import ControllerEntry, check_known, find_controller
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.draws import check_draws
+from inhand.control.loop import run_episodes
+from inhand.control.phases import placed_joints, standard_phases
+from inhand.control.recording import cut_trials
+from inhand.control.trial import Passport, Trial
+from inhand.errors import InputError
+from inhand.geometry import way_along
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import check_fit
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.bullet_engine import BulletSimulator
+from inhand.sim.engine import Simulator
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.tasks.paths import ReferencePath, stacked, straight_path, twist_poses, whole_path
+from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
+from inhand.tasks.reach import limits
+from inhand.versions import versions
+
+
+@dataclass(frozen=True, eq=False)
+class Assignment:
+    """What one world has to do."""
+
+    primitive: Primitive
+    """The primitive."""
+    path: ReferencePath
+    """The path to follow."""
+    trial: int
+    """Number of the trial in its direction, from 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """Everything a run needs, checked before anything is written."""
+
+    hand: HandSpec
+    """The hand."""
+    object: ObjectSpec
+    """The object."""
+    controller: ControllerEntry
+    """The controller of the manipulation phase."""
+    assignments: tuple[Assignment, ...]
+    """What each world does."""
+
+
+def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
+    """Return a run's setup.
+
+    Args:
+        config: what to run.
+        people: human trials; their paths are followed where `config.paths` is human.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
+    if config.trials < 1:
+        raise InputError(f"--trials {config.trials}: give at least one trial for each direction")
+    check_draws(config)
+    hand, spec = load_hand(config.hand), load_object(config.object)
+    entry = find_controller(config.controller)
+    primitives = parse_directions(config.directions)
+    if config.twist:
+        primitives = with_twists(primitives, config.twist)
+    check_fit(hand, spec)
+    assignments = []
+    for primitive in primitives:
+        paths = _paths(config, primitive, people)
+        assignments += [Assignment(primitive, paths[k % len(paths)], k + 1) for k in range(config.trials)]
+    check_known(entry, hand, stacked([whole_path(each.path) for each in assignments]))
+    return Setup(hand, spec, entry, tuple(assignments))
+
+
+def simulate(
+    config: AsteriskConfig,
+    setup: Setup,
+    progress: Callable[[str, int, int], None] | None = None,
+    threads: int = 0,
+) -> tuple[Trial, ...]:
+    """Run every assignment at once and return the trials in the same order.
+
+    The hand's own limit along each primitive is computed first and kept in the trials' passports. MuJoCo steps on
+    `threads` threads, 0 for every core; the trials are the same for any number.
+    """
+    hand, count = setup.hand, len(setup.assignments)
+    primitives = tuple(dict.fromkeys(each.primitive for each in setup.assignments))
+    told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
+    reach = {limit.primitive: limit.distance for limit in limits(hand, setup.object, primitives, progress=told)}
+    simulator = _simulator(config, hand, [setup.object] * count, threads)
+    origin = np.array([*hand.start_position, 0.0])
+    paths = stacked([each.path.poses for each in setup.assignments])
+    whole = stacked([whole_path(each.path) for each in setup.assignments])
+    rng = np.random.default_rng(config.seed)
+    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
+    start = origin + spread * rng.standard_normal((count, 3))
+    grasp = setup.controller.grasp(hand, setup.object, origin + whole, start)
+    timestep = simulator.timestep
+    task = Task(hand, simulator.objects, paths, way_along(paths), SUBSTEPS * timestep, timestep)
+    twists = stacked([twist_poses(each.path) for each in setup.assignments])
+    phases = standard_phases(grasp, setup.controller.manipulate, twists)
+    recording = run_episodes(simulator, task, phases, simulator.reset(start, placed_joints(hand, grasp)), progress)
+    return cut_trials(recording, phases, _passports(config, setup, timestep, reach), paths)
+
+
+def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec], threads: int) -> Simulator:
+    if config.engine == "bullet":
+        return BulletSimulator(hand, objects)
+    return MujocoSimulator(hand, objects, threads=threads)
+
+
+def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dict[Primitive, float]) -> list[Passport]:
+    found = versions()
+    return [
+        Passport(
+            hand=setup.hand,
+            object=setup.object,
+            controller=setup.controller.name,
+            primitive=each.primitive.name,
+            angle_deg=each.primitive.angle_deg,
+            rotation_deg=each.primitive.rotation_deg,
+            path=each.path.name,
+            trial=each.trial,
+            seed=config.seed,
+            substeps=SUBSTEPS,
+            timestep=timestep,
+            versions=found,
+            engine=config.engine,
+            limit=reach[each.primitive],
+        )
+        for each in setup.assignments
+    ]
+
+
+def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanTrial]) -> list[ReferencePath]:
+    if config.paths == "straight":
+        return [straight_path(primitive)]
+    trials = [t for t in people if twisted_name(t.primitive, t.twist_deg) == primitive.name]
+    if not trials:
+        have = sorted({t.primitive for t in people if t.angle_deg is not None})
+        raise InputError(
+            f"--paths human: no human trial of direction {primitive.name!r}; the folder has"
+            f" {', '.join(have) or 'none'}: ask for those with --directions, or use --paths straight"
+        )
+    return [human_path(trial) for trial in trials]

@@ -1,0 +1,131 @@
+"""From trials and results to what the figures draw: outlines in mm, curves, series."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from inhand.asterisk.averages import average_path, compat_average
+from inhand.asterisk.metrics import measure_human
+from inhand.asterisk.people.hand_sizes import hand_size_mm, normalise
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk.results import Result, averaged, result_of_human
+from inhand.control.trial import Trial
+from inhand.geometry import rotate
+from inhand.hands.hand import FINGER_NAMES
+from inhand.plots.curves import PathCurve
+from inhand.plots.donut import DonutSeries
+from inhand.plots.path import TrialPath
+from inhand.plots.radar import RadarSeries
+from inhand.tasks.primitives import twisted_name
+
+
+def counted_rows(trial: Trial) -> int:
+    """Return how many rows of manipulation, from its start, come before the first loss of contact."""
+    held = np.asarray(trial.manipulated_path()[2].all(axis=-1))
+    return len(held) if held.all() else max(int(np.argmin(held)), 1)
+
+
+def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
+    """Return the mean path of one direction's trials, up to their first loss of contact."""
+    passport = trials[0].passport
+    angle = passport.angle_deg or 0.0
+    paths, turns = [], []
+    for trial in trials:
+        path, rotation, _ = trial.manipulated_path()
+        count = counted_rows(trial)
+        paths.append(path[:count])
+        turns.append(rotation[:count])
+    mean = average_path(paths, turns, angle)
+    return PathCurve(
+        angle_deg=angle,
+        name=passport.primitive,
+        points_mm=mean.points_mm,
+        label_mm=float(np.mean([result.metrics.max_distance_mm for result in results])),
+        band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
+        failed=any(result.lost for result in results),
+        limit_mm=results[0].limit,
+    )
+
+
+def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
+    """Return the mean path of one direction's trials by the rule of the Asterisk Test software, in mm again."""
+    passport = trials[0].passport
+    angle, hand = passport.angle_deg or 0.0, passport.hand.name.partition("_")[0]
+    paths, turns = [], []
+    for trial in trials:
+        path, rotation, _ = trial.manipulated_path()
+        paths.append(normalise(path, hand))
+        turns.append(rotation)
+    points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
+    distance = float(np.mean([result.metrics.max_distance_mm for result in results]))
+    failed, limit = any(result.lost for result in results), results[0].limit
+    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
+
+
+def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:
+    """Return the mean paths of people's trials, for the named directions they have.
+
+    Trials that deviated by the labels of the Asterisk Test are left out.
+    """
+    used = [t for t in people if t.angle_deg is not None and averaged(result_of_human(t))]
+    curves = []
+    for name in names:
+        trials = [t for t in used if twisted_name(t.primitive, t.twist_deg) == name]
+        if not trials:
+            continue
+        paths = [t.filtered_mm[slice(*t.moving)] - t.filtered_mm[t.moving[0]] for t in trials]
+        angle = trials[0].angle_deg or 0.0
+        mean = average_path(paths, None, angle)
+        distance = float(np.mean([measure_human(t).max_distance_mm for t in trials]))
+        band = mean.lateral_sd_mm if len(trials) > 1 else None
+        curves.append(PathCurve(angle, name, mean.points_mm, distance, band))
+    return curves
+
+
+def trial_path(trial: Trial, result: Result) -> TrialPath:
+    """Return one trial as its path figure takes it."""
+    path, rotation, touching = trial.manipulated_path()
+    angle = trial.passport.angle_deg or 0.0
+    target = 1e3 * trial.reference[:, :2]
+    along = rotate(np.full(len(target), -np.deg2rad(angle)), target)[:, 0]
+    shown = max(result.metrics.max_distance_mm, 10.0)
+    return TrialPath(
+        name=trial.passport.primitive,
+        angle_deg=angle,
+        points_mm=path,
+        rotation_deg=rotation,
+        contact=touching,
+        fingers=FINGER_NAMES,
+        target_mm=target[along <= shown],
+        target_rotation_deg=trial.passport.rotation_deg,
+        failed=result.lost,
+    )
+
+
+def radar_series(name: str, groups: dict[str, list[Result]], directions: Sequence[str]) -> RadarSeries:
+    """Return distance and efficiency of every direction, NaN where a direction has no trial."""
+
+    def mean(direction: str, key: str) -> float:
+        values = [getattr(result.metrics, key) for result in groups.get(direction, [])]
+        return float(np.mean(values)) if values else np.nan
+
+    return RadarSeries(
+        name,
+        np.array([mean(direction, "max_distance_mm") for direction in directions]),
+        np.array([mean(direction, "efficiency") for direction in directions]),
+    )
+
+
+def turn_series(name: str, results: Sequence[Result]) -> DonutSeries:
+    """Return the mean angle turned each way [deg] and its range; NaN where a way has no trial."""
+    turned = {
+        way: [result.metrics.rotation_final_deg for result in results if result.direction == way]
+        for way in ("cw", "ccw")
+    }
+    mean = {way: float(np.mean(values)) if values else np.nan for way, values in turned.items()}
+    spread = {way: (min(values), max(values)) if len(values) > 1 else None for way, values in turned.items()}
+    known = {result.direction: result.limit for result in results if result.limit is not None}
+    limits = (known["cw"], known["ccw"]) if {"cw", "ccw"} <= set(known) else None
+    return DonutSeries(name, mean["cw"], mean["ccw"], spread["cw"], spread["ccw"], limits)

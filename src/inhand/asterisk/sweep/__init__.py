@@ -1,0 +1,1 @@
+"""The test over many hands and objects."""

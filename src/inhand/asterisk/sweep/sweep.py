@@ -1,0 +1,122 @@
+"""A sweep: which cells are there, which are to compute, and their computation on every core."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from joblib import Parallel, delayed, parallel_config
+
+from inhand.asterisk.config import AsteriskConfig
+from inhand.asterisk.run import prepare
+from inhand.asterisk.sweep.cells import Job, compute, differences, job_of, read_cell
+from inhand.asterisk.sweep.config import SweepConfig
+from inhand.errors import InputError
+from inhand.hands.files import load_hand, load_object
+from inhand.versions import versions
+
+CELLS = "cells"
+"""Folder of the cells' files inside that of the sweep."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A sweep's cells, hand by hand and within a hand object by object."""
+
+    jobs: tuple[Job, ...]
+    """All cells."""
+    waiting: tuple[Job, ...]
+    """Those to compute."""
+
+
+def plan(config: SweepConfig) -> Plan:
+    """Return the cells of a sweep and which of them its folder does not hold yet.
+
+    Raises:
+        InputError: a configuration that cannot be run, a folder that holds something else, or cells of other settings.
+    """
+    if config.jobs < 0:
+        raise InputError(f"--jobs {config.jobs}: give how many cells to compute at a time, or 0 for one on each core")
+    for option, names in (("--hands", config.hands), ("--objects", config.objects)):
+        if not names:
+            raise InputError(f"{option} names none: give at least one")
+    prepare(_asterisk(config))  # refuses what no cell could run with
+    folder = _cells_folder(config.out)
+    jobs = _jobs(config, folder)
+    there = [job for job in jobs if job.path.is_file()]
+    other = {job: found for job in there if (found := differences(read_cell(job.path)["settings"], job.settings))}
+    if other and not config.overwrite:
+        job, found = next(iter(other.items()))
+        raise InputError(
+            f"--out {config.out} holds {len(other)} cells of other settings; of {' with '.join(job.names)}"
+            f" {'; '.join(found)}: give another folder, or --overwrite to compute them again"
+        )
+    kept = set(there) - set(other)
+    return Plan(jobs, tuple(job for job in jobs if job not in kept))
+
+
+def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
+    """Compute cells and give each once its file is written, in the order in which they end.
+
+    Args:
+        jobs: the cells.
+        at_a_time: how many run side by side, each on one core; 0 takes every core.
+
+    Raises:
+        InputError: a process that computed a cell was killed.
+    """
+    with parallel_config("loky", inner_max_num_threads=1):
+        workers = Parallel(n_jobs=at_a_time or -1, batch_size=1, return_as="generator_unordered")
+        try:
+            yield from workers(delayed(compute)(job, os.getpid()) for job in jobs)
+        except BrokenProcessPool as error:
+            raise InputError(
+                "a process that computed a cell was killed, perhaps for want of memory: the same command goes on where"
+                " this one stopped, and a smaller --jobs needs less memory"
+            ) from error
+
+
+def _asterisk(config: SweepConfig) -> AsteriskConfig:
+    return AsteriskConfig(
+        directions=config.directions,
+        trials=config.trials,
+        seed=config.seed,
+        noise_mm=config.noise_mm,
+        noise_deg=config.noise_deg,
+        controller=config.controller,
+    )
+
+
+def _jobs(config: SweepConfig, folder: Path) -> tuple[Job, ...]:
+    base, found = _asterisk(config), versions()
+    hands = {text: load_hand(text) for text in config.hands}
+    objects = {text: load_object(text) for text in config.objects}
+    jobs: dict[Path, Job] = {}
+    for hand in config.hands:
+        for thing in config.objects:
+            job = job_of(replace(base, hand=hand, object=thing), hands[hand], objects[thing], found, folder)
+            if job.path in jobs:
+                raise InputError(f"{' with '.join(job.names)} is asked for twice: give every hand and object one name")
+            jobs[job.path] = job
+    return tuple(jobs.values())
+
+
+def _cells_folder(out: Path) -> Path:
+    """Return the folder of the cells, made where it is not there yet.
+
+    Raises:
+        InputError: `out` is a file, holds something else, or cannot be written.
+    """
+    folder = out / CELLS
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file; give a folder")
+    if out.is_dir() and any(out.iterdir()) and not folder.is_dir():
+        raise InputError(f"--out {out} holds files that are no sweep of inhand; give another folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {out} cannot be written: {error.strerror}; give another folder") from error
+    return folder

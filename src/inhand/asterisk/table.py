@@ -1,0 +1,116 @@
+"""The table of a run: one row for each direction, for the terminal and the report alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from inhand.asterisk.beside import Beside
+from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk.results import Result, averaged, by_direction, mean_fraction, result_of_human
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, TIME_OUT
+from inhand.pages import NO_VERDICT, NOTHING
+
+HEADER = (
+    "Direction",
+    "Distance [mm]",
+    "Limit [mm]",
+    "Of limit",
+    "Human [mm]",
+    "Lateral",
+    "Turn",
+    "Eff.",
+    "Contact",
+    "Gap",
+    "Outcome",
+)
+
+
+WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, STOPPED, TIME_OUT, REACHED)
+
+
+def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
+    """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
+    human = by_direction([result for result in map(result_of_human, people) if averaged(result)])
+    return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
+
+
+def shown_columns(rows: Sequence[tuple[str, ...]]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return `HEADER` and rows without the columns that say nothing, such as people's where there are none."""
+    full = [i for i in range(len(HEADER)) if any(row[i] != NOTHING for row in rows)]
+    return tuple(HEADER[i] for i in full), [tuple(row[i] for i in full) for row in rows]
+
+
+def with_beside(
+    header: tuple[str, ...], rows: Sequence[tuple[str, ...]], beside: Sequence[Beside]
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return header and rows with a column of distances, after the run's own, for every run set beside it."""
+    groups = [by_direction(run.results) for run in beside]
+    widened = [(*row[:2], *(_reached(group.get(row[0], [])) for group in groups), *row[2:]) for row in rows]
+    return (*header[:2], *(f"{run.name} [mm]" for run in beside), *header[2:]), widened
+
+
+def failures(results: Sequence[Result]) -> list[str]:
+    """Return one sentence for every direction in which a trial did not end well: how often, which finger, where."""
+    sentences = []
+    for name, group in by_direction(results).items():
+        bad = [result for result in group if not result.kept]
+        if not bad:
+            continue
+        fingers = sorted({result.first_lost for result in bad if result.first_lost})
+        counted = ", ".join(str(round(result.metrics.distance_mm)) for result in bad)
+        carried = ", ".join(str(round(result.carried_mm)) for result in bad)
+        why = "; ".join(sorted({result.outcome for result in bad}))
+        held = (
+            ""
+            if all(r.outcome == NO_GRASP for r in bad)
+            else (f" after {counted} mm ({carried} mm with lost and regained contacts allowed)")
+        )
+        advice = f" {NO_VERDICT}" if any(r.outcome == DIVERGED for r in bad) else ""
+        finger = f", first by {' or '.join(fingers)}" if fingers else ""
+        sentences.append(f"{name}: {why} in {len(bad)} of {len(group)} trials{held}{finger}.{advice}")
+    return sentences
+
+
+def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]:
+    kept = sum(result.outcome == REACHED for result in group)
+    worst = min((result.outcome for result in group), key=WORST_FIRST.index)
+    metrics = [result.metrics for result in group]
+    contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
+    gaps = [m.longest_gap_steps for m in metrics if m.longest_gap_steps is not None]
+    return (
+        name,
+        _reached(group),
+        *_limit(group),
+        _reached(human),
+        f"{max(m.lateral_max_mm for m in metrics):.1f}",
+        f"{max(m.rotation_max_deg for m in metrics):.1f}",
+        f"{np.mean([m.efficiency for m in metrics]):.2f}",
+        f"{min(contact):.3f}" if contact else NOTHING,
+        f"{max(gaps)}" if gaps else NOTHING,
+        f"{worst} {kept}/{len(group)}",
+    )
+
+
+def _reached(group: Sequence[Result]) -> str:
+    """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
+    return _spread([result.reached for result in group]) + _unit(group)
+
+
+def _limit(group: Sequence[Result]) -> tuple[str, str]:
+    """Return the hand's limit and the mean share of it that was reached."""
+    limit, share = group[0].limit, mean_fraction(group)
+    return NOTHING if limit is None else f"{limit:.1f}{_unit(group)}", NOTHING if share is None else f"{share:.2f}"
+
+
+def _unit(group: Sequence[Result]) -> str:
+    """Return the unit of a group that only rotates; the heading names that of the others."""
+    return " deg" if group and group[0].angle_deg is None else ""
+
+
+def _spread(values: Sequence[float]) -> str:
+    if not values:
+        return NOTHING
+    mean = f"{np.mean(values):.1f}"
+    return f"{mean} ± {np.std(values, ddof=1):.1f}" if len(values) > 1 else mean

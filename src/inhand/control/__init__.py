@@ -1,0 +1,1 @@
+"""Who decides, the one loop, and what it leaves."""

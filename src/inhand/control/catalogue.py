@@ -1,0 +1,287 @@
+"""Controllers by name: how each prepares a grasp, and what it manipulates with."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+
+from inhand.control.controller import Controller, Task
+from inhand.control.ik import IkConfig, IkController
+from inhand.control.policy import (
+    ACTOR,
+    Policy,
+    PolicyController,
+    RouteController,
+    check_joints,
+    load_policy,
+    straight_angles,
+)
+from inhand.control.rehearsal import best_plans, closing_joints
+from inhand.control.thesis_ik import ThesisIkController
+from inhand.errors import InputError, near_matches
+from inhand.geometry import Array, transform
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
+from inhand.hands.hand import FINGER_NAMES, HandSpec
+from inhand.hands.objects import ObjectSpec, polygon
+from inhand.hands.touch import touch
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Joint angles that the place and grasp phases move to."""
+
+    opened: Array
+    """Fingers stand off the object `(B, n_joints)` [rad]."""
+    closed: Array
+    """Fingers press on the object `(B, n_joints)` [rad]."""
+
+
+class Planner(Protocol):
+    """Chooses a grasp for every path."""
+
+    def __call__(self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
+        """Return a grasp for every path of object poses `(P, S, 3)` in the palm frame.
+
+        Args:
+            hand: the hand.
+            spec: the object.
+            poses: the paths.
+            starts: where each path's object stands `(P, 3)`; None where its path starts.
+        """
+
+
+@dataclass(frozen=True)
+class ControllerEntry:
+    """One controller of the toolkit."""
+
+    name: str
+    """What the command line calls it."""
+    summary: str
+    """One line for lists."""
+    grasp: Planner
+    """Chooses where the fingers hold the object."""
+    manipulate: Callable[[Task], Controller]
+    """Makes the controller of the manipulation phase."""
+    policy: Policy | None = None
+    """The learned policy that it is, if it is one."""
+
+
+def planned_grasp(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    poses: Array,
+    starts: Array | None = None,
+    config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
+) -> Grasp:
+    """Return the grasps of the contact search, tried out in simulation; equal paths are searched once.
+
+    Where an object stands elsewhere than its path starts, the fingers go to it from there.
+    """
+    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
+    plans = plan_grasps(hand, spec, distinct, config[0])
+    starts = poses[:, 0] if starts is None else starts
+    best = best_plans((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1])
+    return Grasp(*closing_joints(hand, spec, best, poses[:, 0], starts))
+
+
+def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array) -> list[GraspPlan]:
+    """Return for every path `(P, S, 3)` the planned grasp that is best where the object stands exactly at its start.
+
+    One plan serves every trial of a direction, which is what a learned controller trains and runs with.
+    """
+    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
+    best = best_plans((hand, spec), plan_grasps(hand, spec, distinct), distinct, distinct[:, 0])
+    return [best[k] for k in index]
+
+
+def rough_plan(hand: HandSpec, spec: ObjectSpec) -> GraspPlan:
+    """Return the grasp that puts both fingers on the middle of the object's sides (thesis 3.2).
+
+    Raises:
+        InputError: a finger does not reach its side.
+    """
+    half = float(polygon(spec)[:, 0].max())
+    contacts, normals = np.array([[-half, 0.0], [half, 0.0]]), np.array([[-1.0, 0.0], [1.0, 0.0]])
+    return GraspPlan(contacts, normals, _sides(hand, spec, half), 1)
+
+
+def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
+    """Return the same grasp for every path and start: both fingers on the middle of the object's sides (thesis 3.2).
+
+    Raises:
+        InputError: a finger does not reach its side.
+    """
+    del starts
+    half, count = float(polygon(spec)[:, 0].max()), len(poses)
+    opened, closed = (_sides(hand, spec, half + away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
+    return Grasp(np.tile(opened, (count, 1)), np.tile(closed, (count, 1)))
+
+
+def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
+    """Return joint angles `(n_joints,)` that touch points left and right of the object's start at a distance [m]."""
+    joints, pose = np.empty(hand.n_joints), np.array([*hand.start_position, 0.0])
+    for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
+        normal = np.array([sign, 0.0])
+        found = touch(hand, finger, transform(pose, distance * normal), normal)
+        if not found.reached:
+            raise InputError(
+                f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: the {side} finger does not"
+                " reach the middle of its side; use another object or hand, or the controller 'ik'"
+            )
+        joints[place] = found.joints
+    return joints
+
+
+GraspKind = Literal["planned", "rough"]
+"""How an object is held: as the contact search plans it, or on the middle of its sides."""
+PLAN_EVERY = 3
+"""The contact search looks at every third waypoint of a path."""
+ROUGH_SQUEEZE = 0.001
+"""How far inside the object the thesis's rough grasp aims [m], guessed: enough to touch."""
+
+CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8, margin=(0.004, 0.16)))
+"""What `ik-cautious` uses of the friction, and how far it stays from the end."""
+
+CONTROLLERS = {
+    entry.name: entry
+    for entry in (
+        ControllerEntry(
+            "ik",
+            "the expert: searched contacts, commanded grip force, feedback on the object's pose",
+            planned_grasp,
+            IkController,
+        ),
+        ControllerEntry(
+            "ik-cautious",
+            "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
+            partial(planned_grasp, config=CAUTIOUS),
+            partial(IkController, config=CAUTIOUS[1]),
+        ),
+        ControllerEntry(
+            "thesis-ik",
+            "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
+            rough_grasp,
+            ThesisIkController,
+        ),
+    )
+}
+
+
+def find_controller(name: str) -> ControllerEntry:
+    """Return a controller of the catalogue, the policy of the package, or that of a folder.
+
+    Args:
+        name: a name of the catalogue, `rl`, the folder of a training run (its best policy), or that of a policy.
+
+    Raises:
+        InputError: there is none of that name (the text offers near matches), or a folder without a policy.
+    """
+    if name in CONTROLLERS:
+        return CONTROLLERS[name]
+    if name == SHIPPED:
+        return _shipped()
+    folder = Path(name)
+    if folder.is_dir():
+        return learned(*policy_of(folder))
+    known = (*CONTROLLERS, SHIPPED)
+    raise InputError(
+        f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)} and the folder of a"
+        " run of `inhand train`"
+    )
+
+
+def learned(name: str, policy: Policy) -> ControllerEntry:
+    """Return the controller that a policy is; it holds objects as it did when it learned."""
+    return ControllerEntry(
+        name,
+        "a learned policy",
+        partial(learned_grasp, policy=policy),
+        partial(RouteController if policy.task else PolicyController, policy=policy),
+        policy,
+    )
+
+
+def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
+    """Return name and policy of the folder of a training run, or of the folder of a policy itself.
+
+    Args:
+        folder: the folder.
+        which: `best` or `last` of a training run.
+
+    Raises:
+        InputError: no policy there that this version can use.
+    """
+    own = (folder / ACTOR).is_file()
+    place = folder.resolve()
+    if own and place.name in {"best", "last"}:
+        place, which = place.parent, place.name
+    name = place.name if which == "best" else f"{place.name}-{which}"
+    return _plain(name), load_policy(folder if own else folder / which)
+
+
+def learned_grasp(
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, policy: Policy
+) -> Grasp:
+    """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
+    starts = poses[:, 0] if starts is None else starts
+    rough = policy.grasp == "rough"
+    plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses)
+    return Grasp(*closing_joints(hand, spec, plans, poses[:, 0], starts))
+
+
+def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
+    """Refuse what a learned policy does not know, before anything is computed; other controllers know everything.
+
+    Args:
+        entry: the controller.
+        hand: the hand.
+        paths: paths from the grasp on `(P, S, 3)`, each from the origin [m, m, rad].
+
+    Raises:
+        InputError: a hand with another number of joints, or a path that bends or turns.
+    """
+    if entry.policy is not None:
+        check_joints(entry.policy, hand)
+        if not entry.policy.task:
+            straight_angles(paths)
+
+
+def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
+    """Return what a reader should know of a controller's run with a hand and an object, a sentence each."""
+    if entry.policy is None:
+        return ()
+    trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
+    if trained == {"hand": hand, "object": spec}:
+        return ()
+    return (
+        f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
+        f" {hand}.",
+    )
+
+
+def _shipped() -> ControllerEntry:
+    """Return the controller that comes with the package."""
+    with resources.as_file(resources.files("inhand") / "policies" / "default") as folder:
+        if not (folder / ACTOR).is_file():
+            raise InputError(
+                "this version comes without a trained policy: train one with `inhand train --out results/train` (extra"
+                " `rl`) and use it with --controller results/train"
+            )
+        return learned(SHIPPED, load_policy(folder))
+
+
+def _plain(name: str) -> str:
+    """Return a folder's name as a controller's: for file names, and never one of the catalogue."""
+    plain = re.sub(r"[^\w.+-]+", "_", name) or "policy"
+    return f"{plain}-policy" if plain in {*CONTROLLERS, SHIPPED} else plain
+
+
+SHIPPED = "rl"
+"""Name of the policy that comes with the package."""

@@ -1,0 +1,57 @@
+"""What the loop asks of a controller, and what a controller is told of its task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.state import State
+
+SUBSTEPS = 5
+"""Physics steps for one decision: 0.02 s, guessed (the thesis's physics steps take 4 ms)."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a batch of B worlds has to do: carry the object along a path each."""
+
+    hand: HandSpec
+    """The hand of every world."""
+    objects: tuple[ObjectSpec, ...]
+    """The object of each world."""
+    paths: Array
+    """Object poses relative to `start`, in palm axes `(B, S, 3)` [m, m, rad]."""
+    progress: Array
+    """Way along the path to each of those poses `(B, S)` [m]; turning counts as an arc at a fixed arm."""
+    control_period: float
+    """Time between two decisions [s]."""
+    timestep: float
+    """Physics step [s]."""
+    distance: Array | None = None
+    """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
+    start: Array | None = None
+    """Pose that each path counts from `(B, 3)`; None for where the object is when its controller begins."""
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return len(self.objects)
+
+
+class Controller(Protocol):
+    """Turns states of a batch into joint targets."""
+
+    def begin(self, state: State) -> None:
+        """Start a phase from a state."""
+
+    def act(self, state: State) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have done what the controller was for `(B,)`."""

@@ -1,0 +1,158 @@
+"""The expert: inverse kinematics with a commanded grip force and feedback on the object's pose.
+
+Each control step moves a set point along the path and asks for the object's displacement that feedback wants,
+
+    d = kp e + ki integral(e) dt,   e = pose_reference - pose_object.
+
+The point of each finger that touches is to move as the object there should, dx = d_xy + d_theta x (c - p), solved by
+damped least squares for the joints, starting from the measured contact, so that sliding and rolling are never
+fought. Added to it are what the servos' damping needs to follow the path's speed and the joint torques
+tau = J' f of the grip force f along the line between the contacts:
+
+    targets = q + DLS(J, dx) + (damping / stiffness) DLS(J, v) + J' f / stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import Task
+from inhand.control.follow import follow_limit
+from inhand.geometry import Array, compose, rotate, wrap_angle
+from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
+from inhand.sim.state import State
+
+
+@dataclass(frozen=True)
+class IkConfig:
+    """Numbers of the expert; lengths in metres, angles in radians."""
+
+    speed: float = 0.04
+    """Speed of the set point along the path [m/s]."""
+    acceleration: float = 0.1
+    """Acceleration of the set point [m/s^2]."""
+    grip: float = 1.5
+    """Grip force [N]."""
+    proportional: float = 1.5
+    """Wanted displacement for each metre (radian) of error."""
+    integral: float = 4.0
+    """Growth of the wanted displacement for each metre (radian) of error and second [1/s]."""
+    integral_limit: tuple[float, float, float] = (0.008, 0.008, 0.2)
+    """Largest integral part in x, y [m] and theta [rad]."""
+    lag: float = 0.004
+    """The set point waits where the object is farther than this behind it [m]."""
+    damping: float = 0.005
+    """Damping of the least squares [m/rad]."""
+    posture: float = 0.02
+    """Share of the way back to the start posture that a third link is asked to take."""
+    margin: tuple[float, float] = (0.002, 0.16)
+    """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
+    friction_share: float = 0.96
+    """Share of the friction coefficient that the predicted grip may use."""
+    push: float = 0.0
+    """Force on the object along its path, where its position is not controlled then [N]: hybrid force/position control,
+    for pushing against what resists."""
+    settle: float = 0.3
+    """Time for which the object is held at the end of its path [s]."""
+
+
+class IkController:
+    """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
+
+    def __init__(self, task: Task, config: IkConfig | None = None) -> None:
+        """Carry objects along the task's paths."""
+        self.config = config or IkConfig()
+        self._task = task
+
+    def begin(self, state: State) -> None:
+        """Start from the grip that holds the object now, and plan how far it can go."""
+        config = self.config
+        known = self._task.distance
+        self.limit = follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known
+        n = state.n_worlds
+        way = self._task.paths[:, -1, :2]
+        self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
+        self._start = state.pose if self._task.start is None else self._task.start
+        self._rest = state.joint_angles
+        self._progress = np.zeros(n)
+        self._speed = np.zeros(n)
+        self._held = np.zeros(n)
+        self._integral = np.zeros((n, 3))
+
+    def act(self, state: State) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        config, hand = self.config, self._task.hand
+        pose = state.pose
+        wanted, velocity = self._wanted(pose)
+        push = config.push * self._ahead
+        if config.push:
+            wanted[:, :2] -= (wanted[:, :2] * self._ahead).sum(axis=-1, keepdims=True) * self._ahead
+        targets = state.joint_angles.copy()
+        line = state.finger_points[:, 1] - state.finger_points[:, 0]
+        line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
+        for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
+            angles = state.joint_angles[:, place]
+            point = state.finger_points[:, i]
+            jacobian = link_jacobian(joint_positions(finger, angles)[:, :-1], point, state.contact_links[:, i])
+            arm = point - pose[:, :2]
+            step = _carried(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
+            posture = config.posture * (self._rest[:, place] - angles) if len(finger.links) > 2 else None
+            joint_step = damped_least_squares(jacobian, step, config.damping, posture)
+            joint_velocity = damped_least_squares(jacobian, _carried(velocity, arm), config.damping)
+            force = config.grip * line * (1 - 2 * i) + push / len(hand.fingers)
+            torque = (jacobian * force[..., None]).sum(axis=-2)
+            targets[:, place] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
+        return targets
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have held the end of their path for a while `(B,)`."""
+        del state
+        return np.asarray(self._held >= self.config.settle)
+
+    def _wanted(self, pose: Array) -> tuple[Array, Array]:
+        """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
+        config, period = self.config, self._task.control_period
+        before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
+        behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
+        room = np.maximum(self.limit - self._progress, 0.0)
+        brake = np.sqrt(2 * config.acceleration * room)
+        speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
+        self._speed = np.minimum(self._speed + config.acceleration * period, speed)
+        self._progress = np.minimum(self._progress + self._speed * period, self.limit)
+        self._held = np.where(room < 2e-4, self._held + period, 0.0)
+        reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
+        error = reference - pose
+        error[:, 2] = wrap_angle(error[:, 2])
+        limit = np.array(config.integral_limit)
+        self._integral = np.clip(self._integral + config.integral * period * error, -limit, limit)
+        return config.proportional * error + self._integral, (reference - before) / period
+
+
+def _in_start_frame(start: Array, relative: Array) -> Array:
+    """Return relative poses given in palm axes as poses in the start pose's frame."""
+    return np.concatenate([rotate(-start[:, 2], relative[:, :2]), relative[:, 2:]], axis=-1)
+
+
+def _carried(motion: Array, arm: Array) -> Array:
+    """Return how a point at `arm` `(B, 2)` from the object's origin moves with motions `(B, 3)`."""
+    return np.stack([motion[:, 0] - motion[:, 2] * arm[:, 1], motion[:, 1] + motion[:, 2] * arm[:, 0]], axis=-1)
+
+
+def _towards(state: State, finger: int) -> Array:
+    """Return the unit vectors from a finger to the object `(B, 2)`, zero where they touch."""
+    way = state.object_points[:, finger] - state.finger_points[:, finger]
+    return np.asarray(way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9))
+
+
+def sample_paths(task: Task, progress: Array) -> Array:
+    """Return relative poses `(B, 3)` at a progress `(B,)` of every world's path, by linear interpolation."""
+    worlds = np.arange(len(progress))
+    count = task.progress.shape[1]
+    above = np.minimum((task.progress < progress[:, None]).sum(axis=1), count - 1)
+    below = np.maximum(above - 1, 0)
+    low, high = task.progress[worlds, below], task.progress[worlds, above]
+    share = np.clip((progress - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)[:, None]
+    return np.asarray((1 - share) * task.paths[worlds, below] + share * task.paths[worlds, above])

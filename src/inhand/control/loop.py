@@ -1,0 +1,133 @@
+"""The one loop: decide, simulate, measure, judge; every episode of a batch runs through it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import Task
+from inhand.control.phases import Phase
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
+from inhand.geometry import Array
+from inhand.sim.engine import Simulator
+from inhand.sim.state import State
+
+LOST_AFTER = 20
+"""A contact lost for more simulation steps than this ends an episode (thesis 3.2)."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a batch of B episodes left."""
+
+    states: tuple[State, ...]
+    """Every measured state, the first before the first phase."""
+    phase: NDArray[np.int64]
+    """Phase of each state `(T,)`."""
+    last: NDArray[np.int64]
+    """Index of each world's last state `(B,)`; of one that diverged, the last that was measured before."""
+    outcomes: tuple[str, ...]
+    """How each world's episode ended."""
+
+
+@dataclass
+class _Verdicts:
+    """Which worlds have ended, when and how."""
+
+    running: NDArray[np.bool_]
+    last: NDArray[np.int64]
+    outcomes: list[str]
+    lost: NDArray[np.int64]
+
+    def end(self, worlds: NDArray[np.bool_], index: int, outcome: str) -> None:
+        """End the episodes of worlds that still run."""
+        for world in np.flatnonzero(worlds & self.running):
+            self.outcomes[world] = outcome
+            self.last[world] = index
+        self.running = self.running & ~worlds
+
+
+def control_step(
+    simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int
+) -> tuple[State, NDArray[np.int64]]:
+    """Simulate one decision and measure; return the state after it and the steps for which contact has been lost.
+
+    Args:
+        simulator: the worlds.
+        targets: what was decided, joint targets `(B, n_joints)` [rad].
+        lost: simulation steps for which each world has not been held by both fingers `(B,)`.
+        substeps: physics steps for one decision.
+    """
+    state = simulator.step(targets, substeps)
+    return state, lost_steps(lost, state, substeps)
+
+
+def dropped(state: State, lost: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which worlds have no object in the hand any more, or no simulation that could tell `(B,)`."""
+    return np.asarray((lost > LOST_AFTER) | state.diverged)
+
+
+def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[np.int64]:
+    """Return for how many simulation steps each world has not been held by both fingers `(B,)`."""
+    return np.where(state.touching.all(axis=-1), 0, lost + substeps)
+
+
+def run_episodes(
+    simulator: Simulator,
+    task: Task,
+    phases: Sequence[Phase],
+    start: State,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Recording:
+    """Run one episode in every world of a batch, phase by phase.
+
+    Args:
+        simulator: the worlds.
+        task: what they have to do.
+        phases: the slices of the episode; a world that finishes the last one has reached its end.
+        start: the state the simulator was reset to.
+        progress: told the phase, the worlds still running and the simulated step, after every step.
+    """
+    states, phase_of, count = [start], [0], task.n_worlds
+    verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
+    for number, phase in enumerate(phases):
+        done = np.zeros(count, dtype=bool)
+        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts):
+            states.append(state)
+            phase_of.append(number)
+            index = len(states) - 1
+            verdicts.end(state.diverged, index - 1, DIVERGED)
+            verdicts.end(np.asarray(verdicts.lost > LOST_AFTER), index, LOST_CONTACT)
+            if number == len(phases) - 1:
+                verdicts.end(done, index, REACHED)
+            if progress is not None:
+                progress(phase.name, int(verdicts.running.sum()), index)
+        if phase.must_hold:
+            verdicts.end(np.asarray(~states[-1].touching.all(axis=-1)), len(states) - 1, NO_GRASP)
+        if phase.keep_contact:
+            verdicts.end(~done, len(states) - 1, TIME_OUT)
+        if not verdicts.running.any():
+            break
+    verdicts.end(verdicts.running, len(states) - 1, TIME_OUT)
+    return Recording(tuple(states), np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
+
+
+def _run_phase(
+    simulator: Simulator, task: Task, phase: Phase, state: State, verdicts: _Verdicts
+) -> Iterator[tuple[State, NDArray[np.bool_]]]:
+    """Give every state of a phase and which worlds are done, until all that run are done or time is up."""
+    substeps = round(task.control_period / task.timestep)
+    controller = phase.controller(task)
+    controller.begin(state)
+    for _ in range(round(phase.longest / task.control_period)):
+        state, lost = control_step(simulator, controller.act(state), verdicts.lost, substeps)
+        done = controller.finished(state)
+        if phase.keep_contact:
+            verdicts.lost = lost
+            done = done & (lost == 0)
+        yield state, done
+        if bool((done | ~verdicts.running).all()):
+            return

@@ -1,0 +1,66 @@
+"""Phases: slices of an episode, each under one controller (thesis 3.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from inhand.control.catalogue import Grasp
+from inhand.control.controller import Controller, Task
+from inhand.control.joint import JointPid
+from inhand.control.trial import MANIPULATE, TWIST
+from inhand.geometry import Array, way_along
+from inhand.hands.hand import HandSpec
+
+SPREAD = 0.2
+"""How far the proximal joints start outside the opened grasp [rad]."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One slice of an episode. It ends when its controller has finished in every world, or when time is up."""
+
+    name: str
+    """What recordings call it."""
+    controller: Callable[[Task], Controller]
+    """Makes the controller when the phase starts."""
+    longest: float
+    """Time after which the phase ends [s]."""
+    must_hold: bool = False
+    """Whether a world in which a finger does not touch the object at the end is out."""
+    keep_contact: bool = False
+    """Whether a contact that stays lost ends a world's episode, and running out of time as well."""
+
+
+def placed_joints(hand: HandSpec, grasp: Grasp) -> Array:
+    """Return joint angles `(B, n_joints)` [rad] that episodes start in: opened, the proximal joints farther out."""
+    joints = grasp.opened.copy()
+    for finger, place in zip(hand.fingers, hand.slices, strict=True):
+        joints[:, place.start] -= finger.bend * SPREAD
+    return np.clip(joints, hand.limits[:, 0], hand.limits[:, 1])
+
+
+def standard_phases(
+    grasp: Grasp, manipulate: Callable[[Task], Controller], twists: Array | None = None, longest: float = 8.0
+) -> tuple[Phase, ...]:
+    """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with a twist before the last if asked.
+
+    Args:
+        grasp: joint poses of the first two.
+        manipulate: makes the controller of the last, and of the twist.
+        twists: poses on the spot `(B, S, 3)` that turn the object before manipulation starts.
+        longest: time after which manipulation ends [s].
+    """
+    phases = [
+        Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
+        Phase("grasp", lambda task: JointPid(task, grasp.closed), longest=1.2, must_hold=True),
+    ]
+    if twists is not None and twists.any():
+
+        def turn(task: Task) -> Controller:
+            return manipulate(replace(task, paths=twists, progress=way_along(twists)))
+
+        phases.append(Phase(TWIST, turn, longest=3.0, keep_contact=True))
+    return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))

@@ -1,0 +1,275 @@
+"""A learned policy in plain NumPy: its file, the function it is, and the controller it makes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load_file, save
+
+from inhand.control.controller import Task
+from inhand.control.follow import follow_limit
+from inhand.control.ik import IkConfig
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.sim.state import State
+from inhand.tasks.actions import Actions, targets_of
+from inhand.tasks.aim import Aim
+from inhand.tasks.observations import Scene, find_layout, observe
+from inhand.tasks.routes import routes_of
+
+FORMAT = 1
+"""Version of the files."""
+ACTOR, CARD = "actor.safetensors", "actor.json"
+"""Names of the weights' file and of what says how to use them."""
+STILL_WAY = 3e-4
+"""A policy that has gained less along the primitive [m] during"""
+STILL_TIME = 0.5
+"""this time [s] holds, and its episode is over."""
+MARGIN = (0.004, 0.16)
+"""What a policy keeps from where its grip is predicted to end: distance [m], and angle [rad] where the path turns. Two
+millimetres more than the expert keeps: a finger stretched straight buckles unless its place is held exactly."""
+ROUTE_STILL = 1.5
+"""A policy on a whole route that has come no farther for this time is done, or stuck [s]."""
+BENT = 1e-6
+"""Paths that turn or leave their line by more are not straight [m or rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Policy:
+    """A trained actor: layers, and how it sees and acts."""
+
+    weights: tuple[Array, ...]
+    """Weights of each layer `(inputs, outputs)`."""
+    biases: tuple[Array, ...]
+    """Biases of each layer `(outputs,)`."""
+    observation: str
+    """Layout of its observations."""
+    actions: Actions
+    """What its actions mean."""
+    grasp: str
+    """How it was held when it learned: planned or rough."""
+    trained: dict[str, Any]
+    """What it was trained with and by: hand, object, seed, versions; for people."""
+
+    @property
+    def task(self) -> str:
+        """The whole task that it was trained on; empty where it was trained on primitives."""
+        return str(self.trained.get("task") or "")
+
+    @property
+    def digest(self) -> str:
+        """What tells policies of one name apart: 16 digits of the SHA-256 of its numbers and its layouts."""
+        found = hashlib.sha256(f"{self.observation} {self.actions} {self.grasp}".encode())
+        for array in (*self.weights, *self.biases):
+            found.update(np.ascontiguousarray(array).tobytes())
+        return found.hexdigest()[:16]
+
+    def __call__(self, observation: Array) -> Array:
+        """Return actions `(..., n)` within [-1, 1] for observations `(..., d)`."""
+        found = observation
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            found = np.maximum(found @ weight + bias, 0.0)
+        return np.tanh(found @ self.weights[-1] + self.biases[-1])
+
+
+def save_policy(policy: Policy, folder: Path) -> None:
+    """Write a policy's two files to a folder, each under a temporary name that is then moved into place."""
+    arrays = {}
+    for number, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        arrays[f"{number}.weight"] = np.ascontiguousarray(weight, dtype=np.float32)
+        arrays[f"{number}.bias"] = np.ascontiguousarray(bias, dtype=np.float32)
+    layout = find_layout(policy.observation)
+    card = {
+        "format": FORMAT,
+        "layers": len(policy.weights),
+        "observation": policy.observation,
+        "layout": layout.name,
+        "parts": layout.card(),
+        "actions": policy.actions,
+        "grasp": policy.grasp,
+        "trained": policy.trained,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / (ACTOR + ".part")).write_bytes(save(arrays))
+    (folder / (CARD + ".part")).write_text(json.dumps(card, indent=1) + "\n")
+    for name in (ACTOR, CARD):
+        (folder / (name + ".part")).replace(folder / name)
+
+
+def load_policy(folder: Path) -> Policy:
+    """Return the policy of a folder.
+
+    Raises:
+        InputError: no policy there, one that cannot be read, or one of another format or observation layout; the text
+            shows both layouts.
+    """
+    try:
+        card = json.loads((folder / CARD).read_text())
+        _check_card(card, folder)
+        arrays = load_file(folder / ACTOR)
+        count = int(card["layers"])
+        return Policy(
+            tuple(arrays[f"{k}.weight"].astype(float) for k in range(count)),
+            tuple(arrays[f"{k}.bias"].astype(float) for k in range(count)),
+            card["observation"],
+            card["actions"],
+            card["grasp"],
+            card["trained"],
+        )
+    except FileNotFoundError as error:
+        raise InputError(
+            f"no trained policy in {folder}: it needs {ACTOR} and {CARD}; give the folder of a run of `inhand train`"
+        ) from error
+    except (KeyError, TypeError, ValueError, SafetensorError) as error:
+        raise InputError(f"the policy in {folder} cannot be read: {error}; train it again") from error
+
+
+def _check_card(card: dict[str, Any], folder: Path) -> None:
+    """Refuse another format or another layout than this version's of the same name."""
+    if card["format"] != FORMAT:
+        raise InputError(f"{folder} has policy format {card['format']}; this version reads {FORMAT}: train it again")
+    layout = find_layout(card["observation"])
+    if card["layout"] != layout.name or card["parts"] != layout.card():
+        raise InputError(
+            f"{folder} was trained on other observations than this version gives: train it again\n"
+            + both_layouts((card["layout"], card["parts"]), (layout.name, layout.card()))
+        )
+
+
+def both_layouts(theirs: tuple[str, Sequence[Sequence[Any]]], ours: tuple[str, Sequence[Sequence[Any]]]) -> str:
+    """Return two layouts, name and parts each, as lines one below the other."""
+    lines = []
+    for whose, (name, parts) in (("there", theirs), ("here", ours)):
+        told = ", ".join(f"{part[0]}: {part[1]} + {part[2]} for each joint" for part in parts)
+        lines.append(f"  {whose}: {name}: {told}")
+    return "\n".join(lines)
+
+
+class PolicyController:
+    """Moves the object of every world along its direction as a policy says, and ends where the policy holds."""
+
+    def __init__(self, task: Task, policy: Policy) -> None:
+        """Move objects along the task's directions.
+
+        Raises:
+            InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
+        """
+        self._task, self._policy = task, policy
+        self._angle = straight_angles(task.paths)
+        self._layout = find_layout(policy.observation)
+        check_joints(policy, task.hand)
+        self._scene = Scene(task.hand, task.objects)
+
+    def begin(self, state: State) -> None:
+        """Start a primitive where the object is now."""
+        start = state.pose if self._task.start is None else self._task.start
+        self._aim = Aim(self._angle, start, self._distance(state))
+        self._best = np.zeros(state.n_worlds)
+        self._still = np.zeros(state.n_worlds)
+
+    def _distance(self, state: State) -> Array | float:
+        """Return the way to go `(B,)` [m]: as the task says, or as far as the grip held now is predicted to reach."""
+        if self._task.distance is not None:
+            return self._task.distance
+        return carried_by(self._task, state)
+
+    def act(self, state: State) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        action = self._policy(observe(self._layout, state, self._aim, self._scene))
+        return targets_of(action, self._policy.actions, self._task.hand, state)
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have gained nothing along their direction for a while `(B,)`."""
+        along = self._aim.shift(state.pose)[:, 0]
+        gained = along > self._best + STILL_WAY
+        self._best = np.where(gained, along, self._best)
+        self._still = np.where(gained, 0.0, self._still + self._task.control_period)
+        return np.asarray(self._still >= STILL_TIME)
+
+
+class RouteController:
+    """Follows the whole path of every world as a policy says that was trained on a whole task.
+
+    It sees a new aim a little ahead at every decision (`tasks/routes.py`). It does not ask how far the grip carries.
+    """
+
+    def __init__(self, task: Task, policy: Policy) -> None:
+        """Follow the task's paths.
+
+        Raises:
+            InputError: a hand with another number of joints than the policy knows.
+        """
+        check_joints(policy, task.hand)
+        self._task, self._policy = task, policy
+        self._layout = find_layout(policy.observation)
+        self._scene = Scene(task.hand, task.objects)
+        self._rows = np.arange(task.n_worlds)
+        self.came: list[Array] = []
+        """Way along its route that each world had come at every decision `(B,)` [m]."""
+
+    def begin(self, state: State) -> None:
+        """Start at the beginning of every route."""
+        start = state.pose if self._task.start is None else self._task.start
+        self._routes = routes_of(list(start[:, None] + self._task.paths))
+        self._come = np.zeros(state.n_worlds, dtype=np.int64)
+        self._still = np.zeros(state.n_worlds)
+
+    def act(self, state: State) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        before, self._come = self._come, self._routes.advance(self._rows, self._come, state.pose)
+        self._still = np.where(self._come > before, 0.0, self._still + self._task.control_period)
+        self.came.append(self._routes.way[self._rows, self._come])
+        aim = self._routes.aim(self._rows, self._come)
+        return targets_of(
+            self._policy(observe(self._layout, state, aim, self._scene)), self._policy.actions, self._task.hand, state
+        )
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have come no farther along their route for a while `(B,)`."""
+        del state
+        return np.asarray(self._still >= ROUTE_STILL)
+
+
+def carried_by(task: Task, state: State) -> Array:
+    """Return how far the grips held now carry their objects along the task's paths, for a policy `(B,)` [m]."""
+    return follow_limit(task, state, IkConfig().friction_share, MARGIN)
+
+
+def straight_angles(paths: Array) -> Array:
+    """Return the direction `(B,)` [rad] of paths `(B, S, 3)` that start at the origin, if all of them are straight.
+
+    Raises:
+        InputError: a path that turns the object or leaves its line.
+    """
+    end = paths[:, -1]
+    angle = np.arctan2(end[:, 1], end[:, 0])
+    across = paths[..., 1] * np.cos(angle)[:, None] - paths[..., 0] * np.sin(angle)[:, None]
+    if max(np.abs(across).max(), np.abs(paths[..., 2]).max()) > BENT:
+        raise InputError(
+            "a learned policy knows straight primitives that hold the object's rotation; for paths that bend or turn"
+            " use the controller 'ik'"
+        )
+    return np.asarray(angle)
+
+
+def check_joints(policy: Policy, hand: HandSpec) -> None:
+    """Refuse a hand that a policy has no inputs for.
+
+    Raises:
+        InputError: another number of joints.
+    """
+    size, given = find_layout(policy.observation).size(hand), policy.weights[0].shape[0]
+    if size != given or policy.weights[-1].shape[1] != hand.n_joints:
+        raise InputError(
+            f"the policy was trained with {policy.trained.get('hand', 'another hand')} and takes {given} numbers; hand"
+            f" {hand.name!r} gives {size}: use a hand with as many joints, or train one for it with `inhand train`"
+        )

@@ -1,0 +1,100 @@
+"""Grasps tried out in simulation: how a plan closes on the object, and which of several holds it best.
+
+A search on paper does not know what closing the fingers does: the object turns a little, a contact settles elsewhere.
+So the best few grasps of every path are closed in simulated worlds of their own and carry the object to where the grip
+that is measured there is predicted to end. Of those that keep it the one that goes farthest is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.ik import IkConfig, IkController
+from inhand.control.joint import JointPid
+from inhand.geometry import Array, rotate, transform, way_along
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, convex_pieces
+from inhand.hands.rolling import Starts, roll
+from inhand.sim.mujoco_engine import MujocoSimulator
+
+LOSS = 1.0
+"""Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
+APPROACH = 5
+"""Poses on the way from a path's start to where the object stands."""
+CLOSING = 30
+"""Decisions for which the fingers close."""
+CARRYING = 400
+"""Decisions after which the object must have come to where the grip was predicted to end: 8 s."""
+
+
+def closing_joints(
+    hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], poses: Array, starts: Array
+) -> tuple[Array, Array]:
+    """Return joint angles that stand off the contacts of plans and that press on them, each `(P, n_joints)` [rad].
+
+    Args:
+        hand: the hand.
+        spec: the object.
+        plans: a plan for each path.
+        poses: the object's pose that each was planned for `(P, 3)`.
+        starts: where the object stands `(P, 3)`; the fingers roll to it from the planned grasp.
+    """
+    way = poses[:, None] + np.linspace(0.0, 1.0, APPROACH)[:, None] * (starts - poses)[:, None]
+    config = SearchConfig()
+    opened, closed = np.empty((2, len(poses), hand.n_joints))
+    for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
+        contacts = np.stack([plan.contacts[i] for plan in plans])
+        planned = Starts(contacts, np.stack([plan.joints[place] for plan in plans]), convex_pieces(spec))
+        tracks = roll(hand, finger, planned, way)
+        rows, last = np.arange(len(poses)), np.where(tracks.held[:, -1], APPROACH - 1, 0)
+        pose, joints = way[rows, last], tracks.joints[rows, last]
+        points, normals = transform(pose, tracks.points[rows, last]), rotate(pose[:, 2], tracks.normals[rows, last])
+        opened[:, place] = moved_along(finger, joints, points, config.opening * normals)
+        closed[:, place] = moved_along(finger, joints, points, -config.squeeze * normals)
+    return opened, closed
+
+
+def best_plans(
+    held: tuple[HandSpec, ObjectSpec],
+    plans: Sequence[Sequence[GraspPlan]],
+    poses: Array,
+    starts: Array,
+    config: IkConfig | None = None,
+) -> list[GraspPlan]:
+    """Return for every path the plan that carries its object farthest in simulation.
+
+    Args:
+        held: the hand and the object.
+        plans: several plans for each of P paths.
+        poses: the paths `(P, S, 3)`.
+        starts: where each path's object stands `(P, 3)`.
+        config: numbers of the expert that will carry the object.
+    """
+    hand, spec = held
+    owner = np.repeat(np.arange(len(plans)), [len(group) for group in plans])
+    each = [plan for group in plans for plan in group]
+    opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
+    simulator = MujocoSimulator(hand, [spec] * len(each))
+    paths, period = poses[owner] - poses[owner, :1], SUBSTEPS * simulator.timestep
+    task = Task(hand, simulator.objects, paths, way_along(paths), period, simulator.timestep)
+    state = simulator.reset(starts[owner], opened)
+    fingers = JointPid(task, closed)
+    fingers.begin(state)
+    for _ in range(CLOSING):
+        state = simulator.step(fingers.act(state), SUBSTEPS)
+    kept, done = state.touching.all(axis=-1) & ~state.diverged, np.zeros(len(each), dtype=bool)
+    expert = IkController(task, config)
+    expert.begin(state)
+    for _ in range(CARRYING):
+        state = simulator.step(expert.act(state), SUBSTEPS)
+        kept = kept & (done | (state.touching.all(axis=-1) & ~state.diverged))
+        done = done | ~kept | expert.finished(state)
+        if done.all():
+            break
+    value = expert.limit - np.where(kept, 0.0, LOSS)
+    best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
+    return [each[number] for number in best]

@@ -1,1 +1,0 @@
-"""Phases and the one loop that runs them."""

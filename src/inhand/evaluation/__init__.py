@@ -1,1 +1,0 @@
-"""Metrics, labels, averages and runs of the Asterisk Test."""

@@ -1,0 +1,209 @@
+"""Hands and objects from TOML files, and the one place that turns a name or a file into a spec."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from inhand.errors import InputError, near_matches
+from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec, build_hand
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import ObjectSpec, Shape, parse_object_name, polygon_object
+from inhand.hands.robot_chains import FingerNames, RobotNames
+from inhand.hands.robot_files import RobotHand, read_robot
+
+_FINGER_KEYS = ("links_mm", "limits_deg")
+_HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
+_HAND_SCALARS = {
+    "link_mass_kg": "link_mass",
+    "friction": "friction",
+    "stiffness": "stiffness",
+    "damping": "damping",
+    "torque_nm": "torque",
+    "armature_kg_m2": "armature",
+}
+_HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
+_ROBOT_FINGER_KEYS = ("joints", "tip")
+_ROBOT_KEYS = ("name", "robot", "palm", *FINGER_NAMES, "palm_x", "palm_y", "thickness_mm", *_HAND_SCALARS)
+_OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
+_POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "friction")
+
+
+def load_hand(name_or_file: str | Path) -> HandSpec:
+    """Return the hand of a name (see `parse_hand_name`) or of a TOML file.
+
+    Raises:
+        InputError: neither a hand name nor a readable hand file.
+    """
+    path = _as_file(name_or_file)
+    return parse_hand_name(str(name_or_file)) if path is None else _hand_from(_read_toml(path, "hand"), path)
+
+
+def load_object(name_or_file: str | Path) -> ObjectSpec:
+    """Return the object of a name (see `parse_object_name`) or of a TOML file.
+
+    Raises:
+        InputError: neither an object name nor a readable object file.
+    """
+    path = _as_file(name_or_file)
+    return parse_object_name(str(name_or_file)) if path is None else _object_from(_read_toml(path, "object"), path)
+
+
+def _as_file(name_or_file: str | Path) -> Path | None:
+    path = Path(name_or_file)
+    is_file = isinstance(name_or_file, Path) or path.suffix == ".toml" or len(path.parts) > 1
+    return path if is_file else None
+
+
+def _read_toml(path: Path, what: str) -> dict[str, Any]:
+    if not path.is_file():
+        raise InputError(f"no {what} file {path}: give the path of a TOML file, or a name without slashes")
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
+
+
+def _check_keys(table: dict[str, Any], allowed: tuple[str, ...], required: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in allowed:
+            raise InputError(
+                f"{where}: unknown key {key!r}{near_matches(key, allowed)}; allowed are {', '.join(allowed)}"
+            )
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}: no {key!r}; it must give {', '.join(required)}")
+
+
+def _number(table: dict[str, Any], key: str, where: str) -> float:
+    value = table[key]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise InputError(f"{where}: {key} = {value!r}; it must be a finite number")
+    return float(value)
+
+
+def _text(table: dict[str, Any], key: str, where: str) -> str:
+    value = table[key]
+    if not isinstance(value, str) or not value:
+        raise InputError(f"{where}: {key} = {value!r}; it must be a text in quotes")
+    return value
+
+
+def _numbers(table: dict[str, Any], key: str, where: str) -> tuple[float, ...]:
+    value = table[key]
+    if not isinstance(value, list) or not value:
+        raise InputError(f"{where}: {key} = {value!r}; it must be a list of numbers")
+    return tuple(_number({key: item}, key, where) for item in value)
+
+
+def _sized_from(table: dict[str, Any], where: str) -> ObjectSpec:
+    _check_keys(table, _OBJECT_KEYS, ("name", "shape", "size_mm"), where)
+    size = _numbers(table, "size_mm", where)
+    if len(size) != 3:
+        raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, height] in mm")
+    shape = cast("Shape", _text(table, "shape", where))
+    return ObjectSpec(_text(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+
+
+def _polygon_from(table: dict[str, Any], where: str) -> ObjectSpec:
+    _check_keys(table, _POLYGON_KEYS, ("name", "shape", "corners_mm", "height_mm"), where)
+    rows = table["corners_mm"]
+    if not isinstance(rows, list):
+        raise InputError(f"{where}: corners_mm = {rows!r}; it must be a list of corners [x, y] in mm")
+    corners = [_numbers({"corners_mm": row}, "corners_mm", where) for row in rows]
+    for place, corner in enumerate(corners, start=1):
+        if len(corner) != 2:
+            raise InputError(f"{where}: corner {place} of corners_mm is {list(corner)}; it must be [x, y] in mm")
+    metres = [(x / 1e3, y / 1e3) for x, y in corners]
+    return polygon_object(_text(table, "name", where), metres, _number(table, "height_mm", where) / 1e3)
+
+
+def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
+    where = f"object file {path}"
+    spec = (_polygon_from if table.get("shape") == "polygon" else _sized_from)(table, where)
+    mass = _number(table, "mass_kg", where) if "mass_kg" in table else spec.mass
+    friction = _number(table, "friction", where) if "friction" in table else spec.friction
+    return replace(spec, mass=mass, friction=friction)
+
+
+def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
+    where = f"hand file {path}"
+    if "robot" in table:
+        return _robot_from(table, path).hand
+    _check_keys(table, _HAND_KEYS, ("name", "palm_width_mm", *FINGER_NAMES), where)
+    links = []
+    for side in FINGER_NAMES:
+        if not isinstance(table[side], dict):
+            raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with links_mm")
+        _check_keys(table[side], _FINGER_KEYS, ("links_mm",), f"{where} [{side}]")
+        links.append(tuple(length / 1e3 for length in _numbers(table[side], "links_mm", f"{where} [{side}]")))
+    hand = build_hand(_text(table, "name", where), links[0], links[1], _number(table, "palm_width_mm", where) / 1e3)
+    changes: dict[str, Any] = {
+        key: _number(table, f"{key}_mm", where) / 1e3 for key in _HAND_LENGTHS if f"{key}_mm" in table
+    }
+    changes |= {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    left, right = (
+        _with_limits(f, table[side], f"{where} [{side}]") for f, side in zip(hand.fingers, FINGER_NAMES, strict=True)
+    )
+    try:
+        return replace(hand, left=left, right=right, **changes)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+
+
+def load_robot(path: Path) -> RobotHand:
+    """Return the hand of a TOML file that names a robot file, with the signs and zeros of the robot's joint angles.
+
+    Raises:
+        InputError: no such file, or one that names no robot, or no hand in it.
+    """
+    table = _read_toml(path, "hand")
+    if "robot" not in table:
+        raise InputError(f"hand file {path}: no 'robot'; a robot's hand names its URDF or MJCF file")
+    return _robot_from(table, path)
+
+
+def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
+    where = f"hand file {path}"
+    _check_keys(table, _ROBOT_KEYS, ("name", "robot", "palm", *FINGER_NAMES), where)
+    fingers = []
+    for side in FINGER_NAMES:
+        if not isinstance(table[side], dict):
+            raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with joints and tip")
+        _check_keys(table[side], _ROBOT_FINGER_KEYS, _ROBOT_FINGER_KEYS, f"{where} [{side}]")
+        joints = table[side]["joints"]
+        if not isinstance(joints, list):
+            raise InputError(f"{where} [{side}]: joints = {joints!r}; it must be a list of names, the palm's first")
+        named = tuple(_text({"joints": joint}, "joints", f"{where} [{side}]") for joint in joints)
+        fingers.append(FingerNames(named, _text(table[side], "tip", f"{where} [{side}]")))
+    names = RobotNames(
+        _text(table, "palm", where),
+        fingers[0],
+        fingers[1],
+        *(_text({key: table.get(key, key[-1])}, key, where) for key in ("palm_x", "palm_y")),
+    )
+    numbers = {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    if "thickness_mm" in table:
+        numbers["thickness"] = _number(table, "thickness_mm", where) / 1e3
+    return read_robot(path.parent / _text(table, "robot", where), _text(table, "name", where), names, numbers)
+
+
+def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:
+    if "limits_deg" not in table:
+        return finger
+    rows = table["limits_deg"]
+    if not isinstance(rows, list) or len(rows) != len(finger.links):
+        raise InputError(f"{where}: limits_deg must give [low, high] for each of the {len(finger.links)} joints")
+    limits = []
+    for joint, row in enumerate(rows):
+        pair = _numbers({"limits_deg": row}, "limits_deg", where)
+        if len(pair) != 2 or not pair[0] < pair[1]:
+            raise InputError(
+                f"{where}: limits_deg of joint {joint} is {list(pair)}; it must be [low, high], low < high"
+            )
+        limits.append((float(np.deg2rad(pair[0])), float(np.deg2rad(pair[1]))))
+    return replace(finger, limits=tuple(limits))

@@ -1,0 +1,49 @@
+"""Whether an object fits into a hand at its start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.hands.hand import FINGER_NAMES, HandSpec
+from inhand.hands.objects import ObjectSpec, polygon
+from inhand.hands.touch import touch
+
+ROOM = 0.003
+"""Room that a fingertip needs beside the object before it closes [m]."""
+
+
+def widest_opening(hand: HandSpec) -> float:
+    """Return the widest object [m] that both fingertips can straddle at the start with `ROOM` beside each."""
+    half = np.arange(1e-3, hand.finger_length + hand.palm_width, 1e-4)
+    reached = []
+    for sign, finger in zip((-1.0, 1.0), hand.fingers, strict=True):
+        points = np.stack([sign * half, np.zeros_like(half)], axis=-1) + np.array(hand.start_position)
+        reached.append(touch(hand, finger, points, np.tile([sign, 0.0], (len(half), 1))).reached)
+    both = reached[0] & reached[1]
+    return max(float(2 * half[both].max()) - 2 * ROOM, 0.0) if both.any() else 0.0
+
+
+def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
+    """Refuse an object that the open hand cannot take in at the start.
+
+    Raises:
+        InputError: the object is wider than the hand opens, or reaches into the palm; the text gives the largest
+            size that fits.
+    """
+    corners = polygon(spec)
+    width = float(np.ptp(corners[:, 0]))
+    widest = widest_opening(hand)
+    if width > widest:
+        raise InputError(
+            f"object {spec.name!r} is {1e3 * width:.1f} mm wide; hand {hand.name!r} opens to {1e3 * widest:.1f}"
+            f" mm at the start: use a narrower object or a wider hand ({' and '.join(FINGER_NAMES)} finger"
+            " straddle the object along x)"
+        )
+    deepest = 2 * hand.start_position[1]
+    depth = -2 * float(corners[:, 1].min())
+    if depth >= deepest:
+        raise InputError(
+            f"object {spec.name!r} is {1e3 * depth:.1f} mm deep and reaches into the palm of {hand.name!r}, which"
+            f" leaves {1e3 * deepest:.1f} mm at the start: use an object less deep along y"
+        )

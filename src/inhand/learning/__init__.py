@@ -1,0 +1,1 @@
+"""Worlds to learn in, demonstrations, DDPGfD, environments, and the reports of all that."""

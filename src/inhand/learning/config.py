@@ -1,0 +1,151 @@
+"""What is trained and how: one frozen configuration, and the two presets that return one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from inhand.learning.demonstrations import Recipe
+from inhand.learning.starts import Noise
+from inhand.learning.worlds import Interface
+
+
+@dataclass(frozen=True)
+class Learning:
+    """Numbers of the algorithm."""
+
+    hidden: tuple[int, ...] = (128, 128)
+    """Units of the hidden layers of actor and critic."""
+    critics: int = 1
+    """Number of critics; the smallest of their values is the target."""
+    actor_rate: float = 1e-4
+    """Learning rate of the actor (thesis 3.3.4)."""
+    critic_rate: float = 1e-4
+    """Learning rate of the critic (thesis 3.3.4)."""
+    weight_decay: float = 1e-4
+    """L2 regularisation of both networks (thesis 3.3.4)."""
+    discount: float = 0.995
+    """Discount for each decision (thesis 3.3.4)."""
+    look_ahead: int = 5
+    """Steps of the n-step return (thesis 3.3.4)."""
+    reward_scale: float = 1.0
+    """What rewards are multiplied by where values are learned."""
+    n_step_weight: float = 1.0
+    """Weight of the n-step loss (lambda_n)."""
+    batch: int = 10
+    """Rows of an update (thesis 3.3.4)."""
+    follow: float = 0.005
+    """Share by which target networks follow at each update."""
+    smoothing: float = 0.0
+    """Standard deviation of the noise on the target's action, cut at twice that."""
+    actor_every: int = 1
+    """Critic updates for each actor update."""
+    imitation: float = 0.0
+    """Weight of the imitation term (c)."""
+    value_weight: float = 0.0
+    """Weight of the value term divided by the mean size of the values (q); 0 takes the values as they are."""
+    prioritised: bool = False
+    """Whether rows are drawn by priority, as in the DDPGfD paper."""
+
+
+@dataclass(frozen=True)
+class Training:
+    """A whole training run."""
+
+    preset: str
+    """What the run is called."""
+    hand: str = "2v2_50.50_50.50_1.1_53"
+    """Hand: a name of the laboratory's form or a TOML file."""
+    object: str = "cube_39"
+    """Object: a name, shape_SIZE in mm, or a TOML file."""
+    seed: int = 0
+    """Seed of everything drawn."""
+    directions: Literal["train", "continuous"] = "train"
+    """train: the 8 of the Asterisk Test (thesis 3.1). continuous: half of the draws those 8, half anywhere on the
+    circle but within `held_out` of the 8 unseen ones."""
+    held_out: float = 5.0
+    """Half width of the sectors about the unseen directions that continuous draws leave out [deg]."""
+    task: str = ""
+    """Whole task to train on end to end, instead of primitives: a task of `inhand trace`, or a drawing with its size in
+    mm (square:60). Demonstrations then start where the task does: `midway`, `whole` and `grip_spread` do nothing."""
+    interface: Interface = field(default_factory=Interface)
+    """What the controller sees, does and is rewarded for."""
+    recipe: Recipe = field(default_factory=Recipe)
+    """How demonstrations are made."""
+    noise: Noise = field(default_factory=Noise)
+    """Noise of the starts."""
+    learning: Learning = field(default_factory=Learning)
+    """Numbers of the algorithm."""
+    imitate: int = 0
+    """Updates that fit the actor to the demonstrations before anything else."""
+    warm_up: int = 0
+    """Updates of the critic on the demonstrations before the actor moves."""
+    episodes: int = 20000
+    """Episodes of the agent after which training ends (thesis 3.3.4)."""
+    agent_episodes: int = 10000
+    """Episodes of the agent that the replay keeps at least (thesis 3.3.4)."""
+    worlds: int = 100
+    """Worlds that the agent acts in side by side."""
+    decisions: int = 10
+    """Decisions of every world in a round; a round's updates run meanwhile."""
+    updates: int = 500
+    """Updates in a round."""
+    expert_share: float = 1.0
+    """Share of a batch that comes from the expert at first."""
+    share_kept: float = 0.8
+    """What is left of that share after every `share_every` episodes: decayed by a factor of 0.2 (thesis 3.3.4)."""
+    share_every: int = 1000
+    """Episodes between two decays."""
+    spread: float = 0.05
+    """Standard deviation of the exploration noise on actions."""
+    evaluate_every: int = 200
+    """Episodes between two evaluations, each with a checkpoint (thesis 4.2)."""
+    trials: int = 4
+    """Starts of each direction in an evaluation."""
+
+
+def thesis() -> Training:
+    """Return the thesis's training (3.3.4); what it leaves open is numbered in docs/thesis.md."""
+    return Training(
+        "thesis",
+        interface=Interface("thesis", "angles", "thesis", horizon=150),
+        recipe=Recipe(episodes=5000, push=0.0, midway=0.0, grasp="rough"),
+        learning=Learning(reward_scale=0.01, follow=1e-4),
+        updates=250,
+        expert_share=0.5,
+        spread=0.02,
+    )
+
+
+def default() -> Training:
+    """Return the training that learns best; every departure from the thesis is argued in docs/learning.md."""
+    return Training(
+        "default",
+        directions="continuous",
+        interface=Interface("grip", "steps", "progress", horizon=200),
+        recipe=Recipe(episodes=2048, push=0.01, midway=0.25, whole=0.5, grip_spread=15.0),
+        learning=Learning(
+            critics=2,
+            critic_rate=3e-4,
+            weight_decay=1e-5,
+            discount=0.99,
+            batch=128,
+            smoothing=0.1,
+            actor_every=2,
+            imitation=2.0,
+            value_weight=0.3,
+        ),
+        imitate=12000,
+        warm_up=3000,
+        episodes=600,
+        worlds=128,
+        decisions=20,
+        updates=500,
+        expert_share=0.5,
+        share_kept=1.0,
+        evaluate_every=50,
+    )
+
+
+PRESETS = {"default": default, "thesis": thesis}
+"""Presets by name."""

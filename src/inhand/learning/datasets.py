@@ -1,0 +1,345 @@
+"""Demonstrations as a Minari dataset: written while they are recorded, read back, checked before they are learned from.
+
+A dataset is a folder with Minari's own folder `data` in it, so that `minari.load_dataset` finds it by its id where the
+folder's path ends in that id below MINARI_DATASETS_PATH, and `minari.MinariDataset(folder / "data")` anywhere.
+
+Minari's public `create_dataset_from_buffers` wants all episodes at once and writes below MINARI_DATASETS_PATH alone;
+its storage class takes a block after the other, in any folder, and writes the same files.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from itertools import islice, zip_longest
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.trial import hand_of, object_of
+from inhand.errors import InputError, needs_extra
+from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+
+Floats = NDArray[np.float32]
+
+DATA, METADATA = "data", "metadata.json"
+"""Minari's folder in a dataset's, and its file in there."""
+MARK = f"{DATA}/{METADATA}"
+"""The file that marks a folder as a dataset's."""
+OURS = "inhand"
+"""Where our part of Minari's metadata is, and the namespace of our datasets."""
+FORMAT = 1
+"""Version of that part."""
+PACKAGES = ("minari", "h5py")
+"""What of the extra `rl` a dataset needs."""
+BLOCK = 256
+"""Episodes written at a time."""
+
+
+@dataclass(frozen=True)
+class DatasetKind:
+    """What a dataset and the controller that learns from it must have in common."""
+
+    hand: HandSpec
+    """The hand."""
+    layout: str
+    """Name of the observations' layout, with its version."""
+    table: tuple[tuple[str, int], ...]
+    """Name and size of each part of an observation."""
+    actions: str
+    """What actions mean: angles or steps."""
+    horizon: int
+    """Decisions after which an episode is cut off."""
+
+    @property
+    def size(self) -> int:
+        """How many numbers an observation has."""
+        return sum(size for _, size in self.table)
+
+
+@dataclass(frozen=True)
+class DatasetHead:
+    """Where a dataset comes from: enough to record it again."""
+
+    kind: DatasetKind
+    """Hand, observations, actions and horizon."""
+    object: ObjectSpec
+    """The object."""
+    expert: str
+    """Controller that demonstrates."""
+    grasp: str
+    """Grip of the starts: planned or rough."""
+    reward: str
+    """Name of the reward."""
+    directions: str
+    """Words for the directions, or `continuous`."""
+    noise: tuple[float, float]
+    """Standard deviations of the object's start [m] and [rad]."""
+    push: float
+    """Largest standard deviation of the noise on joint targets [rad]."""
+    midway: float
+    """Share of the episodes that start where an earlier one was under way."""
+    whole: float
+    """Share of the episodes that go as far as their grip reaches."""
+    grip_spread: float
+    """Standard deviation of the angle between a direction and the one whose grip is used [deg]."""
+    seed: int
+    """Seed of everything drawn."""
+    versions: dict[str, str]
+    """Versions of this package and of what it ran on."""
+
+    @property
+    def dataset_id(self) -> str:
+        """Minari's name for the dataset; of the object's name it takes letters, digits, `_` and `-` alone."""
+        return f"{OURS}/{re.sub(r'[^-0-9A-Za-z_]', '_', self.object.name)}/{self.expert}-v0"
+
+
+@dataclass(frozen=True, eq=False)
+class DatasetEpisode:
+    """One demonstration of T decisions."""
+
+    observations: Floats
+    """Observations `(T + 1, d)`, the last one of the state the episode ended in."""
+    actions: Floats
+    """What was done `(T, n)`."""
+    wanted: Floats
+    """What the expert wanted before noise pushed its hands `(T, n)`."""
+    rewards: Array
+    """Rewards `(T,)`."""
+    terminated: bool
+    """Whether the object was lost in the last decision."""
+    truncated: bool
+    """Whether the horizon cut the episode off."""
+    angle_deg: float
+    """Direction, counter-clockwise from +x [deg]."""
+    distance: float
+    """Way along the direction at the end [m]."""
+    limit: float
+    """Way at which the expert meant to stop [m]."""
+    start: Array
+    """Pose of the object at the start, in the palm frame `(3,)` [m, m, rad]."""
+
+
+def write_dataset(
+    folder: Path, episodes: Iterable[DatasetEpisode], head: DatasetHead, env_spec: str | None = None
+) -> None:
+    """Write episodes, a block at a time, to a folder that holds no dataset; half a dataset is never left there.
+
+    Args:
+        folder: folder of the dataset; Minari's `data` comes into place in it once all episodes are written.
+        episodes: the episodes, which may be recorded while they are written.
+        head: where they come from.
+        env_spec: Gymnasium's JSON for the environment that Minari's `recover_environment` makes.
+
+    Raises:
+        InputError: the extra is missing, or there is a dataset in the folder.
+    """
+    check_installed("a dataset")
+    if (folder / DATA).exists():
+        raise InputError(f"{folder} holds a dataset; give another folder, or remove it first")
+    temporary = folder / f"{DATA}.part"
+    shutil.rmtree(temporary, ignore_errors=True)
+    temporary.mkdir(parents=True)
+    try:
+        storage = _new(temporary, head.kind)
+        storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
+        written = 0
+        coming = iter(episodes)
+        while block := list(islice(coming, BLOCK)):
+            storage.update_episodes([_buffer(episode) for episode in block])
+            numbers = range(written, written + len(block))
+            storage.update_episode_metadata([_about(episode) for episode in block], numbers)
+            written += len(block)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+    temporary.replace(folder / DATA)
+
+
+def read_dataset(folder: Path) -> tuple[DatasetHead, Iterator[DatasetEpisode]]:
+    """Return a dataset's head, and its episodes as they are asked for.
+
+    Raises:
+        InputError: the extra is missing, there is no dataset of ours, or one that cannot be read or of another format.
+    """
+    check_installed("a dataset")
+    from minari.dataset.minari_storage import MinariStorage
+
+    head = read_head(folder)
+    return head, _episodes(folder, MinariStorage.read(folder / DATA))
+
+
+def read_head(folder: Path) -> DatasetHead:
+    """Return a dataset's head alone, which needs no extra.
+
+    Raises:
+        InputError: there is no dataset of ours, or one of another format.
+    """
+    path = folder / DATA / METADATA
+    if not path.is_file():
+        raise InputError(f"no dataset in {folder}: give the folder that `inhand record` wrote, the one with {DATA}/")
+    try:
+        entry = json.loads(path.read_text(encoding="utf-8"))[OURS]
+        if entry["format"] == FORMAT:
+            return _head(entry)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            f"{folder} is no dataset of `inhand record`: {error!r}; record one, or read it with Minari"
+        ) from error
+    raise InputError(f"{folder} has dataset format {entry['format']}; this version reads {FORMAT}: record it again")
+
+
+def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
+    """Refuse a dataset from which a controller of another kind is to learn.
+
+    Raises:
+        InputError: the text tells every difference, and both layouts part by part.
+    """
+    there = head.kind
+    lines = []
+    if there.hand != wanted.hand:
+        same = " of other measures" if there.hand.name == wanted.hand.name else ""
+        lines.append(f"hand: {there.hand.name} there, {wanted.hand.name}{same} here")
+    if there.actions != wanted.actions:
+        lines.append(f"actions: {there.actions} there, {wanted.actions} here")
+    if there.horizon != wanted.horizon:
+        lines.append(f"horizon: {there.horizon} decisions there, {wanted.horizon} here")
+    if (there.layout, there.table) != (wanted.layout, wanted.table):
+        lines += _beside((there.layout, there.table), (wanted.layout, wanted.table))
+    if lines:
+        raise InputError(
+            f"dataset {head.dataset_id} is of another kind than what is to learn from it: record one with the settings"
+            " here, or learn with those there\n" + "\n".join(f"  {line}" for line in lines)
+        )
+
+
+Table = Sequence[tuple[str, int]]
+
+
+def _beside(there: tuple[str, Table], here: tuple[str, Table]) -> list[str]:
+    """Return two layouts as lines, part beside part; those that differ are marked."""
+    rows = [(f"observation {there[0]} there", f"{here[0]} here", there[0] == here[0])]
+    for one, other in zip_longest(there[1], here[1]):
+        left, right = (f"{part[1]:3d} {part[0]}" if part else "  -" for part in (one, other))
+        rows.append((left, right, one == other))
+    width = max(len(left) for left, _, _ in rows)
+    return [f"{' ' if same else '*'} {left:{width}} | {right}" for left, right, same in rows]
+
+
+class _Storage(Protocol):
+    """What is used of Minari's storage, which has no types."""
+
+    total_episodes: int
+
+    def update_metadata(self, metadata: dict[str, Any]) -> None: ...
+
+    def update_episodes(self, episodes: Iterable[object]) -> None: ...
+
+    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None: ...
+
+    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
+
+    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
+
+
+def check_installed(what: str) -> None:
+    """Refuse `what` where the extra is missing.
+
+    Raises:
+        InputError: the text tells how to install it.
+    """
+    if any(find_spec(name) is None for name in PACKAGES):
+        raise needs_extra("rl", what)
+
+
+def _new(folder: Path, kind: DatasetKind) -> _Storage:
+    """Return an empty storage; Minari's own reader makes its spaces, so that Gymnasium stays elsewhere."""
+    from minari.dataset.minari_storage import MinariStorage
+    from minari.serialization import deserialize_space
+
+    spaces = [
+        deserialize_space(
+            json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-1.0] * n, "high": [1.0] * n})
+        )
+        for n in (kind.size, kind.hand.n_joints)
+    ]
+    storage: _Storage = MinariStorage.new(folder, *spaces, data_format="hdf5")
+    return storage
+
+
+def _metadata(head: DatasetHead) -> dict[str, Any]:
+    """Return Minari's metadata with ours among it."""
+    import minari
+
+    kind = head.kind
+    return {
+        "dataset_id": head.dataset_id,
+        "minari_version": minari.__version__,
+        "algorithm_name": head.expert,
+        "author": {OURS},
+        "description": f"{head.expert} moves {head.object.name} in the hand {kind.hand.name} along directions"
+        f" ({head.directions}); observations {kind.layout}, actions {kind.actions}, reward {head.reward};"
+        " infos hold what the expert wanted before noise pushed its hands",
+        "requirements": [f"{OURS}=={head.versions[OURS]}"] if OURS in head.versions else [],
+        OURS: {"format": FORMAT, "head": asdict(head)},
+    }
+
+
+def _head(entry: dict[str, Any]) -> DatasetHead:
+    found = entry["head"]
+    kind = found["kind"] | {
+        "hand": hand_of(found["kind"]["hand"]),
+        "table": tuple((name, size) for name, size in found["kind"]["table"]),
+    }
+    noise = tuple(found["noise"])
+    return DatasetHead(**(found | {"kind": DatasetKind(**kind), "object": object_of(found["object"]), "noise": noise}))
+
+
+def _buffer(episode: DatasetEpisode) -> object:
+    """Return an episode as Minari takes it."""
+    from minari.data_collector.episode_buffer import EpisodeBuffer
+
+    count = len(episode.rewards)
+    last = np.arange(count) == count - 1
+    buffer: object = EpisodeBuffer(
+        observations=episode.observations,
+        actions=episode.actions,
+        rewards=episode.rewards,
+        terminations=last & episode.terminated,
+        truncations=last & episode.truncated,
+        infos={"wanted": episode.wanted},
+    )
+    return buffer
+
+
+def _about(episode: DatasetEpisode) -> dict[str, Any]:
+    """Return what Minari keeps beside an episode."""
+    return {name: getattr(episode, name) for name in ("angle_deg", "distance", "limit", "start")}
+
+
+def _episodes(folder: Path, storage: _Storage) -> Iterator[DatasetEpisode]:
+    every = range(storage.total_episodes)
+    try:
+        for found, about in zip(storage.get_episodes(every), storage.get_episode_metadata(every), strict=True):
+            yield DatasetEpisode(
+                found["observations"],
+                found["actions"],
+                found["infos"]["wanted"],
+                found["rewards"],
+                bool(found["terminations"][-1]),
+                bool(found["truncations"][-1]),
+                float(about["angle_deg"]),
+                float(about["distance"]),
+                float(about["limit"]),
+                about["start"],
+            )
+    except (KeyError, TypeError, OSError) as error:
+        raise InputError(f"the episodes in {folder} cannot be read: {error}; record them again") from error

@@ -1,0 +1,221 @@
+"""What an environment is asked for by keywords, and the pool of starts that its episodes are drawn from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from typing import Any, Literal, TypeVar, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from inhand.control.catalogue import GraspKind
+from inhand.errors import InputError, near_matches
+from inhand.geometry import Array
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.grasp_search import GraspPlan
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.learning.starts import Noise, Starts, gripped, plans_for, reach_of
+from inhand.tasks.actions import Actions
+from inhand.tasks.goals import GoalReward, goal_reward
+from inhand.tasks.primitives import parse_directions
+
+POOL_SEED = 0
+"""Seed of the pools of starts, so that a seed of `reset` means the same episode in every process."""
+SAME_DEG = 1e-6
+"""Directions closer than this are one [deg]."""
+
+
+@dataclass(frozen=True)
+class EnvironmentConfig:
+    """Keywords of `inhand/Asterisk-v0`."""
+
+    hand: str = "2v2_50.50_50.50_1.1_53"
+    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
+    object: str = "cube_39"
+    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    directions: str | Sequence[str | float] = "train"
+    """The words of the command line (train, unseen, all, names, letters), or degrees counter-clockwise from +x."""
+    observation: str = "thesis"
+    """Layout of observations: thesis (table 3.1) or another of `inhand.tasks.observations.LAYOUTS`."""
+    actions: Actions = "angles"
+    """angles (joint targets over their ranges, thesis 3.3.2) or steps (how far the targets move on)."""
+    reward: str = "thesis"
+    """Reward: thesis (3.3.3) or progress."""
+    horizon: int = 250
+    """Decisions after which an episode is cut off; one takes 20 ms."""
+    noise_mm: float = 1.0
+    """Standard deviation of the object's start in x and y [mm]."""
+    noise_deg: float = 1.0
+    """Standard deviation of the object's start rotation [deg]."""
+    starts: int = 64
+    """Starts that episodes are drawn from, the directions in turn."""
+    stop: bool = False
+    """Whether the object is to stay where its grip is predicted to end, which `grip` and `progress` tell."""
+    grasp: GraspKind = "planned"
+    """Grip: planned for each direction (a second for each two), or rough (thesis 3.2, at once)."""
+    threads: int = 0
+    """Threads of the simulation; 0 uses every core."""
+
+    def __post_init__(self) -> None:
+        """Refuse values that no environment can have.
+
+        Raises:
+            InputError: the text says which.
+        """
+        for name, kind in (("actions", Actions), ("grasp", GraspKind)):
+            _check_word(name, getattr(self, name), get_args(kind))
+        if not (0 <= self.noise_mm < math.inf and 0 <= self.noise_deg < math.inf):
+            raise InputError(f"noise_mm={self.noise_mm}, noise_deg={self.noise_deg}: give finite numbers from 0 up")
+        if self.starts < len(self.angles):
+            raise InputError(f"starts={self.starts} for {len(self.angles)} directions: give at least one for each")
+
+    @property
+    def held(self) -> tuple[HandSpec, ObjectSpec]:
+        """Hand and object."""
+        return load_hand(self.hand), load_object(self.object)
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Directions, each once [deg]."""
+        return angles_of(self.directions)
+
+    def pool(self, *, stop: bool) -> Starts:
+        """Return the starts of episodes; equal keywords share one pool, made once in a process.
+
+        Args:
+            stop: whether each says how far its grip is predicted to reach.
+        """
+        noise = Noise(self.noise_mm / 1e3, math.radians(self.noise_deg))
+        return _pool(self.held, self.angles, (self.grasp, noise), self.starts, stop=stop)
+
+
+@dataclass(frozen=True)
+class GoalConfig(EnvironmentConfig):
+    """Keywords of `inhand/AsteriskGoal-v0`."""
+
+    reward: str = "sparse"
+    """sparse (-1, and 0 at the goal) or dense (-1 for each centimetre left)."""
+    nearest_mm: float = 10.0
+    """Shortest way to a goal [mm]."""
+    tolerance_mm: float = 2.0
+    """Distance within which a goal is reached [mm]."""
+    tolerance_deg: float = 5.0
+    """Turn within which a goal is reached [deg]."""
+    lost: Literal["terminated", "truncated"] = "terminated"
+    """What a lost object does to an episode. With rewards of -1 a termination is a way out of them; a learner that
+    drops objects on purpose needs `truncated`, after which it counts on as if the episode went on."""
+
+    def __post_init__(self) -> None:
+        """Refuse values that no environment can have.
+
+        Raises:
+            InputError: the text says which.
+        """
+        super().__post_init__()
+        for name, allowed in (("reward", get_args(GoalReward)), ("lost", ("terminated", "truncated"))):
+            _check_word(name, getattr(self, name), allowed)
+        for name in ("nearest_mm", "tolerance_mm", "tolerance_deg"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise InputError(f"{name}={getattr(self, name)}: give a finite number above 0")
+
+    @property
+    def tolerance(self) -> tuple[float, float]:
+        """Distance [m] and turn [rad] within which a goal is reached."""
+        return self.tolerance_mm / 1e3, math.radians(self.tolerance_deg)
+
+    def reward_of(self, achieved: ArrayLike, desired: ArrayLike) -> Array:
+        """Return the reward `(...)` of poses `(..., 3)` for goals `(..., 3)` [m, m, rad]."""
+        return goal_reward(achieved, desired, self.tolerance, "sparse" if self.reward == "sparse" else "dense")
+
+
+C = TypeVar("C", bound=EnvironmentConfig)
+
+
+def angles_of(directions: str | Sequence[str | float]) -> tuple[float, ...]:
+    """Return directions, each once [deg], of words of the command line or degrees.
+
+    Raises:
+        InputError: an unknown word, or one that only turns the object.
+    """
+    words = directions if isinstance(directions, str) else [str(each) for each in directions]
+    return tuple(dict.fromkeys(round(math.degrees(each.angle), 9) for each in parse_directions(words)))
+
+
+def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return the rows of a pool `(count,)` to start from, drawn of all or of the direction that options give.
+
+    Args:
+        pool: the starts.
+        options: `direction`, a word or degrees, for all or one for each of the worlds.
+        count: number of worlds.
+        rng: draws the rows.
+
+    Raises:
+        InputError: another option, or a direction that the pool has not.
+    """
+    for name in options:
+        if name != "direction":
+            raise InputError(f"unknown option {name!r} of reset{near_matches(name, ['direction'])}; use 'direction'")
+    if "direction" not in options:
+        return rng.integers(len(pool), size=count)
+    given = options["direction"]
+    each = [given] if isinstance(given, str) or np.ndim(given) == 0 else list(given)
+    if len(each) not in {1, count}:
+        raise InputError(f"{len(each)} directions for {count} worlds: give one for all or one for each")
+    found = [rng.choice(_rows_along(pool.angle_deg, each[world % len(each)])) for world in range(count)]
+    return np.array(found, dtype=np.int64)
+
+
+def config_of(kind: type[C], keywords: dict[str, Any]) -> C:
+    """Return keywords as a configuration of a kind.
+
+    Raises:
+        InputError: an unknown keyword or a value that cannot be.
+    """
+    allowed = [field.name for field in fields(kind)]
+    for name in keywords:
+        if name not in allowed:
+            raise InputError(f"unknown keyword {name!r}{near_matches(name, allowed)}; allowed are {', '.join(allowed)}")
+    return kind(**keywords)
+
+
+def _rows_along(angle_deg: Array, direction: str | float) -> NDArray[np.int64]:
+    asked = angles_of([direction])
+    away = np.abs((angle_deg - asked[0] + 180.0) % 360.0 - 180.0)
+    rows = np.flatnonzero(away < SAME_DEG)
+    if len(asked) > 1 or len(rows) == 0:
+        have = ", ".join(f"{angle:g}" for angle in np.unique(angle_deg))
+        raise InputError(
+            f"direction {direction!r} of reset is none of this environment's, {have} deg: use one of them, or name it"
+            " in directions= when you make the environment"
+        )
+    return rows
+
+
+@cache
+def _plans(held: tuple[HandSpec, ObjectSpec], angles: tuple[float, ...], grasp: GraspKind) -> dict[float, GraspPlan]:
+    return plans_for(*held, angles, grasp)
+
+
+@cache
+def _pool(
+    held: tuple[HandSpec, ObjectSpec],
+    angles: tuple[float, ...],
+    gripping: tuple[GraspKind, Noise],
+    count: int,
+    *,
+    stop: bool,
+) -> Starts:
+    grasp, noise = gripping
+    wanted = np.resize(np.array(angles), count)
+    starts = gripped(*held, (_plans(held, angles, grasp), wanted), np.random.default_rng(POOL_SEED), noise)
+    return replace(starts, distance=reach_of(held, starts)) if stop else starts
+
+
+def _check_word(name: str, given: str, allowed: tuple[str, ...]) -> None:
+    if given not in allowed:
+        raise InputError(f"unknown {name} {given!r}{near_matches(str(given), allowed)}; use {' or '.join(allowed)}")

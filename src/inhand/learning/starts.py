@@ -1,0 +1,198 @@
+"""States in which episodes of learning start: the object held, a direction given, nothing moved yet.
+
+Placing and grasping take as long as carrying, so they are run once for a whole pool of starts, each with noise of its
+own; an episode starts from a row of the pool. Rows may also be taken in the middle of other episodes, so that a
+primitive can begin anywhere in the workspace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.catalogue import GraspKind, direction_plans, rough_plan
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.joint import JointPid
+from inhand.control.policy import carried_by
+from inhand.control.rehearsal import closing_joints
+from inhand.errors import InputError
+from inhand.geometry import Array, way_along
+from inhand.hands.grasp_search import GraspPlan
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.snapshot import Snapshot, join
+from inhand.sim.state import State, select
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import primitive_at
+from inhand.tasks.routes import Routes
+
+CLOSING = 40
+"""Decisions for which the fingers close: 0.8 s."""
+GRID_DEG = 7.5
+"""Spacing of the directions that grasps are planned for; one between them takes the nearest's [deg]."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of the object's start."""
+
+    position: float = 0.001
+    """In x and y [m]."""
+    rotation: float = float(np.deg2rad(1.0))
+    """In theta [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """N states to start from."""
+
+    snapshot: Snapshot
+    """The worlds `(N, ...)`."""
+    state: State
+    """What is measured in them `(N, ...)`."""
+    angle_deg: Array
+    """The direction to move in `(N,)` [deg]."""
+    distance: Array
+    """The way to go `(N,)` [m], infinite where none is given."""
+    routes: Routes | None = None
+    """Whole routes to follow instead; a start of a route has no direction of its own, 0 stands for it."""
+
+    def __len__(self) -> int:
+        """Return the number of starts."""
+        return len(self.angle_deg)
+
+    def take(self, rows: NDArray[np.int64], angle_deg: Array) -> Starts:
+        """Return some starts with other directions [deg] and no way to go yet; routes stay."""
+        routes = None if self.routes is None else Routes(self.routes.poses[rows])
+        return Starts(self.snapshot.take(rows), select(self.state, rows), angle_deg, np.full(len(rows), np.inf), routes)
+
+
+def joined(parts: Sequence[Starts]) -> Starts:
+    """Return several pools as one."""
+    states = {field.name: np.concatenate([getattr(p.state, field.name) for p in parts]) for field in fields(State)}
+    angle_deg, distance = (np.concatenate([getattr(part, n) for part in parts]) for n in ("angle_deg", "distance"))
+    found = [part.routes.poses for part in parts if part.routes is not None]
+    routes = Routes(np.concatenate(found)) if found else None
+    return Starts(join([part.snapshot for part in parts]), State(**states), angle_deg, distance, routes)
+
+
+def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance: Array | None = None) -> Task:
+    """Return the task of moving along directions `(B,)` [deg], at most some distance `(B,)` [m]."""
+    paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angle_deg])
+    hand, spec = held
+    timestep = SceneSpec().timestep
+    return Task(hand, (spec,) * len(paths), paths, way_along(paths), SUBSTEPS * timestep, timestep, distance)
+
+
+def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
+    """Return what an expert has to do from some starts: their directions or their routes."""
+    if starts.routes is None:
+        return straight_task(held, starts.angle_deg, starts.distance)
+    poses, way, step = starts.routes.poses, starts.routes.way, SceneSpec().timestep
+    paths = poses - poses[:, :1]
+    return Task(held[0], (held[1],) * len(poses), paths, way, SUBSTEPS * step, step, way[:, -1], poses[:, 0])
+
+
+def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
+    """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
+    return carried_by(straight_task(held, starts.angle_deg), starts.state)
+
+
+def grid_of(angles_deg: Array) -> tuple[float, ...]:
+    """Return the directions of the grid nearest to some directions [deg], each once, from 0 up to 360."""
+    return tuple(float(a) for a in np.unique(np.round(np.asarray(angles_deg) / GRID_DEG) * GRID_DEG % 360.0))
+
+
+def plans_for(
+    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned"
+) -> dict[float, GraspPlan]:
+    """Return the grasp of each direction [deg]; a rough one is the same for all."""
+    if grasp == "rough":
+        return dict.fromkeys(angles_deg, rough_plan(hand, spec))
+    origin = np.array([*hand.start_position, 0.0])
+    poses = np.stack([origin + straight_path(primitive_at(angle)).poses for angle in angles_deg])
+    return dict(zip(angles_deg, direction_plans(hand, spec, poses), strict=True))
+
+
+def gripped(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    grips: tuple[dict[float, GraspPlan] | Sequence[GraspPlan], Array],
+    rng: np.random.Generator,
+    noise: Noise | None = None,
+    *,
+    threads: int = 0,
+) -> Starts:
+    """Return starts with both fingers on the object; one whose grasp fails is drawn again.
+
+    Args:
+        hand: the hand.
+        spec: the object.
+        grips: plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg].
+        rng: draws the noise.
+        noise: of the object's start.
+        threads: for the simulation; 0 uses every core.
+
+    Raises:
+        InputError: in ten draws a start could not be held.
+    """
+    given, angles = grips
+    plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
+    waiting, found = np.arange(len(angles)), []
+    places: list[NDArray[np.int64]] = []
+    for _ in range(10):
+        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), threads)
+        held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
+        found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
+        places.append(waiting[held])
+        waiting = waiting[~held]
+        if len(waiting) == 0:
+            order = np.argsort(np.concatenate(places), kind="stable")
+            whole = joined(found)
+            return whole.take(order, whole.angle_deg[order])
+    raise InputError(
+        f"the grasp of {spec.name!r} with {hand.name!r} for direction {angles[waiting[0]]:g} deg failed ten times in a"
+        " row; use less start noise, another object or another hand"
+    )
+
+
+def taken(simulator: MujocoSimulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
+    """Return what some worlds of a running batch look like now, as starts."""
+    return Starts(simulator.snapshot().take(worlds), select(state, worlds), angle_deg, np.full(len(worlds), np.inf))
+
+
+def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
+    """Return of each direction the nearest that has a plan [deg]."""
+    have = np.array(list(plans))
+    away = np.abs((angles[:, None] - have + 180.0) % 360.0 - 180.0)
+    return [float(a) for a in have[away.argmin(axis=1)]]
+
+
+def _close(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    plans: list[GraspPlan],
+    drawn: tuple[np.random.Generator, Noise | None],
+    threads: int,
+) -> Starts:
+    """Place the object with noise and close the fingers on it."""
+    rng, noise = drawn[0], drawn[1] or Noise()
+    count = len(plans)
+    origin = np.tile([*hand.start_position, 0.0], (count, 1))
+    spread = np.array([noise.position, noise.position, noise.rotation])
+    poses = origin + spread * rng.standard_normal((count, 3))
+    opened, closed = closing_joints(hand, spec, plans, origin, poses)
+    simulator = MujocoSimulator(hand, [spec] * count, threads=threads)
+    still = np.zeros((count, 2, 3))
+    period = SUBSTEPS * simulator.timestep
+    fingers = JointPid(Task(hand, simulator.objects, still, way_along(still), period, simulator.timestep), closed)
+    state = simulator.reset(poses, opened)
+    fingers.begin(state)
+    for _ in range(CLOSING):
+        state = simulator.step(fingers.act(state), SUBSTEPS)
+    return Starts(simulator.snapshot(), state, np.zeros(count), np.full(count, np.inf))

@@ -1,0 +1,309 @@
+"""The loop that trains: the agent acts while the networks learn, round after round, until its episodes are done.
+
+A round's updates are launched first and run beside the simulation of the same round, which acts with the actor from
+before them. What is drawn and computed does not depend on which of the two is faster, so a seed gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.policy import Policy, save_policy
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
+from inhand.learning.collect import Collector
+from inhand.learning.config import Training
+from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
+from inhand.learning.journal import Journal
+from inhand.learning.networks import Network
+from inhand.learning.recording import Told
+from inhand.learning.replay import Priorities, Replay, Rows
+from inhand.learning.setup import Ready
+from inhand.learning.trying import Tried, tried
+from inhand.learning.worlds import ManipulationWorlds
+
+CHUNK = 1000
+"""Updates of the actor's imitation that run at a time."""
+PRIORITY = 0.3
+"""Exponent of the priorities (DDPGfD paper)."""
+CORRECTION = 0.5
+"""Power of the importance weights, guessed between none (0) and whole (1)."""
+SHOWN_BONUS, PRIORITY_FLOOR = 0.1, 1e-3
+"""What the priority of a demonstrated row, and of every row, is raised by; guessed."""
+
+
+def _quiet(what: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
+
+@dataclass
+class Counters:
+    """How far a run is."""
+
+    episodes: int = 0
+    """Finished episodes of the agent."""
+    decisions: int = 0
+    """Decisions of the agent."""
+    updates: int = 0
+    """Updates of the critic."""
+    rounds: int = 0
+    """Rounds."""
+    seconds: float = 0.0
+    """Time spent since the demonstrations were there, over all sittings [s]."""
+    evaluated: int = 0
+    """Episodes at the last evaluation."""
+    best: float = -math.inf
+    """Best score so far."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """What U updates learn from."""
+
+    rows: Rows
+    """Rows `(U, batch, width)`."""
+    weights: Rows
+    """Their importance weights `(U, batch)`."""
+    whose: NDArray[np.bool_]
+    """Whether each is the expert's `(U, batch)`."""
+    numbers: tuple[NDArray[np.int64], NDArray[np.int64]]
+    """Numbers of the rows in the expert's buffer and in the agent's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """What an evaluation found."""
+
+    counters: Counters
+    """How far the run was."""
+    tried: Tried
+    """What the actor reached."""
+    fraction: Array
+    """Share of the hand's limit that each test start reached `(N,)`."""
+    score: float
+    """Mean sum of rewards over the training directions: what `best` is chosen by."""
+
+
+class Trainer:
+    """A training run in a folder."""
+
+    def __init__(
+        self, config: Training, ready: Ready, folder: Path, told: Callable[[Evaluation], None], progress: Told = _quiet
+    ) -> None:
+        """Set the run up; if the folder holds a checkpoint, go on from it.
+
+        Args:
+            config: what to train.
+            ready: what it starts with.
+            folder: the run's.
+            told: told every evaluation.
+            progress: told what is being done, how far it is, and how far it has to go.
+        """
+        self.config, self._ready, self._folder, self._told = config, ready, folder, told
+        self._progress = progress
+        self.counters = Counters()
+        self._rng = np.random.default_rng((config.seed, 1))
+        worlds = ManipulationWorlds(
+            ready.held, ready.starts, config.worlds, config.interface, np.random.default_rng((config.seed, 2))
+        )
+        looking = config.learning.discount, config.learning.look_ahead
+        self._collector = Collector(worlds, ready.columns, looking)
+        self._learner = new_learner(config.learning, ready.columns, config.seed)
+        rows = config.agent_episodes * config.interface.horizon
+        spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon
+        checkpoint = folder / "checkpoint.npz"
+        arrays: dict[str, Any] = {}
+        written, length = 0, 0
+        if checkpoint.is_file():
+            self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
+            self.counters, written = Counters(**head["counters"]), head["written"]
+            length = head["journal"]
+            self._rng.bit_generator.state = arrays["rng.training"]
+            self._collector.resume(arrays)
+        self._journal = Journal(folder, length)
+        self._expert = Replay(folder / "expert.rows", ready.columns, ready.expert_rows, 0, ready.expert_rows)
+        self._agent = Replay(folder / "agent.rows", ready.columns, rows, spare, written)
+        self._priorities = self._all_priorities(arrays)
+        self._began = time.perf_counter() - self.counters.seconds
+
+    def run(self) -> Path:
+        """Train to the end and return the folder of the best policy.
+
+        Raises:
+            InputError: a loss is not finite any more; the state is kept and the text says where and why.
+        """
+        if self.counters.rounds == 0:
+            self._imitate()
+            self._warm_up()
+            self._evaluate()
+        while self.counters.episodes < self.config.episodes:
+            self._round()
+            if self.counters.episodes - self.counters.evaluated >= self.config.evaluate_every:
+                self._evaluate()
+        if self.counters.evaluated != self.counters.episodes:
+            self._evaluate()
+        self._journal.close()
+        return self._folder / "best"
+
+    @property
+    def share(self) -> float:
+        """Share of a batch that comes from the expert now."""
+        decays = self.counters.episodes // self.config.share_every
+        return float(self.config.expert_share * self.config.share_kept**decays)
+
+    def actor(self) -> Policy:
+        """Return the actor that acts best: of the default's, the slow copy, which the noise of updates moves less."""
+        return self._policy(self._learner.slow_actor if self.config.learning.imitation else self._learner.actor)
+
+    def _imitate(self) -> None:
+        """Fit the actor to the demonstrations."""
+        left, learning = self.config.imitate, self.config.learning
+        actor, moments = self._learner.actor, None
+        for done in range(0, left, CHUNK):
+            rows = self._expert.at(self._expert.draw(self._rng, CHUNK * 2 * learning.batch))
+            rows = rows.reshape(CHUNK, 2 * learning.batch, -1)
+            actor, moments, loss = imitate_many(actor, moments, rows, self._ready.columns, left)
+            self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
+            self._progress("imitation", done + CHUNK, left)
+        self._learner = self._learner._replace(actor=actor, slow_actor=actor)
+
+    def _warm_up(self) -> None:
+        """Fit the critic to the demonstrations; the actor stays as it is."""
+        chunk = self.config.updates
+        for done in range(0, self.config.warm_up, chunk):
+            actor = self._learner.actor
+            self._learner, report = self._updated(self._draw(chunk, 1.0), 0.0)
+            self._learner = self._learner._replace(actor=actor, slow_actor=actor)
+            self._journal.scalars("warm-up", done + chunk, {"critic loss": float(report.critic_loss.mean())})
+            self._progress("warm-up", done + chunk, self.config.warm_up)
+
+    def _round(self) -> None:
+        """Launch the updates, act meanwhile, and take in what both have given."""
+        config, counters = self.config, self.counters
+        begun = len(self._agent) >= config.learning.batch or self.share == 1.0
+        drawn = self._draw(config.updates, self.share) if begun else None
+        acting = self._policy(self._learner.actor)
+        launched = None if drawn is None else self._updated(drawn, 1.0)
+        rows, ends = self._collector.collect(acting, config.decisions, config.spread, self._rng)
+        if launched is not None and drawn is not None:
+            self._learner, report = launched
+            self._take_in(report, drawn)
+            counters.updates += config.updates
+        for block in rows:
+            self._agent.add(block)
+        counters.episodes += len(ends)
+        counters.decisions += config.decisions * config.worlds
+        counters.rounds += 1
+        counters.seconds = time.perf_counter() - self._began
+        self._journal.episodes(counters.episodes - len(ends), ends)
+        self._progress("learning", counters.episodes, config.episodes)
+
+    def _updated(self, drawn: Drawn, strength: float) -> tuple[Learner, Report]:
+        found: tuple[Learner, Report] = update_many(
+            self._learner, drawn.rows, drawn.weights, self.config.learning, self._ready.columns, strength=strength
+        )
+        return found
+
+    def _draw(self, updates: int, share: float) -> Drawn:
+        """Draw the batches of some updates from both buffers."""
+        batch = self.config.learning.batch
+        if len(self._agent) == 0:
+            share = 1.0
+        whose = self._rng.random((updates, batch)) < share
+        rows = np.empty((updates, batch, self._ready.columns.width), dtype=np.float32)
+        weights = np.ones((updates, batch), dtype=np.float32)
+        numbers = []
+        for number, (replay, chosen) in enumerate(((self._expert, whose), (self._agent, ~whose))):
+            count = int(chosen.sum())
+            if count and self._priorities:
+                drawn, weights[chosen] = self._priorities[number].draw(self._rng, count)
+            else:
+                drawn = replay.draw(self._rng, count) if count else np.zeros(0, dtype=np.int64)
+            rows[chosen] = replay.at(drawn)
+            numbers.append(drawn)
+        return Drawn(rows, weights, whose, (numbers[0], numbers[1]))
+
+    def _take_in(self, report: Report, drawn: Drawn) -> None:
+        """Write losses down, refuse those that are not finite, and tell the priorities."""
+        losses = np.asarray(report.critic_loss), np.asarray(report.actor_loss)
+        bad = ~np.isfinite(losses[0])
+        if bad.any():
+            first = self.counters.updates + int(bad.argmax())
+            self._keep("stopped.npz")
+            raise InputError(
+                f"training stopped at update {first}: the critic's loss is {losses[0][bad][0]}. Its values have grown"
+                f" beyond what float32 holds, or a reward was not finite: lower the learning rate"
+                f" (now {self.config.learning.critic_rate:g}) or the discount ({self.config.learning.discount:g})."
+                f" The state is kept in {self._folder / 'stopped.npz'}"
+            )
+        if self._priorities:
+            priority = np.asarray(report.priority) + PRIORITY_FLOOR
+            for which, chosen in enumerate((drawn.whose, ~drawn.whose)):
+                if chosen.any():
+                    bonus = SHOWN_BONUS if which == 0 else 0.0
+                    self._priorities[which].learn(drawn.numbers[which], priority[chosen] + bonus)
+        told = {
+            "critic loss": losses[0].mean(),
+            "actor loss": np.nanmean(losses[1]),
+            "expert share": self.share,
+            "updates": self.counters.updates + len(losses[0]),
+        }
+        self._journal.scalars("learning", self.counters.episodes, {name: float(value) for name, value in told.items()})
+
+    def _evaluate(self) -> None:
+        """Try the actor out, keep the last and the best, and make a checkpoint."""
+        ready, counters = self._ready, self.counters
+        policy = self.actor()
+        found = tried(ready.held, ready.tests, self.config.interface, policy)
+        fraction = found.distance / ready.limit
+        score = float(found.total[ready.trained].mean())
+        counters.evaluated = counters.episodes
+        counters.seconds = time.perf_counter() - self._began
+        save_policy(policy, self._folder / "last")
+        if score > counters.best:
+            counters.best = score
+            save_policy(policy, self._folder / "best")
+        evaluation = Evaluation(Counters(**vars(counters)), found, fraction, score)
+        self._journal.evaluation(evaluation, ready)
+        self._keep("checkpoint.npz")
+        self._told(evaluation)
+
+    def _keep(self, name: str) -> None:
+        """Write everything that going on needs."""
+        self._agent.flush()
+        arrays = self._collector.kept() | {"rng.training": self._rng.bit_generator.state}
+        for number, priorities in enumerate(self._priorities):
+            arrays |= {f"priorities.{number}.{n}": v for n, v in priorities.kept().items()}
+        told = {"counters": vars(self.counters), "written": self._agent.written, "journal": self._journal.length()}
+        save_checkpoint(self._folder / name, self._learner, arrays, told)
+
+    def _all_priorities(self, arrays: dict[str, Any]) -> tuple[Priorities, ...]:
+        """Return the priorities of both buffers, as a checkpoint left them; none where rows are drawn evenly."""
+        if not self.config.learning.prioritised:
+            return ()
+        both = tuple(Priorities(replay, PRIORITY, CORRECTION) for replay in (self._expert, self._agent))
+        for number, priorities in enumerate(both):
+            mine = f"priorities.{number}."
+            priorities.resume({n.removeprefix(mine): v for n, v in arrays.items() if n.startswith(mine)})
+        return both
+
+    def _policy(self, network: Network) -> Policy:
+        config = self.config
+        return Policy(
+            tuple(np.asarray(layer.weight, dtype=float) for layer in network),
+            tuple(np.asarray(layer.bias, dtype=float) for layer in network),
+            config.interface.observation,
+            config.interface.actions,
+            config.recipe.grasp,
+            {"preset": config.preset, "hand": config.hand, "object": config.object, "seed": config.seed}
+            | ({"task": config.task} if config.task else {}),
+        )

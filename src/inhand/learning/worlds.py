@@ -1,0 +1,240 @@
+"""Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import SUBSTEPS
+from inhand.control.loop import control_step, dropped
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.learning.starts import Starts
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.snapshot import Snapshot
+from inhand.sim.state import State
+from inhand.tasks.actions import Actions, targets_of
+from inhand.tasks.aim import Aim
+from inhand.tasks.observations import Scene, find_layout, observe
+from inhand.tasks.rewards import Decision, Made, find_reward, reward
+
+_AIMED = ("angle", "start", "distance")
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What a learned controller sees, does and is rewarded for."""
+
+    observation: str = "thesis"
+    """Layout of observations: thesis (table 3.1) or grip."""
+    actions: Actions = "angles"
+    """angles (joint targets over their ranges, thesis 3.3.2) or steps (how far the targets move on)."""
+    reward: str = "thesis"
+    """Reward: thesis (3.3.3) or progress."""
+    horizon: int = 250
+    """Decisions after which an episode is cut off; one takes 20 ms."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What one decision of B worlds led to."""
+
+    observation: Array
+    """Observations to decide on next `(B, d)`: of the new episode where one has ended."""
+    successor: Array
+    """Observations of the states the decision led to `(B, d)`."""
+    reward: Array
+    """Rewards `(B,)`."""
+    terms: dict[str, Array]
+    """The reward's weighted terms by name `(B,)`."""
+    terminated: NDArray[np.bool_]
+    """Whether the object was lost `(B,)`."""
+    truncated: NDArray[np.bool_]
+    """Whether the horizon was reached `(B,)`."""
+    shift: Array
+    """Way along, way to the left [m] and angle turned [rad] since the primitive started, or along, beside and away from
+    a route `(B, 3)`."""
+    goal: Array
+    """Pose of the object the decision led to `(B, 3)`, which hindsight takes for a goal."""
+
+
+class ManipulationWorlds:
+    """B worlds of one hand and object in the manipulation phase, with auto-reset in the same step."""
+
+    def __init__(
+        self,
+        held: tuple[HandSpec, ObjectSpec],
+        starts: Starts,
+        count: int,
+        interface: Interface | None = None,
+        rng: np.random.Generator | None = None,
+        *,
+        threads: int = 0,
+    ) -> None:
+        """Make the worlds; every episode starts from a row of `starts` that `rng` draws.
+
+        Args:
+            held: the hand and the object.
+            starts: where episodes start, each with its direction.
+            count: number of worlds B.
+            interface: what is seen, done and rewarded.
+            rng: draws the starts.
+            threads: for the simulation; 0 uses every core.
+
+        Raises:
+            InputError: an unknown layout or reward, or a horizon or count below 1.
+        """
+        self.interface = interface or Interface()
+        if count < 1 or self.interface.horizon < 1:
+            raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
+        self.hand, spec = held
+        self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
+        self.simulator = MujocoSimulator(self.hand, [spec] * count, threads=threads)
+        self.scene = Scene(self.hand, self.simulator.objects)
+        self.rng, self.count = rng or np.random.default_rng(), count
+        self._starts = starts
+        self._pool = _asked(starts)
+        self._seen = observe(self.layout, starts.state, self._pool, Scene(self.hand, (spec,) * len(starts)))
+        self._state = self.simulator.measure()
+        self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
+        self._observation = np.empty((count, self._seen.shape[1]))
+        self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
+        self._last = np.zeros((count, self.hand.n_joints))
+        self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
+
+    @property
+    def state(self) -> State:
+        """The state to decide on."""
+        return self._state
+
+    @property
+    def aim(self) -> Aim:
+        """What is asked of each world."""
+        return self._aim
+
+    def reset(self, rows: NDArray[np.int64] | None = None) -> Array:
+        """Start every world's episode anew, from rows `(B,)` of the pool if given; return the observations `(B, d)`."""
+        self._begin(
+            np.arange(self.count), self.rng.integers(len(self._starts), size=self.count) if rows is None else rows
+        )
+        return self._observation.copy()
+
+    def stagger(self) -> None:
+        """Cut the episodes under way short, each at a drawn decision, so that worlds do not all end theirs at once."""
+        self._steps = self.rng.integers(self.interface.horizon, size=self.count)
+
+    def step(self, actions: Array) -> Step:
+        """Take a decision `(B, n)` in every world; worlds whose episode ends start the next one.
+
+        Raises:
+            InputError: actions of the wrong shape, or one that is not a number.
+        """
+        before = self._state
+        if actions.shape != before.targets.shape:
+            raise InputError(
+                f"actions of shape {actions.shape}; {self.count} worlds need {before.targets.shape}, a number within"
+                " [-1, 1] for each joint"
+            )
+        targets = targets_of(actions, self.interface.actions, self.hand, before)
+        after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS)
+        self._steps += 1
+        gone = dropped(after, self._lost)
+        asked, made = self._aim, self._along(after)
+        decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
+        value, terms = reward(self.rewards, decision)
+        truncated = (self._steps >= self.interface.horizon) & ~gone
+        successor = observe(self.layout, after, self._aim, self.scene)
+        shift = self._shift(after, made)
+        self._state, self._observation, self._last = after, successor, decision.action
+        ended = np.flatnonzero(gone | truncated)
+        if len(ended):
+            self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
+        return Step(self._observation, successor, value, terms, gone, truncated, shift, after.pose)
+
+    def _along(self, after: State) -> Made | None:
+        """Move the places on the routes on and aim anew; return what was made of the routes' ways, None without any."""
+        routes = self._starts.routes
+        if routes is None:
+            return None
+        before, self._come = self._come, routes.advance(self._row, self._come, after.pose)
+        self._aim = routes.aim(self._row, self._come)
+        now, then = (routes.way[self._row, place] for place in (self._come, before))
+        return Made(now - then, routes.way[self._row, -1] - now, *routes.off(self._row, self._come, after.pose))
+
+    def _shift(self, after: State, made: Made | None) -> Array:
+        """Return the way along, the way to the left and the angle turned of what was asked `(B, 3)`."""
+        if made is None or self._starts.routes is None:
+            return self._aim.shift(after.pose)
+        return np.stack([self._starts.routes.way[self._row, self._come], made.across, made.turned], axis=-1)
+
+    def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
+        """Start episodes in some worlds from rows of the pool."""
+        self.simulator.restore(worlds, self._starts.snapshot, rows)
+        self._state = put(self._state, worlds, self._starts.state, rows)
+        self._aim = Aim(
+            **{name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
+        )
+        self._row[worlds], self._come[worlds] = rows, 0
+        if self._starts.routes is not None:
+            self._aim = self._starts.routes.aim(self._row, self._come)
+        self._observation = _put(self._observation, worlds, self._seen[rows])
+        self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
+        self._steps[worlds] = 0
+        self._lost[worlds] = 0
+
+    def kept(self) -> dict[str, Any]:
+        """Return everything that `resume` needs, arrays by name and the random generator's state as `rng`."""
+        snapshot = self.simulator.snapshot()
+        arrays = {f"world.{field.name}": getattr(snapshot, field.name) for field in fields(Snapshot)}
+        return arrays | {
+            **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
+            "observation": self._observation,
+            "steps": self._steps.copy(),
+            "lost": self._lost.copy(),
+            "last": self._last,
+            "row": self._row.copy(),
+            "come": self._come.copy(),
+            "rng": self.rng.bit_generator.state,
+        }
+
+    def resume(self, kept: dict[str, Any]) -> None:
+        """Go on from what `kept` returned, byte for byte."""
+        snapshot = Snapshot(**{field.name: kept[f"world.{field.name}"] for field in fields(Snapshot)})
+        every = np.arange(self.count)
+        self.simulator.restore(every, snapshot, every)
+        self._state = self.simulator.measure()
+        self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
+        self._observation, self._last = kept["observation"], kept["last"]
+        self._steps, self._lost = kept["steps"].copy(), kept["lost"].copy()
+        self._row, self._come = kept["row"].copy(), kept["come"].copy()
+        if self._starts.routes is not None:
+            self._aim = self._starts.routes.aim(self._row, self._come)
+        self.rng.bit_generator.state = kept["rng"]
+
+
+def _asked(starts: Starts) -> Aim:
+    """Return what is asked at the beginning of every start."""
+    if starts.routes is None:
+        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance)
+    return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))
+
+
+def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:
+    """Return a state in which some worlds are rows of another."""
+    found = {
+        field.name: _put(getattr(state, field.name), worlds, getattr(other, field.name)[rows])
+        for field in fields(State)
+    }
+    return State(**found)
+
+
+def _put(array: np.ndarray, rows: NDArray[np.int64], values: np.ndarray) -> np.ndarray:
+    """Return a copy with some rows replaced: what was handed out before stays as it was."""
+    copy = array.copy()
+    copy[rows] = values
+    return copy

@@ -1,0 +1,256 @@
+"""One trial: its path against the target, what it did beside the direction, and which fingers touched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from inhand.errors import InputError
+from inhand.geometry import Array, perpendicular, rotate, unit
+from inhand.plots.asterisk import CROSS_POINTS, add_legend
+from inhand.plots.curves import true_runs
+from inhand.plots.shapes import FAINT, Extent, SceneOutline, check_points, draw_scene, extent_of, show_extent
+from inhand.plots.style import (
+    INK,
+    MUTED,
+    axes_box,
+    darker,
+    direction_colour,
+    dress_axes,
+    heading_height,
+    new_figure,
+    write_heading,
+)
+
+PATH_IN = 3.9
+"""Side of the square axes of the path [in]."""
+PLOT_IN = 1.05
+"""Height of the axes of lateral and rotation [in]."""
+GAP_IN = 0.2
+LEFT_IN = 0.8
+ROW_IN = 0.17
+"""Height of one finger in the contact strip [in]."""
+TICKS = 12
+"""Orientation ticks along the path."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrialPath:
+    """One trial, in the frame of the object's start.
+
+    Raises:
+        InputError: the arrays do not belong together.
+    """
+
+    name: str
+    """Thesis name of the direction."""
+    angle_deg: float
+    """The direction [deg], counter-clockwise from +x."""
+    points_mm: Array
+    """Object positions `(N, 2)` [mm] from the start."""
+    rotation_deg: Array
+    """Object rotation `(N,)` from the start [deg], counter-clockwise."""
+    contact: NDArray[np.bool_] | None = None
+    """Whether each finger touched at each step `(T, F)`; T may differ from N."""
+    fingers: tuple[str, ...] = ()
+    """Names of the fingers; empty means finger 1, finger 2 and so on."""
+    target_mm: Array | None = None
+    """The reference path `(M, 2)` [mm]; None means straight along the direction."""
+    target_rotation_deg: float = 0.0
+    """The rotation to hold [deg]."""
+    failed: bool = False
+    """Whether the contact was lost."""
+
+    def __post_init__(self) -> None:
+        """Check the shapes once, where the trial is made."""
+        check_points(self.points_mm, f"path of trial {self.name!r}")
+        if self.target_mm is not None:
+            check_points(self.target_mm, f"target of trial {self.name!r}")
+        if np.shape(self.rotation_deg) != (len(self.points_mm),):
+            raise InputError(
+                f"rotation of trial {self.name!r} has shape {np.shape(self.rotation_deg)} for "
+                f"{len(self.points_mm)} points: give one angle [deg] per point"
+            )
+        if self.contact is not None:
+            check_contact(self.contact, self.fingers)
+
+
+def check_contact(contact: NDArray[np.bool_], fingers: tuple[str, ...]) -> None:
+    """Check that contacts are `(T, F)` and that there is a name for each finger, or none at all.
+
+    Raises:
+        InputError: they are not.
+    """
+    if np.ndim(contact) != 2:
+        raise InputError(
+            f"contact has shape {np.shape(contact)}; it must be (T, F): one row per step, a column per finger"
+        )
+    if fingers and len(fingers) != np.shape(contact)[1]:
+        raise InputError(
+            f"{len(fingers)} finger names given for {np.shape(contact)[1]} columns of contact: give as many"
+        )
+
+
+def path_figure(
+    trial: TrialPath, *, outline: SceneOutline | None = None, title: str = "", subtitle: str = ""
+) -> Figure:
+    """Return the figure of one trial: path, lateral and rotation over progress, contact over time.
+
+    Args:
+        trial: What happened.
+        outline: The hand and the object at the start, drawn faintly behind the path.
+        title: First line.
+        subtitle: Second line, smaller.
+    """
+    fingers = 0 if trial.contact is None else np.shape(trial.contact)[1]
+    strip = 0.6 + ROW_IN * fingers if fingers else 0.0
+    plots = strip + 0.55
+    below = plots + 2 * PLOT_IN + GAP_IN + 0.65
+    figure = new_figure(LEFT_IN + PATH_IN + 1.6, below + PATH_IN + heading_height(title, subtitle))
+    ax = figure.add_axes(axes_box(figure, (LEFT_IN, below, PATH_IN, PATH_IN)))
+    draw_path(ax, trial, outline=outline)
+    width = PATH_IN + 1.4
+    rotation = figure.add_axes(axes_box(figure, (LEFT_IN, plots, width, PLOT_IN)))
+    lateral = figure.add_axes(axes_box(figure, (LEFT_IN, plots + PLOT_IN + GAP_IN, width, PLOT_IN)), sharex=rotation)
+    draw_deviations(lateral, rotation, trial)
+    if trial.contact is not None and fingers:
+        strip_ax = figure.add_axes(axes_box(figure, (LEFT_IN, 0.5, width, ROW_IN * fingers)))
+        draw_contact(strip_ax, trial.contact, trial.fingers)
+    write_heading(figure, title, subtitle)
+    full_width, height = figure.get_size_inches()
+    corner = ((LEFT_IN + PATH_IN + 0.12) / full_width, (below + PATH_IN) / height)
+    add_legend(figure, _handles(trial, outline), corner, columns=1, loc="upper left")
+    return figure
+
+
+def draw_path(ax: Axes, trial: TrialPath, *, outline: SceneOutline | None = None) -> None:
+    """Draw the path against its target on equal axes in mm, with ticks that turn with the object.
+
+    A tick stands across the target where the object has not turned, whatever the direction, so that a tilted
+    tick is a turned object.
+    """
+    extent = _extent(trial, outline)
+    show_extent(ax, extent)
+    if outline is not None:
+        draw_scene(ax, outline, FAINT)
+    colour = direction_colour(trial.angle_deg)
+    ax.plot(*_target(trial).T, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
+    for start, end in orientation_ticks(trial, 0.028 * (extent[1] - extent[0])):
+        ax.plot(*np.stack([start, end]).T, color=darker(colour, 0.4), linewidth=1.2, zorder=2.8)
+    ax.plot(*trial.points_mm.T, color=colour, linewidth=2.2, solid_capstyle="round", zorder=3.0)
+    ax.plot(0, 0, marker="o", markersize=3.6, color=INK, linestyle="none", zorder=4.5)
+    finite = trial.points_mm[np.isfinite(trial.points_mm).all(axis=1)]
+    if trial.failed and len(finite):
+        mark = ax.plot(
+            *finite[-1], marker="x", markersize=CROSS_POINTS, markeredgewidth=1.8, linestyle="none", zorder=5
+        )
+        mark[0].set_color(darker(colour, 0.4))
+
+
+def draw_deviations(lateral: Axes, rotation: Axes, trial: TrialPath) -> None:
+    """Draw the lateral part [mm] and the rotation [deg] over the progress along the direction [mm]."""
+    along = unit(np.deg2rad(trial.angle_deg))
+    progress, aside = trial.points_mm @ along, trial.points_mm @ perpendicular(along)
+    colour = direction_colour(trial.angle_deg)
+    dress_axes(lateral, "", "lateral [mm]")
+    dress_axes(rotation, "progress [mm]", "rotation [°]")
+    lateral.tick_params(labelbottom=False)
+    for ax, values, wanted, least in (
+        (lateral, aside, 0.0, 5.0),
+        (rotation, trial.rotation_deg, trial.target_rotation_deg, 10.0),
+    ):
+        ax.axhline(wanted, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
+        ax.plot(progress, values, color=colour, linewidth=1.8, zorder=3.0)
+        reach = [abs(float(value) - wanted) for value in values if np.isfinite(value)]
+        half = 1.15 * max([least, *reach])
+        ax.set_ylim(wanted - half, wanted + half)
+    finite = progress[np.isfinite(progress)]
+    low, high = float(np.min(finite, initial=0.0)), float(np.max(finite, initial=10.0))
+    lateral.set_xlim(low - 0.02 * (high - low) - 0.5, high + 0.02 * (high - low) + 0.5)
+
+
+def draw_contact(ax: Axes, contact: NDArray[np.bool_], fingers: tuple[str, ...] = ()) -> None:
+    """Draw one bar per finger over the steps, filled while it touched, the first finger on top.
+
+    Raises:
+        InputError: contact is not `(T, F)`, or the names do not match it.
+    """
+    check_contact(contact, fingers)
+    steps, count = contact.shape
+    names = fingers or tuple(f"finger {number + 1}" for number in range(count))
+    dress_axes(ax, "step")
+    ax.grid(visible=False)
+    ax.spines["left"].set_visible(False)
+    for row in range(count):
+        ax.broken_barh([(0, steps)], (row + 0.15, 0.7), facecolor="#eceff2", zorder=1.0)
+        ax.broken_barh(true_runs(contact[:, row]), (row + 0.15, 0.7), facecolor=INK, alpha=0.8, zorder=2.0)
+    ax.set_ylim(count, 0)
+    ax.set_xlim(0, max(steps, 1))
+    ax.set_yticks([row + 0.5 for row in range(count)], names)
+
+
+def orientation_ticks(trial: TrialPath, half_mm: float) -> list[tuple[Array, Array]]:
+    """Return both ends `(2,)` [mm] of short ticks, evenly spaced along the arc of the path.
+
+    Args:
+        trial: The trial; rows with NaN are left out.
+        half_mm: Half the length of a tick [mm].
+    """
+    finite = np.isfinite(trial.points_mm).all(axis=1) & np.isfinite(trial.rotation_deg)
+    points, turned = trial.points_mm[finite], trial.rotation_deg[finite]
+    if len(points) == 0:
+        return []
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    chosen = np.unique(np.searchsorted(arc, np.linspace(0.0, arc[-1], TICKS)))
+    if trial.failed:
+        chosen = chosen[:-1]  # the cross stands there
+    across = perpendicular(unit(np.deg2rad(trial.angle_deg)))
+    half = half_mm * rotate(np.deg2rad(turned[chosen]), across)
+    return [(point - side, point + side) for point, side in zip(points[chosen], half, strict=True)]
+
+
+def _target(trial: TrialPath) -> Array:
+    """Return the reference `(M, 2)` [mm]: the given one, or a straight line as long as the farthest progress."""
+    if trial.target_mm is not None:
+        return trial.target_mm
+    along = unit(np.deg2rad(trial.angle_deg))
+    progress = trial.points_mm @ along
+    length = float(np.max(progress[np.isfinite(progress)], initial=10.0))
+    return np.stack([np.zeros(2), length * along])
+
+
+def _extent(trial: TrialPath, outline: SceneOutline | None) -> Extent:
+    """Return a square around path and target, and around the object too where it is drawn [mm]."""
+    drawn = [trial.points_mm, _target(trial), np.zeros((1, 2))]
+    if outline is not None:
+        drawn.append(np.asarray(outline.object, dtype=float) - outline.origin_mm)
+    left, right, bottom, top = extent_of(np.concatenate(drawn), 8.0, least_mm=25.0)
+    half = max(right - left, top - bottom) / 2
+    x, y = (left + right) / 2, (bottom + top) / 2
+    return x - half, x + half, y - half, y + half
+
+
+def _handles(trial: TrialPath, outline: SceneOutline | None) -> list[Artist]:
+    """Return the legend: only what this trial shows."""
+    colour = direction_colour(trial.angle_deg)
+    handles: list[Artist] = [
+        Line2D([], [], color=colour, linewidth=2.2, label=trial.name),
+        Line2D([], [], color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), label="target"),
+        Line2D([], [], color=darker(colour, 0.4), linestyle="none", marker="|", markersize=8, label="object's heading"),
+    ]
+    if trial.failed:
+        handles.append(
+            Line2D([], [], color=darker(colour, 0.4), linestyle="none", marker="x", markersize=6, label="contact lost")
+        )
+    if outline is not None:
+        handles.append(Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label="object at start"))
+    if trial.contact is not None:
+        handles.append(Patch(facecolor=INK, alpha=0.8, label="finger touches"))
+    return handles

@@ -1,1 +1,0 @@
-"""Learning: networks, replay, DDPGfD and the loop that trains."""

@@ -1,1 +1,0 @@
-"""What people draw, and the sequence of primitives that traces it in the hand."""

@@ -1,1 +1,0 @@
-"""Questions asked of many runs: a sweep over hands and objects."""

@@ -1,0 +1,1 @@
+"""Drawings and tasks as sequences of primitives: plan, follow, measure, draw, tell."""

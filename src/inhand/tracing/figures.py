@@ -1,0 +1,339 @@
+"""Paths of the object over the plans that they follow, and how far off they were along the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+from matplotlib.patheffects import withStroke
+
+from inhand.control.scenes import scene_at
+from inhand.geometry import Array, planar, transform
+from inhand.hands.objects import polygon
+from inhand.plots.asterisk import add_legend
+from inhand.plots.replay import WALL, wall_patch
+from inhand.plots.shapes import FAINT, Extent, draw_scene, extent_of, show_extent
+from inhand.plots.style import (
+    INK,
+    LABEL_POINTS,
+    MUTED,
+    Inches,
+    axes_box,
+    darker,
+    dress_axes,
+    heading_height,
+    new_figure,
+    series_look,
+    write_heading,
+)
+from inhand.sim.walls import Wall
+from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.plan import Plan
+from inhand.tracing.run import TraceSetup
+from inhand.tracing.trace import Trace, deviations
+
+MOST_PANELS = 4
+"""Trials that get a panel each where every trial has a plan of its own."""
+MOST_COLOURS = 6
+"""Trials with a colour each; of more, all but the first share one."""
+ONE_IN, SEVERAL_IN = 4.7, 2.9
+"""Width of the one panel, and of one of several [in]."""
+LEFT_IN, GAP_IN, LEGEND_IN, PLOT_IN = 0.75, 0.25, 2.2, 1.15
+"""Left margin, room between panels, width of the legend, and height of the axes below [in]."""
+LEAST_TURN = 5.0
+"""Rotation that is shown at least, each way [deg]."""
+FAR_MM = 25.0
+"""How far beyond its plan a path is shown [mm]: an object that was thrown goes on."""
+TALLEST = 1.1
+"""Largest height of a panel, as a share of its width."""
+TURNED = 1e-6
+"""An object is turned by more than this [rad]."""
+MOST_TURNED = 4
+"""Turned places of the object on a plan that are outlined."""
+BAND, BANDS = "#c3ccd5", (5.6, 3.2)
+"""The planned line: its colour, and its widths in a panel of several trials and of one [pt]."""
+OTHERS = "#7fa8c9"
+"""Trials that have no colour of their own."""
+DASHES: tuple[int, tuple[float, float]] = (0, (4.0, 3.0))
+Marker = Literal["x", "+", "1", "2", "3", "X"]
+MARKS: dict[str, Marker] = {
+    "lost a finger": "x",
+    "left its path": "+",
+    "stuck": "1",
+    "grip ends": "2",
+    "gave up": "3",
+    "object lost": "X",
+}
+"""Crosses of what goes wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """One trial as it is drawn."""
+
+    followed: Followed
+    """What it left."""
+    trace: Trace
+    """What it reached."""
+    points_mm: Array
+    """Object positions in the manipulation phase `(M, 2)` [mm] from the object's start."""
+    colour: str
+    """Its colour."""
+    first: bool
+    """Whether it is drawn stronger."""
+    alone: bool = False
+    """Whether it has a panel of its own."""
+
+    @property
+    def line_points(self) -> float:
+        """Width of its lines [pt]: a strong first one, with the others as thin lines on top of it."""
+        if self.alone:
+            return 1.1
+        return 2.2 if self.first else 0.8
+
+    @property
+    def layer(self) -> float:
+        """Layer of its lines."""
+        return 3.0 if self.first else 3.2
+
+    @property
+    def faults(self) -> list[tuple[str, Array]]:
+        """What went wrong, and where `(2,)` [mm] from the object's start."""
+        origin = start_of(self.followed.trial.passport.hand)[:2]
+        found = [(event.what, 1e3 * (np.array(event.place) - origin)) for event in self.followed.events]
+        if self.trace.dropped and len(self.points_mm):
+            found.append(("object lost", self.points_mm[-1]))
+        return found
+
+
+def trace_figure(
+    setup: TraceSetup, followed: Sequence[Followed], traces: Sequence[Trace], title: str = "", subtitle: str = ""
+) -> Figure:
+    """Return the figure of a run: every path over its plan, below them the error along the way, and the rotation.
+
+    Trials of one plan share a panel. Where each has its own, the first `MOST_PANELS` get a panel each.
+
+    Args:
+        setup: the run's setup.
+        followed: what its trials left.
+        traces: what they reached.
+        title: First line.
+        subtitle: Second line, smaller.
+    """
+    shared = one_plan(followed)
+    few = not shared or len(traces) <= MOST_COLOURS
+    paths = [_path(k, *each, few, not shared) for k, each in enumerate(zip(followed, traces, strict=True))]
+    panels = [paths] if shared else [[path] for path in paths[:MOST_PANELS]]
+    shown = [path for panel in panels for path in panel]
+    width = ONE_IN if len(panels) == 1 else SEVERAL_IN
+    extent = _extent(setup, shown)
+    height = width * (extent[3] - extent[2]) / (extent[1] - extent[0])
+    turns = any(leg.kind == "turn" for path in shown for leg in path.followed.plan.legs)
+    below = 0.55 + (2 if turns else 1) * (PLOT_IN + 0.6)
+    whole = len(panels) * (width + GAP_IN) - GAP_IN
+    named = 0.0 if shared else 0.25
+    size = LEFT_IN + whole + 0.2 + LEGEND_IN, below + height + named + heading_height(title, subtitle)
+    figure = new_figure(*size)
+    _draw_panels(figure, setup, panels, extent, (LEFT_IN, below, width, height))
+    _draw_errors(figure.add_axes(axes_box(figure, (LEFT_IN, below - PLOT_IN - 0.6, whole, PLOT_IN))), shown)
+    if turns:
+        _draw_turns(figure.add_axes(axes_box(figure, (LEFT_IN, 0.55, whole, PLOT_IN))), shown, shared=shared)
+    write_heading(figure, title, subtitle)
+    corner = (LEFT_IN + whole + 0.2) / size[0], (below + height) / size[1]
+    add_legend(figure, _handles(setup, shown), corner, columns=1, loc="upper left")
+    return figure
+
+
+def plan_line(plan: Plan, origin: Array) -> Array:
+    """Return the positions `(S, 2)` [mm] along a plan, approach included, from an origin `(2,)` [m]."""
+    return np.asarray(1e3 * (plan.poses()[:, :2] - origin))
+
+
+def one_plan(followed: Sequence[Followed]) -> bool:
+    """Return whether all trials of a run follow the same plan, and so share a panel."""
+    return all(each.plan.legs == followed[0].plan.legs for each in followed)
+
+
+def _path(number: int, followed: Followed, trace: Trace, few: bool, alone: bool) -> Path:
+    """Return a trial as it is drawn, in a colour of its own if it is the first or one of few."""
+    poses = planar(followed.trial.object_pose[followed.trial.manipulation])
+    points = 1e3 * (poses[:, :2] - start_of(followed.trial.passport.hand)[:2])
+    colour = series_look(number).colour if few or number == 0 else OTHERS
+    return Path(followed, trace, points, colour, number == 0, alone)
+
+
+def _extent(setup: TraceSetup, paths: Sequence[Path]) -> Extent:
+    """Return what the panels show: plans, paths unless they go far, the object at its start, and a wall [mm]."""
+    origin = start_of(setup.hand)[:2]
+    plans = np.concatenate([plan_line(path.followed.plan, origin) for path in paths])
+    far = plans.min(axis=0) - FAR_MM, plans.max(axis=0) + FAR_MM
+    drawn = [plans, 1e3 * polygon(setup.object), *(np.clip(path.points_mm, *far) for path in paths)]
+    drawn += [corners for path in paths for corners in _turned(setup, path.followed.plan)]
+    if setup.wall is not None:
+        drawn.append(wall_mm(setup.wall, origin))
+    left, right, bottom, top = extent_of(np.concatenate(drawn), 7.0, least_mm=30.0)
+    wider = max((top - bottom) / TALLEST - (right - left), 0.0) / 2
+    return left - wider, right + wider, bottom, top
+
+
+def _draw_panels(
+    figure: Figure, setup: TraceSetup, panels: Sequence[Sequence[Path]], extent: Extent, first: Inches
+) -> None:
+    """Draw panels side by side; `first` is the box of the first one."""
+    left, bottom, width, height = first
+    for number, panel in enumerate(panels):
+        place = (left + number * (width + GAP_IN), bottom, width, height)
+        ax = figure.add_axes(axes_box(figure, place))
+        _draw_panel(ax, setup, panel, extent)
+        if panel[0].alone:
+            ax.set_title(f"trial {panel[0].trace.trial}", loc="left", fontsize=LABEL_POINTS, color=INK)
+        if number:
+            ax.set_ylabel("")
+            ax.tick_params(labelleft=False)
+
+
+def _draw_panel(ax: Axes, setup: TraceSetup, paths: Sequence[Path], extent: Extent) -> None:
+    """Draw hand and object at the start, the plan that paths share, the paths, and where something went wrong."""
+    show_extent(ax, extent)
+    trial, origin = paths[0].followed.trial, start_of(setup.hand)[:2]
+    draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin), FAINT)
+    if setup.wall is not None:
+        ax.add_patch(wall_patch(wall_mm(setup.wall, origin)))
+    plan = paths[0].followed.plan
+    for corners in _turned(setup, plan):
+        ax.add_patch(
+            Polygon(corners, closed=True, fill=False, edgecolor=MUTED, linewidth=0.8, linestyle=":", zorder=1.9)
+        )
+    ends = 1e3 * (
+        np.array([leg.end[:2] for leg in plan.legs[max(plan.approach - 1, 0) :] if leg.kind != "press"]) - origin
+    )
+    ax.plot(
+        *plan_line(plan.measured(), origin).T,
+        color=BAND,
+        linewidth=BANDS[paths[0].alone],
+        solid_capstyle="round",
+        zorder=2.0,
+    )
+    if plan.approach:
+        ways = np.concatenate([[plan.legs[0].start[:2]], [leg.end[:2] for leg in plan.legs[: plan.approach]]])
+        ax.plot(*(1e3 * (ways - origin)).T, color=MUTED, linewidth=1.0, linestyle=DASHES, alpha=0.7, zorder=2.1)
+    ax.plot(*ends.T, "o", color=INK, markersize=2.4, zorder=3.6)
+    for path in reversed(paths):
+        _draw_path(ax, path)
+    ax.plot(0, 0, marker="o", markersize=4.4, color=INK, markerfacecolor="white", linestyle="none", zorder=4.5)
+
+
+def _draw_path(ax: Axes, path: Path) -> None:
+    """Draw one trial's path, its approach lighter, and a cross wherever something went wrong."""
+    begun = int(np.argmax(path.followed.legs >= path.followed.plan.approach)) if len(path.followed.legs) else 0
+    missed = not (path.followed.legs >= path.followed.plan.approach).any()
+    parts = [(path.points_mm[: len(path.points_mm) if missed else begun + 1], 0.45)]
+    if not missed:
+        parts.append((path.points_mm[begun:], 1.0))
+    for points, alpha in parts:
+        ax.plot(
+            *points.T,
+            color=path.colour,
+            alpha=alpha,
+            solid_capstyle="round",
+            linewidth=path.line_points,
+            zorder=path.layer,
+        )
+    halo = [withStroke(linewidth=3.4, foreground="white")]
+    for what, place in path.faults:
+        ax.plot(
+            *place,
+            marker=MARKS[what],
+            markersize=8.0,
+            markeredgewidth=1.8 if MARKS[what] != "X" else 0.0,
+            color=darker(path.colour, 0.3),
+            linestyle="none",
+            path_effects=halo,
+            zorder=5.0,
+        )
+
+
+def _draw_errors(ax: Axes, paths: Sequence[Path]) -> None:
+    """Draw how far each path was from its plan over the way along it."""
+    dress_axes(ax, "way along the plan [mm]", "error [mm]")
+    most, longest = 1.0, 10.0
+    for path in reversed(paths):
+        rows = deviations(path.followed)
+        ax.plot(1e3 * rows.way, 1e3 * rows.off, color=path.colour, linewidth=path.line_points, zorder=path.layer)
+        most = max(most, 1.1e3 * float(rows.off.max(initial=0.0)))
+        longest = max(longest, 1e3 * float(path.followed.plan.measured().way[-1]))
+    if not any((path.followed.legs >= path.followed.plan.approach).any() for path in paths):
+        told = "no trial came to the end of the approach"
+        ax.text(0.5, 0.45, told, transform=ax.transAxes, ha="center", color=MUTED, fontsize=LABEL_POINTS)
+    ax.set_ylim(0, most)
+    ax.set_xlim(-0.01 * longest, 1.01 * longest)
+
+
+def _draw_turns(ax: Axes, paths: Sequence[Path], *, shared: bool) -> None:
+    """Draw each object's rotation over time, and dashed where its plan wants it; of one plan the first trial's."""
+    dress_axes(ax, "time since the plan began [s]", "rotation [°]")
+    for path in reversed(paths):
+        trial = path.followed.trial
+        theta = np.rad2deg(np.unwrap(planar(trial.object_pose[trial.manipulation])[:, 2]))
+        time = np.arange(1, len(theta) + 1) * trial.passport.substeps * trial.passport.timestep
+        ax.plot(time, theta, color=path.colour, linewidth=path.line_points, zorder=path.layer)
+        if path.first or not shared:
+            wanted = [
+                path.followed.plan.legs[min(leg, len(path.followed.plan.legs) - 1)].end[2] for leg in path.followed.legs
+            ]
+            colour = MUTED if shared else path.colour
+            ax.step(time, np.rad2deg(wanted), color=colour, linewidth=1.1, linestyle=DASHES, where="post", zorder=2.5)
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, -LEAST_TURN), max(high, LEAST_TURN))
+
+
+def _turned(setup: TraceSetup, plan: Plan) -> list[Array]:
+    """Return the outlines of the object where a plan has it turned [mm]; none where those are many."""
+    there = [leg.end for leg in plan.legs if leg.kind != "press" and leg.end[:2] != plan.legs[0].start[:2]]
+    places = dict.fromkeys(place for place in there if abs(place[2]) > TURNED)
+    origin = start_of(setup.hand)[:2]
+    outlines = [1e3 * (transform(np.array(place), polygon(setup.object)) - origin) for place in places]
+    return outlines if len(outlines) <= MOST_TURNED else []
+
+
+def wall_mm(wall: Wall, origin: Array) -> Array:
+    """Return the corners `(4, 2)` [mm] of a wall from an origin `(2,)` [m]."""
+    return np.asarray(1e3 * (wall.outline - origin))
+
+
+def _handles(setup: TraceSetup, paths: Sequence[Path]) -> list[Artist]:
+    """Return the legend: only what is drawn."""
+    handles: list[Artist] = []
+    for path in paths if len(paths) <= MOST_COLOURS else paths[:2]:
+        number, rms = path.trace.trial, path.trace.rms_mm
+        rest = len(paths) > MOST_COLOURS and not path.first
+        text = (
+            f"trials 2 to {len(paths)}"
+            if rest
+            else f"trial {number}" + (f": RMS {rms:.2f} mm" if np.isfinite(rms) else "")
+        )
+        handles.append(Line2D([], [], color=path.colour, linewidth=path.line_points, label=text))
+    plans = [path.followed.plan for path in paths]
+    handles.append(Line2D([], [], color=BAND, linewidth=BANDS[paths[0].alone], label="plan"))
+    if any(plan.approach for plan in plans):
+        handles.append(Line2D([], [], color=MUTED, linewidth=1.0, linestyle=DASHES, label="approach"))
+    handles.append(Line2D([], [], color=INK, linestyle="none", marker="o", markersize=2.6, label="ends of primitives"))
+    if any(_turned(setup, plan) for plan in plans):
+        handles.append(Patch(fill=False, edgecolor=MUTED, linestyle=":", label="object turned, as planned"))
+    found = {what for path in paths for what, _ in path.faults}
+    handles += [
+        Line2D([], [], color=INK, linestyle="none", marker=mark, markersize=7, label=what)
+        for what, mark in MARKS.items()
+        if what in found
+    ]
+    if setup.wall is not None:
+        handles.append(Patch(facecolor=WALL[0], edgecolor=WALL[1], hatch="////", label="wall"))
+    handles.append(Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label="hand, object at start"))
+    return handles

@@ -1,0 +1,141 @@
+"""Run plans: place, grasp, and go through a sequence of primitives, one world for each plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.catalogue import CONTROLLERS, ControllerEntry
+from inhand.control.controller import SUBSTEPS, Controller, Task
+from inhand.control.ik import IkConfig, IkController
+from inhand.control.loop import run_episodes
+from inhand.control.phases import placed_joints, standard_phases
+from inhand.control.recording import cut_trials
+from inhand.control.trial import REACHED, STOPPED, Passport, Trial
+from inhand.geometry import Array, planar, way_along
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.tasks.paths import stacked
+from inhand.tracing.plan import Plan
+from inhand.tracing.sequencer import Repertoire, Sequencer
+from inhand.tracing.walk import Event, SequenceConfig
+from inhand.tracing.whole import Whole
+
+PUSH, GRIP = 0.8, 1.5
+"""Force of a push against a wall, and of the grip meanwhile [N]."""
+SLOWEST = 0.008
+"""Speed below which no plan is waited for [m/s]."""
+SPARE = 3.0
+"""Time beside that which each primitive may take for retries [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What one world left."""
+
+    plan: Plan
+    """Its plan."""
+    trial: Trial
+    """What was recorded; the outcome is `stopped` where the sequencer gave up."""
+    legs: NDArray[np.int64]
+    """The primitive of each row of the manipulation phase `(M,)`; the number of all where the plan was done."""
+    events: tuple[Event, ...]
+    """What went wrong on the way."""
+    come: float
+    """Way along the plan that the object has come [m]."""
+
+
+def repertoire_of(entry: ControllerEntry) -> Repertoire:
+    """Return what a controller's primitives are carried out by.
+
+    A learned policy knows straight primitives only, so twists are the expert's; so is closing the grip after a failure,
+    and pushing, where a force is commanded and not a place.
+    """
+    expert = CONTROLLERS["ik"].manipulate
+    return Repertoire(entry.manipulate, entry.manipulate if entry.policy is None else expert, _press, expert)
+
+
+def _press(task: Task) -> Controller:
+    return IkController(task, IkConfig(push=PUSH, grip=GRIP))
+
+
+def start_of(hand: HandSpec) -> Array:
+    """Return the pose `(3,)` in which the object is placed."""
+    return np.array([*hand.start_position, 0.0])
+
+
+def follow(
+    held: tuple[HandSpec, ObjectSpec],
+    entry: ControllerEntry,
+    plans: Sequence[Plan],
+    starts: Array,
+    passports: Sequence[Passport],
+    *,
+    scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    config: SequenceConfig | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+    threads: int = 0,
+) -> tuple[Followed, ...]:
+    """Take one object for each plan through it and return what each world left.
+
+    Args:
+        held: the hand and the object.
+        entry: the low-level controller, which chooses the grasp for the whole plan; a policy that was trained on a
+            whole task follows plans without a sequence.
+        plans: a plan for each world, in the palm frame, from where the object is placed.
+        starts: where each object really stands `(B, 3)` [m, m, rad].
+        passports: of the worlds' trials.
+        scenes: what surrounds them.
+        config: when primitives have arrived or failed.
+        progress: told the phase, the worlds still running and the simulated step.
+        threads: for the simulation; 0 uses every core.
+    """
+    hand, spec = held
+    poses = stacked([plan.poses() for plan in plans])
+    grasp = entry.grasp(hand, spec, poses, starts)
+    simulator = MujocoSimulator(hand, [spec] * len(plans), scenes, threads)
+    task = task_of(simulator, poses - poses[:, :1])
+    driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
+    phases = standard_phases(grasp, lambda _: driver, longest=max(map(_longest, plans)))
+    start = simulator.reset(starts, placed_joints(hand, grasp))
+    recording = run_episodes(simulator, task, phases, start, progress)
+    trials = cut_trials(recording, phases, passports, task.paths)
+    legs = np.array(driver.legs).reshape(-1, len(plans))
+    return tuple(_followed(plans[k], trials[k], driver, (k, legs[:, k])) for k in range(len(plans)))
+
+
+def _driver(
+    task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
+) -> Sequencer | Whole:
+    """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
+    if entry.policy is not None and entry.policy.task:
+        return Whole(task, plans, entry.policy)
+    return Sequencer(task, plans, repertoire_of(entry), config)
+
+
+def task_of(simulator: MujocoSimulator, paths: Array) -> Task:
+    """Return the task of a batch that follows paths `(B, S, 3)`, decided on every `SUBSTEPS` physics steps."""
+    step = simulator.timestep
+    return Task(simulator.hand, simulator.objects, paths, way_along(paths), SUBSTEPS * step, step)
+
+
+def _followed(plan: Plan, trial: Trial, driver: Sequencer | Whole, mine: tuple[int, NDArray[np.int64]]) -> Followed:
+    """Return what one world left, up to its last row; `mine` is its number and its primitives."""
+    rows = trial.manipulation
+    if rows.stop <= rows.start:
+        return Followed(plan, trial, np.zeros(0, dtype=np.int64), (), 0.0)
+    x, y, theta = planar(trial.object_pose[-1]).tolist()
+    end = driver.end_of(mine[0], (x, y, theta))
+    if trial.outcome == REACHED and not end.done:
+        trial = replace(trial, outcome=STOPPED)
+    return Followed(plan, trial, mine[1][: rows.stop - rows.start], end.events, end.come)
+
+
+def _longest(plan: Plan) -> float:
+    """Return the time after which a plan is not waited for any more [s]."""
+    return float(plan.way[-1] / SLOWEST + sum(leg.stay + SPARE for leg in plan.legs))

@@ -1,0 +1,121 @@
+"""The report of a trace: its figure, a replay and a Markdown page."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from inhand.control.scenes import scene_at
+from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.plots.replay import write_replay
+from inhand.plots.save import save_figure
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
+from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.run import TraceSetup
+from inhand.tracing.table import faults, trace_rows, what_was_done
+from inhand.tracing.trace import Trace
+
+FRAME_STEPS = 2
+"""Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row),"""
+MOST_FRAMES = 300
+"""and more where it would have more frames than this."""
+
+
+@dataclass(frozen=True, eq=False)
+class TraceRun:
+    """A finished run."""
+
+    config: TraceConfig
+    """What was run."""
+    setup: TraceSetup
+    """Its plans and surroundings."""
+    followed: tuple[Followed, ...]
+    """What its trials left."""
+    traces: tuple[Trace, ...]
+    """What they reached, in the same order."""
+    notes: tuple[str, ...]
+    """What a reader should know, a sentence each."""
+
+
+def write_trace(run: TraceRun, folder: Path) -> None:
+    """Write figures, replay and `report.md` of a run into its folder."""
+    figures = folder / "figures"
+    config, count = run.config, len(run.traces)
+    part = f"the first {MOST_PANELS} of " if count > MOST_PANELS and not one_plan(run.followed) else ""
+    subtitle = f"{config.object}, {config.hand}; {part}{count} trial{'s' if count > 1 else ''}"
+    figure = trace_figure(run.setup, run.followed, run.traces, what_was_done(run.setup), subtitle)
+    save_figure(figure, figures / "trace.png")
+    pictures = [Picture("Paths of the object over its plan, and how far off they were", "figures/trace.png")]
+    if len(run.followed[0].trial.time):
+        pictures.append(_replay(run, figures))
+    (folder / "report.md").write_text("\n".join(_page(run, pictures)), encoding="utf-8")
+
+
+def _replay(run: TraceRun, figures: Path) -> Picture:
+    """Draw the first trial; a long one faster than it was."""
+    followed, wall, origin = run.followed[0], run.setup.wall, start_of(run.setup.hand)[:2]
+    trial = followed.trial
+    step = max(FRAME_STEPS, -(-len(trial.time) // MOST_FRAMES))
+    rows = list(range(0, len(trial.time), step))
+    speed = f", {step / FRAME_STEPS:g} x as fast" if step > FRAME_STEPS else ""
+    write_replay(
+        [scene_at(trial, row, origin) for row in rows],
+        1e3 * (trial.object_pose[rows, :2] - origin),
+        figures / "replay.gif",
+        title=f"{followed.plan.name}, trial {trial.passport.trial}{speed}",
+        target_path_mm=plan_line(followed.plan, origin),
+        contact=trial.touching[rows],
+        wall_mm=None if wall is None else wall_mm(wall, origin),
+        texts=[_told(followed, row) for row in rows],
+    )
+    return Picture(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
+
+
+def _told(followed: Followed, row: int) -> str:
+    """Return what is done in a row of a trial."""
+    trial, count = followed.trial, len(followed.plan.legs)
+    number = row - trial.manipulation.start
+    if number < 0 or number >= len(followed.legs):
+        return trial.phases[int(trial.phase[row])]
+    return f"primitive {min(int(followed.legs[number]) + 1, count)} of {count}"
+
+
+def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    config, setup, plan = run.config, run.setup, run.setup.plans[0]
+    words, noise = (
+        shlex.join(["inhand", "trace", *options(config)]),
+        f"{config.noise_mm:g} mm and {config.noise_deg:g} deg",
+    )
+    way = 1e3 * float(np.mean([each.measured().way[-1] for each in setup.plans]))
+    sentences = faults(setup, run.followed, run.traces)
+    return [
+        f"# {what_was_done(setup)}: {config.object} with {config.hand}",
+        "",
+        f"{config.trials} trial(s) of {len(plan.legs)} primitives, {plan.approach} of them an approach, then"
+        f" {way:.0f} mm of way; start noise {noise} (standard deviations), seed"
+        f" {config.seed}.",
+        "",
+        "Done is the share of the way that was come after the approach. RMS, Max and Fréchet are distances of the"
+        " object's path from the plan, Turn its largest angle from it, all after the approach; Time counts from there."
+        " Failures are primitives that failed and were tried again, or not.",
+        *([" Pushed is the longest time against the wall, held by both fingers."] if setup.wall else []),
+        "",
+        *table_lines(*trace_rows(run.traces)),
+        "",
+        *(_failed(sentences) if sentences else ["Every trial followed its plan to the end without a failure.", ""]),
+        *[f"* {note}" for note in run.notes],
+        "",
+        "## Figures",
+        "",
+        *picture_lines(pictures),
+        *again_lines(words),
+    ]
+
+
+def _failed(sentences: list[str]) -> list[str]:
+    return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]

@@ -1,0 +1,206 @@
+"""Run `inhand trace`: a drawing or a task becomes plans, which are checked against the hand's reach and followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.control.catalogue import ControllerEntry, find_controller
+from inhand.control.controller import SUBSTEPS
+from inhand.control.draws import check_draws
+from inhand.control.policy import check_joints
+from inhand.control.trial import Passport
+from inhand.errors import InputError, near_matches
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import check_fit
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.walls import Wall
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.drawings import SHAPES, Drawing, find_drawing, larger_side, scaled
+from inhand.tracing.fit import carried, fit_of, largest, reached, refusal
+from inhand.tracing.follow import Followed, follow, start_of
+from inhand.tracing.plan import Plan, plan_along
+from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
+from inhand.tracing.trace import Trace, trace_of
+from inhand.versions import versions
+
+SHARE = 0.6
+"""Share of the reachable size that a drawing without a size gets."""
+Told = Callable[[str, int, int], None]
+"""Told what is being done, how far it is, and how far it has to go."""
+
+
+@dataclass(frozen=True, eq=False)
+class TraceSetup:
+    """Everything a run needs, checked before anything is written."""
+
+    hand: HandSpec
+    """The hand."""
+    object: ObjectSpec
+    """The object."""
+    controller: ControllerEntry
+    """The low-level controller."""
+    plans: tuple[Plan, ...]
+    """The plan of each trial."""
+    task: SequenceTask | None
+    """The task, None where a drawing is traced."""
+    size: float | None
+    """Larger side of the drawing [m], None of a task."""
+    notes: tuple[str, ...]
+    """What a reader should know, a sentence each."""
+
+    @property
+    def wall(self) -> Wall | None:
+        """The wall that the object is to be pushed against, if any."""
+        task = self.task
+        return None if task is None or task.wall is None else task.wall((self.hand, self.object))
+
+
+def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
+    """Return a run's setup.
+
+    Args:
+        config: what to run.
+        told: told how the search for the reachable size goes.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run; of a drawing that is too large it says which part
+            lies outside of the hand's reach, and the largest that fits.
+    """
+    if config.trials < 1:
+        raise InputError(f"--trials {config.trials}: give at least one trial")
+    check_draws(config)
+    held = load_hand(config.hand), load_object(config.object)
+    entry = find_controller(config.controller)
+    check_fit(*held)
+    if entry.policy is not None:
+        check_joints(entry.policy, held[0])
+    notes = () if entry.policy is None else ("The policy moves; twists and recoveries are the expert's (`ik`).",)
+    if config.path in TASKS:
+        task = TASKS[config.path]
+        if config.size is not None or config.scale:
+            raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
+        draws = [
+            (np.random.default_rng((config.seed, k)), f"task {task.name}, trial {k + 1}") for k in range(config.trials)
+        ]
+        plans = tuple(fitting_plan(task, held, rng, name, told) for rng, name in draws)
+        return TraceSetup(*held, entry, plans, task, None, notes)
+    drawing, more = _sized(config, held, find_path(config.path), told)
+    plan = plan_of(held, drawing)
+    return TraceSetup(*held, entry, (plan,) * config.trials, None, larger_side(drawing), (*notes, *more))
+
+
+def find_path(text: str) -> Drawing:
+    """Return the drawing that `--path` names.
+
+    Raises:
+        InputError: there is none; the text offers near matches, tasks among them.
+    """
+    try:
+        return find_drawing(text)
+    except InputError as error:
+        near = near_matches(text, (*TASKS, *SHAPES))
+        if "unknown drawing" not in str(error):
+            raise
+        raise InputError(
+            f"unknown --path {text!r}{near}; allowed are {', '.join(SHAPES)}, a letter A to Z, an .svg or .csv file,"
+            f" and the tasks {', '.join(TASKS)}"
+        ) from error
+
+
+def plan_of(held: tuple[HandSpec, ObjectSpec], drawing: Drawing) -> Plan:
+    """Return the plan that traces a drawing with a size about the object's start."""
+    start = start_of(held[0])
+    return plan_along(drawing.name, start + drawing.poses, start)
+
+
+def reachable_size(held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: Told | None = None) -> float:
+    """Return the largest size of a drawing that lies inside the hand's reach [m]."""
+    return largest(
+        lambda size: reached(held, plan_of(held, scaled(drawing, size))),
+        None if told is None else lambda size: told(f"reach of {drawing.name}, {1e3 * size:.0f} mm", 0, 1),
+    )
+
+
+def simulate_trace(
+    config: TraceConfig, setup: TraceSetup, progress: Told | None = None, threads: int = 0
+) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
+    """Follow every plan at once; return what each trial left and reached, in their order."""
+    held = setup.hand, setup.object
+    scene = SceneSpec() if setup.task is None else setup.task.scene(held)
+    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
+    noise = np.random.default_rng(config.seed).standard_normal((config.trials, 3))
+    found = follow(
+        held,
+        setup.controller,
+        setup.plans,
+        start_of(setup.hand) + spread * noise,
+        _passports(config, setup, scene.timestep),
+        scenes=scene,
+        progress=progress,
+        threads=threads,
+    )
+    return found, tuple(trace_of(each, setup.wall) for each in found)
+
+
+def _sized(
+    config: TraceConfig, held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: Told | None
+) -> tuple[Drawing, tuple[str, ...]]:
+    """Return the drawing at the size that is to be traced, and what a reader should know of that."""
+    if config.size is not None:
+        if not (np.isfinite(config.size) and config.size > 0):
+            raise InputError(f"--size {config.size:g}: give a positive size in mm")
+        drawing = scaled(drawing, config.size / 1e3)
+    elif not drawing.sized:
+        most = reachable_size(held, drawing, told)
+        if most == 0:
+            raise InputError(
+                f"no size of {drawing.name} lies inside the reach of hand {config.hand!r}; use another hand"
+            )
+        return scaled(drawing, SHARE * most), (
+            f"Size {1e3 * SHARE * most:.0f} mm is {100 * SHARE:.0f} % of the reachable {1e3 * most:.0f} mm.",
+        )
+    fit = fit_of(held, plan_of(held, drawing))
+    if fit.fits:
+        return drawing, ()
+    most = largest(
+        lambda size: _fits(held, plan_of(held, scaled(drawing, size))),
+        None if told is None else lambda size: told(f"largest {drawing.name}, {1e3 * size:.0f} mm", 0, 1),
+    )
+    if config.scale and most > 0:
+        return scaled(drawing, most), (
+            f"Scaled from {1e3 * larger_side(drawing):.0f} to {1e3 * most:.0f} mm, the largest that fits.",
+        )
+    fits = f"the largest that fits is {1e3 * most:.0f} mm: give --size {1e3 * most:.0f} or less, or --scale"
+    none = "and no size of it fits: use another path, hand or object"
+    name = f"{drawing.name} of {1e3 * larger_side(drawing):.0f} mm"
+    raise refusal(name, fit, start_of(held[0]), fits if most > 0 else none)
+
+
+def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:
+    return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)
+
+
+def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[Passport]:
+    found = versions()
+    return [
+        Passport(
+            hand=setup.hand,
+            object=setup.object,
+            controller=setup.controller.name,
+            primitive=plan.name,
+            angle_deg=None,
+            rotation_deg=0.0,
+            path=plan.name,
+            trial=number,
+            seed=config.seed,
+            substeps=SUBSTEPS,
+            timestep=timestep,
+            versions=found,
+        )
+        for number, plan in enumerate(setup.plans, start=1)
+    ]

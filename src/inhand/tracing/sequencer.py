@@ -1,0 +1,177 @@
+"""High-level control: every world goes through its plan, one primitive of a low-level controller after another.
+
+To the loop the sequencer is a controller like any other. Worlds do not wait for each other; those that start a
+primitive at the same decision share one low-level controller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import Controller, Task
+from inhand.control.follow import follow_limit
+from inhand.control.ik import IkConfig
+from inhand.geometry import Array, way_along, wrap_angle
+from inhand.sim.state import State, select
+from inhand.tracing.plan import STEP, Plan
+from inhand.tracing.walk import Event, Pose, Request, SequenceConfig, Walk
+
+
+@dataclass(frozen=True)
+class Repertoire:
+    """The low-level controllers that carry primitives out."""
+
+    move: Callable[[Task], Controller]
+    """Carries the object straight on."""
+    turn: Callable[[Task], Controller]
+    """Turns it on the spot."""
+    press: Callable[[Task], Controller]
+    """Pushes it on against what resists, no harder than the grip holds."""
+    hold: Callable[[Task], Controller]
+    """Closes the grip and holds the object where it is, when something went wrong."""
+
+    def maker(self, what: str) -> Callable[[Task], Controller]:
+        """Return what makes the controller of a kind of primitive."""
+        made: Callable[[Task], Controller] = getattr(self, what)
+        return made
+
+
+@dataclass(frozen=True)
+class End:
+    """How one world's plan ended."""
+
+    done: bool
+    """Whether all of it was done."""
+    come: float
+    """Way along it that the object has come [m]."""
+    events: tuple[Event, ...]
+    """What went wrong on the way."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Worlds that started a primitive together."""
+
+    controller: Controller
+    worlds: NDArray[np.int64]
+
+
+class Sequencer:
+    """Takes every world through its plan."""
+
+    def __init__(
+        self, task: Task, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
+    ) -> None:
+        """Take worlds through plans, one each, given in the palm frame.
+
+        Args:
+            task: hand, objects and periods of the batch.
+            plans: a plan for each world.
+            repertoire: what carries the primitives out.
+            config: when they have arrived or failed.
+        """
+        self._task, self._repertoire = task, repertoire
+        config = config or SequenceConfig()
+        self.walks = [Walk(plan, config, task.control_period) for plan in plans]
+        """The way of each world through its plan."""
+        self.legs: list[NDArray[np.int64]] = []
+        """The primitive that each world was on, at every decision `(T, B)`."""
+
+    def begin(self, state: State) -> None:
+        """Start every plan from where the object is."""
+        every = np.arange(state.n_worlds)
+        self._groups: dict[int, _Group] = {}
+        self._group = np.full(state.n_worlds, -1)
+        self._made = 0
+        self._predict(state, every)
+        poses = _poses(state)
+        self._start(state, {world: walk.begin(poses[world]) for world, walk in enumerate(self.walks)})
+
+    def act(self, state: State) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        rested = [world for world, walk in enumerate(self.walks) if walk.rested]
+        if rested:
+            self._predict(state, np.array(rested))
+        both = np.asarray(state.touching.all(axis=-1))
+        requests = {
+            world: self.walks[world].decide(pose, touching=bool(both[world]))
+            for world, pose in enumerate(_poses(state))
+        }
+        self._start(state, {world: asked for world, asked in requests.items() if asked is not None})
+        self.legs.append(np.array([walk.leg for walk in self.walks]))
+        targets = np.empty_like(state.targets)
+        for number, group in self._groups.items():
+            mine = self._group[group.worlds] == number
+            targets[group.worlds[mine]] = group.controller.act(select(state, group.worlds))[mine]
+        return targets
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have come to the end of their plan or have stopped for good `(B,)`."""
+        del state
+        return np.array([walk.ended for walk in self.walks])
+
+    def end_of(self, world: int, pose: Pose) -> End:
+        """Return how one world's plan ended, its object last seen at a pose."""
+        walk = self.walks[world]
+        return End(walk.mode == "done", walk.come(pose), tuple(walk.events))
+
+    def _predict(self, state: State, worlds: NDArray[np.int64]) -> None:
+        """Predict how far along the rest of its plan the grip of each of some worlds will carry its object."""
+        poses, rest, begins = _poses(state), [], []
+        for world in worlds.tolist():
+            walk, pose = self.walks[world], poses[world]
+            come = walk.come(pose)
+            left = walk.plan.poses_from(come)
+            rest.append(np.concatenate([[pose], left]) - pose)
+            begins.append(come)
+        longest = max(map(len, rest))
+        paths = np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in rest])
+        progress = way_along(paths)
+        task = replace(
+            self._task, objects=tuple(self._task.objects[world] for world in worlds), paths=paths, progress=progress
+        )
+        config = IkConfig()
+        limit = follow_limit(task, select(state, worlds), config.friction_share, config.margin)
+        for world, begin, way, found in zip(worlds.tolist(), begins, progress, limit, strict=True):
+            whole = found >= way[-1] - STEP / 10
+            self.walks[world].limit = np.inf if whole else begin + max(float(found - way[1]), 0.0)
+
+    def _start(self, state: State, requests: dict[int, Request]) -> None:
+        """Start the primitives that are asked for, one controller for all of one kind."""
+        for what in ("move", "turn", "press", "hold"):
+            worlds = np.array([world for world, asked in requests.items() if asked.what == what], dtype=np.int64)
+            if len(worlds) == 0:
+                continue
+            task = self._primitive(worlds, [requests[world] for world in worlds.tolist()])
+            controller = self._repertoire.maker(what)(task)
+            controller.begin(select(state, worlds))
+            self._groups[self._made] = _Group(controller, worlds)
+            self._group[worlds] = self._made
+            self._made += 1
+        used = set(self._group.tolist())
+        self._groups = {number: group for number, group in self._groups.items() if number in used}
+
+    def _primitive(self, worlds: NDArray[np.int64], asked: Sequence[Request]) -> Task:
+        """Return the task of carrying some worlds' objects straight from one pose to another."""
+        start = np.array([request.start for request in asked])
+        relative = np.array([request.end for request in asked]) - start
+        relative[:, 2] = wrap_angle(relative[:, 2])
+        longest = way_along(np.stack([np.zeros_like(relative), relative], axis=1))[:, -1].max()
+        paths = np.linspace(0.0, 1.0, max(int(np.ceil(longest / STEP)), 1) + 1)[:, None] * relative[:, None]
+        progress = way_along(paths)
+        return replace(
+            self._task,
+            objects=tuple(self._task.objects[world] for world in worlds),
+            paths=paths,
+            progress=progress,
+            distance=progress[:, -1],
+            start=start,
+        )
+
+
+def _poses(state: State) -> list[Pose]:
+    return [(x, y, theta) for x, y, theta in state.pose.tolist()]

@@ -1,0 +1,203 @@
+"""Tasks beyond paths: plans drawn for a hand and an object, what surrounds them, and when they are done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from inhand.errors import InputError, near_matches
+from inhand.geometry import Array
+from inhand.hands.objects import polygon
+from inhand.sim.model import SceneSpec
+from inhand.sim.walls import Wall
+from inhand.tasks.primitives import TRAIN, UNSEEN
+from inhand.tasks.reach import limits
+from inhand.tracing.drawings import find_drawing, scaled
+from inhand.tracing.fit import Fit, Held, fit_of, refusal
+from inhand.tracing.follow import start_of
+from inhand.tracing.plan import Leg, Plan, plan_along
+
+SHARE = 0.5
+"""Share of the hand's reach in which goals and way-points are drawn."""
+TOUR = 50
+"""Way-points of the tour."""
+TURNS = np.deg2rad(15.0)
+"""Largest angle of a goal pose [rad]."""
+KEY_WAY, KEY_TURN = 0.020, float(np.deg2rad(30.0))
+"""How far the key is moved out [m], and how far it is turned there [rad]."""
+WALL_WAY, WALL_BEFORE, WALL_BEYOND = 0.025, 0.001, 0.004
+"""How far the wall stands in front of the object's face, where the push begins before it, and how far beyond the push
+aims [m]."""
+WALL_STAY, POSE_STAY, KEY_STAY = 1.5, 1.0, 0.5
+"""Times for which the object is pushed against the wall, held at a goal pose and held turned [s]."""
+
+DRAWS = 10
+"""Plans of a task that are drawn, until one grip carries the object through."""
+
+
+@dataclass(frozen=True)
+class SequenceTask:
+    """Something to do that is more than a path."""
+
+    name: str
+    """What the command line calls it."""
+    summary: str
+    """One sentence for lists."""
+    plan: Callable[[Held, np.random.Generator], Plan]
+    """Draws a plan, in the palm frame, for an object at its start."""
+    wall: Callable[[Held], Wall] | None = None
+    """What stands in the way."""
+
+    def scene(self, held: Held) -> SceneSpec:
+        """Return what surrounds the hand and the object."""
+        return SceneSpec(walls=() if self.wall is None else (self.wall(held),))
+
+
+def draw_points(held: Held, count: int, rng: np.random.Generator, share: float = SHARE) -> Array:
+    """Return positions `(count, 2)` [m] from the object's start, spread evenly over a share of the hand's reach."""
+    found = limits(*held, (*TRAIN, *UNSEEN))
+    angles = np.array([limit.primitive.angle for limit in found]) % (2 * np.pi)
+    reach = np.array([limit.distance for limit in found])
+    order = np.argsort(angles)
+    points = np.empty((0, 2))
+    while len(points) < count:
+        drawn = reach.max() * rng.uniform(-1.0, 1.0, (4 * count, 2))
+        limit = np.interp(np.arctan2(drawn[:, 1], drawn[:, 0]), angles[order], reach[order], period=2 * np.pi)
+        points = np.concatenate([points, drawn[np.linalg.norm(drawn, axis=1) < limit]])
+    return share * points[:count]
+
+
+def _pose(held: Held, rng: np.random.Generator) -> Plan:
+    goal = np.append(draw_points(held, 1, rng)[0], rng.uniform(-TURNS, TURNS))
+    return plan_along(
+        "pose", np.stack([start_of(held[0]), start_of(held[0]) + goal]), start_of(held[0]), stay=POSE_STAY
+    )
+
+
+def _place(held: Held, rng: np.random.Generator) -> Plan:
+    goal = np.append(draw_points(held, 1, rng)[0], 0.0)
+    return plan_along(
+        "place", np.stack([start_of(held[0]), start_of(held[0]) + goal]), start_of(held[0]), stay=POSE_STAY
+    )
+
+
+def _tour(held: Held, rng: np.random.Generator) -> Plan:
+    points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
+    return plan_along("tour", start_of(held[0]) + points, start_of(held[0]), tolerance=0.0)
+
+
+def _key(held: Held, rng: np.random.Generator) -> Plan:
+    del rng
+    out = start_of(held[0]) + np.array([0.0, KEY_WAY, 0.0])
+    turned = out + np.array([0.0, 0.0, KEY_TURN])
+    legs = (
+        Leg("move", _triple(start_of(held[0])), _triple(out)),
+        Leg("turn", _triple(out), _triple(turned), KEY_STAY),
+        Leg("turn", _triple(turned), _triple(out)),
+        Leg("move", _triple(out), _triple(start_of(held[0]))),
+    )
+    return Plan("key", legs)
+
+
+def _wall(held: Held, rng: np.random.Generator) -> Plan:
+    del rng
+    start, out = start_of(held[0]), np.array([0.0, 1.0, 0.0])
+    near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
+    legs = (
+        Leg("move", _triple(start), _triple(near)),
+        Leg("press", _triple(near), _triple(beyond), WALL_STAY),
+        Leg("move", _triple(near), _triple(start)),
+    )
+    return Plan("wall", legs)
+
+
+def the_wall(held: Held) -> Wall:
+    """Return the wall of the task `wall`: in front of the object, no wider than it, so that no finger meets it."""
+    corners = polygon(held[1])
+    x, y = start_of(held[0])[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
+    return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
+
+
+def _triple(pose: Array) -> tuple[float, float, float]:
+    x, y, theta = pose.tolist()
+    return x, y, theta
+
+
+TASKS = {
+    task.name: task
+    for task in (
+        SequenceTask("pose", "go to a drawn pose and hold it for a second", _pose),
+        SequenceTask("place", "go to a drawn place without turning and hold the object there for a second", _place),
+        SequenceTask("tour", "visit fifty drawn way-points without letting go", _tour),
+        SequenceTask("wall", "move out to a wall, push against it, and come back", _wall, the_wall),
+        SequenceTask("key", "move out, turn by 30 deg, turn back, and return", _key),
+    )
+}
+"""Tasks by name."""
+
+
+def find_task(text: str) -> SequenceTask:
+    """Return the task that a text names: one of `TASKS`, or a drawing with its size in mm, as `square:60`.
+
+    Raises:
+        InputError: there is none of that name, or the size is no positive number.
+    """
+    if text in TASKS:
+        return TASKS[text]
+    name, colon, size = text.rpartition(":")
+    if not colon:
+        raise InputError(
+            f"unknown task {text!r}{near_matches(text, TASKS)}; allowed are {', '.join(TASKS)} and a drawing with its"
+            " size in mm, as square:60"
+        )
+    try:
+        drawing = scaled(find_drawing(name), float(size) / 1e3)
+    except ValueError as error:
+        raise InputError(f"task {text!r}: {size!r} is no size; give millimetres, as square:60") from error
+
+    def plan(held: Held, rng: np.random.Generator) -> Plan:
+        del rng
+        return plan_along(text, start_of(held[0]) + drawing.poses, start_of(held[0]))
+
+    return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)
+
+
+def fitting_plan(
+    task: SequenceTask,
+    held: Held,
+    rng: np.random.Generator,
+    name: str,
+    told: Callable[[str, int, int], None] | None = None,
+) -> Plan:
+    """Return the first drawn plan of a task that a single grip carries the object through.
+
+    Args:
+        task: the task.
+        held: the hand and the object.
+        rng: draws plans.
+        name: what errors and progress call it.
+        told: told which draw is looked at, how many were, and how many will be at most.
+
+    Raises:
+        InputError: none of `DRAWS` plans fits; the text says which part of the last lies outside.
+    """
+    drawn: list[Plan] = []
+    while len(drawn) < DRAWS:
+        if told is not None:
+            told(f"{name}, draw {len(drawn) + 1}", len(drawn), DRAWS)
+        drawn.append(task.plan(held, rng))
+        fit = _fit(held, drawn[-1].legs)
+        if fit.fits:
+            return drawn[-1]
+        if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
+            break
+    raise refusal(name, fit, start_of(held[0]), "use a hand with a longer reach, another object or another --seed")
+
+
+@lru_cache(maxsize=128)
+def _fit(held: Held, legs: tuple[Leg, ...]) -> Fit:
+    """Return what a hand can do of a plan; the same plan of another trial is free."""
+    return fit_of(held, Plan("task", legs))

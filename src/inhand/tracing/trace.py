@@ -1,0 +1,172 @@
+"""How well plans were followed: tracking error, completion and time of every world of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import similaritymeasures
+from numpy.typing import NDArray
+
+from inhand.control.trial import LOST, REACHED
+from inhand.geometry import TURN_ARM, Array, interpolate, planar, way_along, wrap_angle
+from inhand.sim.walls import Wall, clearance
+from inhand.tracing.follow import Followed
+from inhand.tracing.plan import Plan, distance_to
+
+POINTS, MOST_POINTS = 300, 1000
+"""Points of path and plan between which the Frechet distance is taken: one for each millimetre of the plan, but not
+fewer or more than these."""
+TOUCHES = 3e-4
+"""An object touches a wall where it is nearer than this [m]."""
+PUSHED = 1.0
+"""Time for which an object must have been pushed against a wall, held by both fingers [s]."""
+
+SAME = 1e-18
+"""Squares of lengths below this are none [m^2]."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What one trial of following a plan reached."""
+
+    trial: int
+    """Its number, from 1."""
+    outcome: str
+    """How it ended."""
+    completion: float
+    """Share of the plan's way that was come along, after the approach; 1 only where every primitive was done."""
+    rms_mm: float
+    """Root mean square over the rows of the distance from the planned path [mm]."""
+    max_mm: float
+    """Largest such distance [mm]."""
+    frechet_mm: float
+    """Discrete Frechet distance of the path to the plan [mm]; up to half the spacing of its points too long."""
+    turn_deg: float
+    """Largest angle between object and plan while moving [deg]."""
+    end_mm: float
+    """Distance of the object from the end of the plan, at the last row [mm],"""
+    end_deg: float
+    """and its angle from it [deg]."""
+    time_s: float
+    """Time from the end of the approach to the end [s]."""
+    failures: int
+    """Primitives that failed and were tried again, or not."""
+    pushed_s: float | None
+    """Longest time for which the object was pushed against a wall, held by both fingers [s]; None without a wall."""
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the object was lost, or never held."""
+        return self.outcome in LOST
+
+    @property
+    def done(self) -> bool:
+        """Whether all that was asked was done."""
+        return self.outcome == REACHED and (self.pushed_s is None or self.pushed_s >= PUSHED)
+
+
+@dataclass(frozen=True, eq=False)
+class Deviations:
+    """How far the object was from its plan in each of M rows."""
+
+    way: Array
+    """Way along the plan, from the end of the approach `(M,)` [m]."""
+    off: Array
+    """Distance from the planned path `(M,)` [m]: from the primitive under way or the one before."""
+    turned: Array
+    """Angle between the object and what that primitive allows `(M,)` [rad]."""
+
+
+def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
+    """Return what one world reached.
+
+    Args:
+        followed: what it left.
+        wall: what it was to be pushed against, if anything.
+    """
+    plan, trial = followed.plan, followed.trial
+    poses, _ = measured_rows(followed)
+    rows = deviations(followed)
+    off, turned = 1e3 * rows.off, rows.turned
+    approach, whole = plan.way[plan.approach], plan.way[-1]
+    last = planar(trial.object_pose[-1]) - np.array(plan.legs[-1].end)
+    done = trial.outcome == REACHED
+    return Trace(
+        trial.passport.trial,
+        trial.outcome,
+        1.0 if done else float(min(max((followed.come - approach) / (whole - approach), 0.0), 0.999)),
+        float(np.sqrt(np.mean(off**2))) if len(off) else np.nan,
+        float(off.max(initial=0.0)) if len(off) else np.nan,
+        _frechet(poses, plan) if len(off) else np.nan,
+        float(np.rad2deg(turned.max(initial=0.0))),
+        float(1e3 * np.hypot(*last[:2])),
+        float(np.rad2deg(abs(wrap_angle(last[2])))),
+        len(poses) * trial.passport.substeps * trial.passport.timestep,
+        sum(event.what != "gave up" for event in followed.events),
+        None if wall is None else _pushed(followed, wall),
+    )
+
+
+def measured_rows(followed: Followed) -> tuple[Array, NDArray[np.int64]]:
+    """Return the object's poses `(M, 3)` after the approach [m, m, rad], and the primitive of each `(M,)`."""
+    rows = followed.trial.manipulation
+    poses = planar(followed.trial.object_pose[rows])
+    count = len(followed.plan.legs)
+    measured = (followed.legs >= followed.plan.approach) & (followed.legs < count)
+    return poses[measured], followed.legs[measured]
+
+
+def deviations(followed: Followed) -> Deviations:
+    """Return how far the object was from its plan, row by row after the approach."""
+    poses, legs = measured_rows(followed)
+    ends = _ends(followed.plan)[legs]
+    start, end = ends[:, 0], ends[:, 1]
+    middle, half = (start[:, 2] + end[:, 2]) / 2, np.abs(end[:, 2] - start[:, 2]) / 2
+    turned = np.maximum(np.abs(wrap_angle(poses[:, 2] - middle)) - half, 0.0)
+    scale = np.array([1.0, 1.0, TURN_ARM])
+    line, gone = (end - start) * scale, (poses - start) * scale
+    share = np.clip((gone * line).sum(axis=-1) / np.maximum((line**2).sum(axis=-1), SAME), 0.0, 1.0)
+    way = followed.plan.way
+    return Deviations(
+        way[legs] - way[followed.plan.approach] + share * np.diff(way)[legs], _off(followed.plan, poses, legs), turned
+    )
+
+
+def _ends(plan: Plan) -> Array:
+    """Return where each primitive of a plan starts and ends `(L, 2, 3)` [m, m, rad]."""
+    return np.array([(leg.start, leg.end) for leg in plan.legs])
+
+
+def _off(plan: Plan, poses: Array, legs: NDArray[np.int64]) -> Array:
+    """Return the distance `(M,)` [m] from the line of the primitive under way or the one before, whichever is nearer.
+
+    A primitive has arrived a little before its end, and a push ends where something resisted: there the next one
+    starts, still on the planned path.
+    """
+    lines = [_ends(plan)[which][..., :2] for which in (legs, np.maximum(legs - 1, plan.approach))]
+    return np.minimum(*(distance_to(poses[:, :2], line[:, 0], line[:, 1]) for line in lines))
+
+
+def _frechet(poses: Array, plan: Plan) -> float:
+    """Return the discrete Frechet distance of positions `(M, 3)` to a plan without its approach [mm]."""
+    wanted = plan.measured().poses()
+    count = int(np.clip(np.ceil(1e3 * plan.measured().way[-1]), POINTS, MOST_POINTS))
+    path, target = (_evenly(np.asarray(points[:, :2]), count) for points in (poses, wanted))
+    return float(1e3 * similaritymeasures.frechet_dist(path, target))
+
+
+def _evenly(points: Array, count: int) -> Array:
+    """Return points `(count, 2)` evenly along a line through others `(M, 2)`; standing still counts once."""
+    way = way_along(np.column_stack([points, np.zeros(len(points))]))
+    return interpolate(np.linspace(0.0, way[-1], count), way, points)
+
+
+def _pushed(followed: Followed, wall: Wall) -> float:
+    """Return the longest time for which the object touched a wall, held by both fingers [s]."""
+    trial = followed.trial
+    near = clearance(wall, trial.passport.object, planar(trial.object_pose)) <= TOUCHES
+    flags = np.concatenate([[False], near & trial.touching.all(axis=-1), [False]]).astype(int)
+    bounds = np.flatnonzero(np.diff(flags))
+    longest = int(np.max(bounds[1::2] - bounds[::2], initial=0))
+    return longest * trial.passport.substeps * trial.passport.timestep

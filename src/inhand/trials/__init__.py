@@ -1,1 +1,0 @@
-"""What an episode leaves: trials, their files, and the recordings of people."""

@@ -1,0 +1,135 @@
+"""The table, the picture and the page of a comparison."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from compare_config import CompareConfig
+from compare_figure import Bar, compare_figure
+from compare_stats import Adaptation, Interval, Score, adaptations, scores
+from compare_study import ENOUGH, contestants, horizon_of, training_of
+from inhand.asterisk.results import write_json
+from inhand.pages import again_lines, options, table_lines
+from inhand.plots.save import save_figure
+from inhand.versions import versions
+
+HEADER = ("controller", "task", "trained on it", "completion [%]", "all done [%]", "RMS error [mm]", "lost")
+"""Columns of the table."""
+EXPLAINED = (
+    "`expert`: the expert `ik`, sequenced. `structured`: one policy trained on the 8 directions, sequenced; twists are"
+    " the expert's. `guided`: trained end to end on one task; sees what the structured policy sees, its aim moved along"
+    " the task's path at every decision. `unguided`: trained end to end on one task; sees how far it has come and where"
+    " the task ends, not its path."
+)
+"""What the controllers' names mean."""
+
+
+def write_compare(config: CompareConfig, found: Sequence[dict[str, Any]], few: Sequence[dict[str, Any]]) -> list[Score]:
+    """Write `compare.json`, the figure and `report.md` of a study to its folder; return the scores."""
+    every, adapting = scores(found), adaptations(few, config.seeds)
+    subtitle = f"{len(config.seeds)} seeds, {config.episodes} episodes each; {config.object} with {config.hand}"
+    figure = compare_figure(*_bars(every), "Primitives in sequence against training end to end", subtitle)
+    save_figure(figure, config.out / "compare.png")
+    content = {
+        "scores": [asdict(score) for score in every],
+        "adaptation": [asdict(each) for each in adapting],
+        "budgets": budgets(config),
+        "config": asdict(config),
+        "versions": versions(),
+    }
+    write_json(content, config.out / "compare.json")
+    (config.out / "report.md").write_text("\n".join(_page(config, every, adapting)), encoding="utf-8")
+    return every
+
+
+def table_rows(every: Sequence[Score]) -> list[tuple[str, ...]]:
+    """Return the rows under `HEADER`."""
+    return [
+        (
+            score.name,
+            score.task,
+            "yes" if score.trained else "no",
+            _with_interval(score.completion, 100.0, 0),
+            _with_interval(score.done, 100.0, 0),
+            _with_interval(score.error, 1.0, 2),
+            f"{score.dropped} of {score.episodes}",
+        )
+        for score in every
+    ]
+
+
+def budgets(config: CompareConfig) -> dict[str, dict[str, int]]:
+    """Return the environment steps of every training: demonstrated, and of the agent."""
+    found = {}
+    for who in contestants(config):
+        if who.kind != "expert" and who.name not in found:
+            made = training_of(config, who)
+            horizon = made.interface.horizon
+            found[who.name] = {"demonstrated": made.recipe.episodes * horizon, "agent": made.episodes * horizon}
+    return found
+
+
+def adaptation_rows(adapting: Sequence[Adaptation], every: Sequence[Score]) -> list[tuple[str, ...]]:
+    """Return what each way of training needs to complete a task that is new to it."""
+    rows: list[tuple[str, ...]] = [
+        (score.name, score.task, "0" if score.completion.mean >= ENOUGH else f"not with {100 * ENOUGH:.0f} %")
+        for score in every
+        if score.name == "structured"
+    ]
+    for each in adapting:
+        steps = [f"{count:,}" if count is not None else f"more than {each.most:,}" for count in each.steps]
+        rows.append((each.name, each.task, ", ".join(steps)))
+    return rows
+
+
+def _bars(every: Sequence[Score]) -> tuple[list[str], list[str], dict[tuple[str, str], Bar]]:
+    """Return the figure's controllers, tasks and bars."""
+    bars = {
+        (s.name, s.task): Bar(s.completion.mean, s.completion.low, s.completion.high, s.dropped / s.episodes, s.trained)
+        for s in every
+    }
+    return list(dict.fromkeys(s.name for s in every)), list(dict.fromkeys(s.task for s in every)), bars
+
+
+def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adaptation]) -> list[str]:
+    steps = [(name, f"{count['demonstrated']:,}", f"{count['agent']:,}") for name, count in budgets(config).items()]
+    horizons = ", ".join(f"{task} {horizon_of(config, task)}" for task in config.tasks)
+    return [
+        "# Primitives in sequence against training end to end",
+        "",
+        EXPLAINED,
+        "",
+        f"{len(config.seeds)} seeds of every training, {config.episodes} episodes of every controller on every task;"
+        f" {config.object} with {config.hand}. Intervals are 95 %, by bootstrap over seeds and episodes.",
+        "",
+        *table_lines(HEADER, table_rows(every)),
+        "",
+        "![Completion of every task](compare.png)",
+        "",
+        "## Environment steps of each training",
+        "",
+        *table_lines(("controller", "demonstrated", "of the agent"), steps),
+        "",
+        f"An episode takes at most so many decisions: primitives 200, {horizons}.",
+        "",
+        f"## Environment steps to complete {100 * ENOUGH:.0f} % of a new task",
+        "",
+        "Structured: none where its completion is enough as it is. End to end: the smallest of"
+        f" {', '.join(map(str, config.adaptation))} demonstrations that were enough to imitate, for each seed.",
+        "",
+        *table_lines(("controller", "task", "steps"), adaptation_rows(adapting, every)),
+        "",
+        *again_lines(shlex.join(["inhand", "compare", *options(config)])),
+    ]
+
+
+def _with_interval(value: Interval, unit: float, digits: int) -> str:
+    if not np.isfinite(value.mean):
+        return "-"
+    mean, low, high = (unit * number for number in (value.mean, value.low, value.high))
+    return f"{mean:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"

@@ -1,0 +1,250 @@
+"""Structured against end to end: what is trained, on what, and what every controller reaches on every task.
+
+Structured: one policy trained on the 8 directions, sequenced (`inhand.sequencing`). End to end: the same algorithm,
+networks and environment steps, trained on one whole task. It comes in two kinds. `guided` sees what the policy of
+primitives sees, its aim moved along the task's path at every decision. `unguided` sees how far it has come and where
+the task ends, and must know the path itself.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from compare_config import CompareConfig
+from inhand.asterisk.results import write_json
+from inhand.control.catalogue import find_controller, learned, policy_of
+from inhand.control.controller import SUBSTEPS
+from inhand.control.ik import IkConfig
+from inhand.control.trial import Passport
+from inhand.errors import InputError
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.learning.config import Training, default
+from inhand.learning.runs import finished, resume, train
+from inhand.sim.model import SceneSpec
+from inhand.tracing.follow import follow, start_of
+from inhand.tracing.plan import Plan
+from inhand.tracing.tasks import find_task, fitting_plan
+from inhand.tracing.trace import trace_of
+from inhand.versions import versions
+
+Kind = Literal["structured", "guided", "unguided"]
+"""How a controller was trained."""
+LAYOUTS = {"guided": "grip", "unguided": "whole"}
+"""What a controller that is trained end to end sees."""
+NOISE = np.array([0.001, 0.001, np.deg2rad(1.0)])
+"""Standard deviations of the object's start [m, m, rad]."""
+TEST_SEED = 500
+"""Added to an episode's number for what its task draws."""
+TIMESTEP = SceneSpec().timestep
+"""Physics step [s]."""
+PERIOD = SUBSTEPS * TIMESTEP
+"""Time between two decisions [s]."""
+ENOUGH = 0.9
+"""Mean completion at which a controller has adapted to a task."""
+IMITATE = 4000
+"""Updates that fit an actor to the demonstrations of an adaptation."""
+Told = Callable[[str, int, int], None]
+"""Told what is being done, how far it is, and how far it has to go."""
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """One training, or the expert."""
+
+    kind: Kind | Literal["expert"]
+    """How it was trained."""
+    task: str
+    """The task it was trained on; empty for primitives and for the expert."""
+    seed: int
+    """Seed of its training."""
+
+    @property
+    def name(self) -> str:
+        """Name without the seed."""
+        return self.kind if not self.task else f"{self.kind}, {self.task}"
+
+    @property
+    def folder(self) -> str:
+        """Name of its folder."""
+        return f"{self.kind}{'_' if self.task else ''}{self.task.replace(':', '_')}-{self.seed}"
+
+
+def contestants(config: CompareConfig) -> list[Contestant]:
+    """Return every training of a study, and the expert."""
+    trained = [Contestant("structured", "", seed) for seed in config.seeds]
+    kinds: tuple[Kind, ...] = ("guided", "unguided")
+    trained += [Contestant(kind, task, seed) for kind in kinds for task in config.tasks for seed in config.seeds]
+    return [Contestant("expert", "", 0), *trained]
+
+
+def check_compare(config: CompareConfig) -> None:
+    """Refuse what cannot be compared, before anything is trained.
+
+    Raises:
+        InputError: the text names the setting.
+    """
+    held = load_hand(config.hand), load_object(config.object)
+    if not config.tasks or not config.seeds:
+        raise InputError("give at least one of --tasks and one of --seeds")
+    for task in (*config.tasks, *config.others):
+        if find_task(task).wall is not None:
+            raise InputError(f"task {task!r} needs a wall, and training worlds have none: compare on other tasks")
+        find_task(task).plan(held, np.random.default_rng(0))
+    if config.episodes < 1 or min(config.adaptation, default=1) < 1:
+        raise InputError("--episodes and every number of --adaptation must be at least 1")
+    if not 0 < config.budget <= 10:
+        raise InputError(f"--budget {config.budget:g}: give a share of the default's steps, more than 0, at most 10")
+    path = config.out / "study.json"
+    if config.out.is_dir() and any(config.out.iterdir()) and not path.is_file():
+        raise InputError(f"--out {config.out} holds files that are no study of inhand; give another folder")
+    config.out.mkdir(parents=True, exist_ok=True)
+    settings = json.loads(json.dumps(asdict(replace(config, out=Path())), default=str))
+    if path.is_file() and (there := json.loads(path.read_text())) != settings:
+        differing = [name for name in settings if settings[name] != there.get(name)]
+        raise InputError(
+            f"--out {config.out} holds a study of other settings ({', '.join(differing)}); give another folder"
+        )
+    path.write_text(json.dumps(settings, indent=1) + "\n")
+
+
+def training_of(config: CompareConfig, who: Contestant, demonstrations: int | None = None) -> Training:
+    """Return what a contestant trains: the default on the 8 directions, or the same steps on a whole task.
+
+    Args:
+        config: the study's.
+        who: the contestant.
+        demonstrations: of a trial of adaptation, which imitates so many and learns nothing after them; None trains.
+    """
+    base = replace(
+        default(), preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object
+    )
+    horizon = horizon_of(config, who.task) if who.task else base.interface.horizon
+    share = config.budget * base.interface.horizon / horizon
+    recipe = replace(base.recipe, episodes=max(round(share * base.recipe.episodes), 1))
+    made = replace(
+        base,
+        task=who.task,
+        recipe=recipe,
+        episodes=max(round(share * base.episodes), 1),
+        evaluate_every=max(round(share * base.evaluate_every), 1),
+    )
+    if not who.task:
+        return made
+    layout = LAYOUTS[who.kind]
+    made = replace(
+        made,
+        interface=replace(base.interface, observation=layout, horizon=horizon),
+        recipe=replace(recipe, midway=0.0, whole=1.0, grip_spread=0.0),
+    )
+    if demonstrations is None:
+        return made
+    few = replace(made.recipe, episodes=demonstrations)
+    return replace(made, recipe=few, imitate=IMITATE, warm_up=0, episodes=1, updates=100)
+
+
+def horizon_of(config: CompareConfig, task: str) -> int:
+    """Return the decisions that an episode of a task may take: a fifth more than the expert needs, and time to hold."""
+    held = load_hand(config.hand), load_object(config.object)
+    plans = [find_task(task).plan(held, np.random.default_rng(seed)) for seed in range(8)]
+    longest = max(plan.way[-1] / IkConfig().speed + sum(leg.stay for leg in plan.legs) for plan in plans)
+    return 10 * math.ceil((1.2 * float(longest) / PERIOD + 60) / 10)
+
+
+def trained(config: CompareConfig, told: Told) -> None:
+    """Train every contestant whose folder is not finished; one that was stopped goes on."""
+    waiting = [who for who in contestants(config) if who.kind != "expert"]
+    for number, who in enumerate(waiting):
+        folder = config.out / "runs" / who.folder
+        label = f"{who.name}, seed {who.seed}"
+        _train(training_of(config, who), folder, lambda *_, n=number, text=label: told(text, n, len(waiting)))
+
+
+def _train(training: Training, folder: Path, told: Told) -> None:
+    if finished(folder):
+        return
+    silent = told, lambda _: None
+    if (folder / "checkpoint.npz").is_file():
+        resume(folder, silent)
+    else:
+        train(training, folder, silent, overwrite=True)
+
+
+def evaluated(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
+    """Return what every contestant reached in every episode of every task; kept files are read."""
+    tasks = (*config.tasks, *config.others)
+    pairs = [(who, task) for who in contestants(config) for task in tasks]
+    found = []
+    for number, (who, task) in enumerate(pairs):
+        told(f"{who.name} on {task}", number, len(pairs))
+        path = config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}.json"
+        if not path.is_file():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_json({"contestant": asdict(who), "task": task, "episodes": _episodes(config, who, task)}, path)
+        found.append(json.loads(path.read_text()))
+    return found
+
+
+def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[str, Any]]:
+    """Return what one contestant reached in each episode of a task; draws and starts are the same for all."""
+    hand, spec = load_hand(config.hand), load_object(config.object)
+    entry = find_controller("ik")
+    if who.kind != "expert":
+        entry = learned(*policy_of(config.out / "runs" / who.folder))
+    plans = _plans((hand, spec), task, config.episodes)
+    noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
+    starts = start_of(hand) + NOISE * np.stack(noise)
+    passports = [
+        Passport(hand, spec, who.name, task, None, 0.0, task, k + 1, who.seed, SUBSTEPS, TIMESTEP, versions())
+        for k in range(config.episodes)
+    ]
+    return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, passports)]
+
+
+@lru_cache(maxsize=16)
+def _plans(held: tuple[HandSpec, ObjectSpec], task: str, count: int) -> tuple[Plan, ...]:
+    """Return the plan of each episode: drawn until one grip can carry the object through it."""
+    draws = [np.random.default_rng(TEST_SEED + k) for k in range(count)]
+    return tuple(fitting_plan(find_task(task), held, rng, f"task {task}, episode {k}") for k, rng in enumerate(draws))
+
+
+def adapted(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
+    """Return, of every task and kind of training end to end, how complete a few demonstrations alone make it.
+
+    Numbers of demonstrations are tried in their order until the mean completion is `ENOUGH`.
+    """
+    if not config.adaptation:
+        return []
+    every = [who for who in contestants(config) if who.task]
+    found = []
+    for number, who in enumerate(every):
+        told(f"adapting {who.name}, seed {who.seed}", number, len(every))
+        found += list(_adaptation(config, who))
+    return found
+
+
+def _adaptation(config: CompareConfig, who: Contestant) -> Iterator[dict[str, Any]]:
+    for count in sorted(config.adaptation):
+        path = config.out / "results" / f"{who.folder}_from_{count}.json"
+        if not path.is_file():
+            folder = config.out / "adaptation" / f"{who.folder}_{count}"
+            training = training_of(config, who, count)
+            _train(training, folder, lambda *_: None)
+            lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
+            first = next(line for line in lines if line["kind"] == "evaluation")
+            steps = count * training.interface.horizon
+            told = {"demonstrations": count, "steps": steps, "completion": first["fraction"]}
+            write_json({"contestant": asdict(who), **told, "dropped": first["dropped"] / first["trials"]}, path)
+        entry = json.loads(path.read_text())
+        yield entry
+        if entry["completion"] >= ENOUGH:
+            return

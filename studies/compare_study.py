@@ -1,6 +1,6 @@
 """Structured against end to end: what is trained, on what, and what every controller reaches on every task.
 
-Structured: one policy trained on the 8 directions, sequenced (`inhand.sequencing`). End to end: the same algorithm,
+Structured: one policy trained on the 8 directions, sequenced (`inhand.tracing`). End to end: the same algorithm,
 networks and environment steps, trained on one whole task. It comes in two kinds. `guided` sees what the policy of
 primitives sees, its aim moved along the task's path at every decision. `unguided` sees how far it has come and where
 the task ends, and must know the path itself.

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import Result, by_direction, mean_fraction, result_of_trial
-from inhand.asterisk.run import prepare, simulate
-from inhand.asterisk.table import failures
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import Result, by_direction, mean_fraction, result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
+from inhand.asterisk_test.table import failures
 from inhand.versions import versions
 
 SEEDS = (0, 1, 2)

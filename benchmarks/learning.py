@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import Result, result_of_trial
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import Result, result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.learning.config import Training, default, thesis
 from inhand.learning.runs import finished, train
 from inhand.tasks.primitives import TRAIN

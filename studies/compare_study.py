@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from compare_config import CompareConfig
-from inhand.asterisk.results import write_json
+from inhand.asterisk_test.results import write_json
 from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.controller import SUBSTEPS
 from inhand.control.ik import IkConfig

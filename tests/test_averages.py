@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from inhand import geometry
-from inhand.asterisk.averages import average_path, compat_average, summarise
-from inhand.asterisk.metrics import measure, measure_human
-from inhand.asterisk.people.human import read_human_folder
+from inhand.asterisk_test.averages import average_path, compat_average, summarise
+from inhand.asterisk_test.metrics import measure, measure_human
+from inhand.asterisk_test.people.human import read_human_folder
 from inhand.errors import InputError
 from inhand.geometry import Array
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from inhand.asterisk.beside import MOST, load_beside
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.page import command
-from inhand.asterisk.report import Run, write_report
-from inhand.asterisk.results import result_of_trial
-from inhand.asterisk.run import prepare, simulate
-from inhand.asterisk.table import HEADER, table_rows, with_beside
+from inhand.asterisk_test.beside import MOST, load_beside
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.page import command
+from inhand.asterisk_test.report import Run, write_report
+from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
+from inhand.asterisk_test.table import HEADER, table_rows, with_beside
 from inhand.control.trial import Trial, save_trial
 from inhand.errors import InputError
 

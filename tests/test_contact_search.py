@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import result_of_trial
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_transform, unit

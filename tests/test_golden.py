@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.trial import Trial
 from inhand.hands.files import load_object
 from inhand.hands.names import parse_hand_name

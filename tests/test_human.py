@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from inhand.asterisk.people.hand_sizes import normalise
-from inhand.asterisk.people.human import read_human_file, read_human_folder
-from inhand.asterisk.people.human_filter import smooth
-from inhand.asterisk.people.human_names import parse_human_name
+from inhand.asterisk_test.people.hand_sizes import normalise
+from inhand.asterisk_test.people.human import read_human_file, read_human_folder
+from inhand.asterisk_test.people.human_filter import smooth
+from inhand.asterisk_test.people.human_names import parse_human_name
 from inhand.errors import InputError
 from inhand.geometry import Array
 

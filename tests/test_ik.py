@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import Result, result_of_trial
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import Result, result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit

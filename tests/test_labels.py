@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from inhand.asterisk.labels import LabelRules, is_averaged, labels_of
+from inhand.asterisk_test.labels import LabelRules, is_averaged, labels_of
 from inhand.errors import InputError
 from inhand.geometry import Array
 

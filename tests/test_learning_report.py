@@ -11,10 +11,10 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from inhand.asterisk.comparison import HEADER, Evaluation, lost, rows, with_more
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import Result, result_of_trial
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.comparison import HEADER, Evaluation, lost, rows, with_more
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import Result, result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.trial import LOST_CONTACT, NO_GRASP, TIME_OUT, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array

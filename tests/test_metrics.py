@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from inhand import geometry
-from inhand.asterisk.compatible import measure_asterisk
-from inhand.asterisk.metrics import Metrics, measure, measure_human
-from inhand.asterisk.people.human import read_human_folder
+from inhand.asterisk_test.compatible import measure_asterisk
+from inhand.asterisk_test.metrics import Metrics, measure, measure_human
+from inhand.asterisk_test.people.human import read_human_folder
 from inhand.errors import InputError
 from inhand.geometry import Array
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from inhand import geometry
-from inhand.asterisk.people.human import HumanTrial, read_human_file, read_human_folder
-from inhand.asterisk.people.paths import human_path
+from inhand.asterisk_test.people.human import HumanTrial, read_human_file, read_human_folder
+from inhand.asterisk_test.people.paths import human_path
 from inhand.errors import InputError
 from inhand.geometry import Array, interpolate
 from inhand.tasks.paths import TURN_STEP, straight_path, twist_poses, whole_path

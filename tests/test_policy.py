@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.run import prepare, simulate
-from inhand.asterisk.sweep.cells import job_of
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.run import prepare, simulate
+from inhand.asterisk_test.sweep.cells import job_of
 from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
 from inhand.control.controller import Task
 from inhand.control.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.asterisk.config import AsteriskConfig, ReachCommand
-from inhand.asterisk.results import as_entry, by_direction, result_of_trial, summary_of
-from inhand.asterisk.run import prepare, simulate
-from inhand.asterisk.table import HEADER, table_rows
+from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.results import as_entry, by_direction, result_of_trial, summary_of
+from inhand.asterisk_test.run import prepare, simulate
+from inhand.asterisk_test.table import HEADER, table_rows
 from inhand.cli.reach import run_reach
 from inhand.control.trial import TWIST, Trial, load_trial, save_trial
 from inhand.errors import InputError

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from inhand.asterisk.people.human import HumanTrial, read_human_file
-from inhand.asterisk.results import (
+from inhand.asterisk_test.people.human import HumanTrial, read_human_file
+from inhand.asterisk_test.results import (
     RECORDED,
     as_entry,
     by_direction,
@@ -20,8 +20,8 @@ from inhand.asterisk.results import (
     summary_of,
     write_json,
 )
-from inhand.asterisk.scenes import trial_path
-from inhand.asterisk.table import HEADER, failures, table_rows
+from inhand.asterisk_test.scenes import trial_path
+from inhand.asterisk_test.table import HEADER, failures, table_rows
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 from inhand.geometry import spatial
 from inhand.hands.names import parse_hand_name

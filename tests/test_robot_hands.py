@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from inhand.asterisk import config, run
-from inhand.asterisk.results import result_of_trial
+from inhand.asterisk_test import config, run
+from inhand.asterisk_test.results import result_of_trial
 from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import Array, rotate, transform

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.people.human import HumanTrial, read_human_folder
-from inhand.asterisk.people.paths import human_path
-from inhand.asterisk.results import result_of_trial
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human import HumanTrial, read_human_folder
+from inhand.asterisk_test.people.paths import human_path
+from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.trial import OUTCOMES, REACHED, Trial
 from inhand.errors import InputError
 from inhand.hands.names import CATALOGUE as HANDS

@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 
 import inhand.policies
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import result_of_trial
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.policy import load_policy
 
 FOLDER = Path(inhand.policies.__file__).parent / "default"

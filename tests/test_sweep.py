@@ -14,11 +14,11 @@ from matplotlib.text import Text
 from PIL import Image
 
 from inhand import cli
-from inhand.asterisk.sweep import tables
-from inhand.asterisk.sweep.config import HANDS, OBJECTS, SweepConfig
-from inhand.asterisk.sweep.page import command
-from inhand.asterisk.sweep.summary import kept_share, mean_fraction, median_fraction, sweep_of
-from inhand.asterisk.sweep.sweep import plan
+from inhand.asterisk_test.sweep import tables
+from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
+from inhand.asterisk_test.sweep.page import command
+from inhand.asterisk_test.sweep.summary import kept_share, mean_fraction, median_fraction, sweep_of
+from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.tasks.primitives import parse_directions

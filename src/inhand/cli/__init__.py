@@ -14,8 +14,8 @@ from typing import Annotated
 
 import tyro
 
-from inhand.asterisk.config import AsteriskConfig, ReachCommand
-from inhand.asterisk.sweep.config import SweepConfig
+from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError

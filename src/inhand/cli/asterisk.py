@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 
-from inhand.asterisk.beside import load_beside
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.people.human import HumanFolder, read_human_folder
-from inhand.asterisk.report import Run, file_name, write_report
-from inhand.asterisk.results import as_entry, result_of_trial, summary_of, write_json
-from inhand.asterisk.run import Setup, prepare, simulate
-from inhand.asterisk.table import failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.beside import load_beside
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
+from inhand.asterisk_test.report import Run, file_name, write_report
+from inhand.asterisk_test.results import as_entry, result_of_trial, summary_of, write_json
+from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
 from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.catalogue import notes_of
 from inhand.control.trial import Trial, save_trial

@@ -6,11 +6,11 @@ import shlex
 from dataclasses import asdict
 from pathlib import Path
 
-from inhand.asterisk.comparison import GROUPS, HEADER, Evaluation, rows, with_more
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import as_entry, result_of_trial, summary_of, write_json
-from inhand.asterisk.run import prepare
-from inhand.asterisk.table import failures
+from inhand.asterisk_test.comparison import GROUPS, HEADER, Evaluation, rows, with_more
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import as_entry, result_of_trial, summary_of, write_json
+from inhand.asterisk_test.run import prepare
+from inhand.asterisk_test.table import failures
 from inhand.cli.asterisk import people_of, simulated, write_trials
 from inhand.cli.learning_config import EvaluateConfig
 from inhand.cli.terminal import print_table, say

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from inhand.asterisk.config import ReachCommand
-from inhand.asterisk.reach_figure import reach_figure
-from inhand.asterisk.results import write_json
+from inhand.asterisk_test.config import ReachCommand
+from inhand.asterisk_test.reach_figure import reach_figure
+from inhand.asterisk_test.results import write_json
 from inhand.cli.terminal import print_table, say
 from inhand.folders import check_folder, run_folder
 from inhand.hands.files import load_hand, load_object

@@ -6,12 +6,12 @@ import time
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from inhand.asterisk.sweep import tables
-from inhand.asterisk.sweep.cells import read_cell
-from inhand.asterisk.sweep.config import SweepConfig
-from inhand.asterisk.sweep.page import write_sweep
-from inhand.asterisk.sweep.summary import sweep_of
-from inhand.asterisk.sweep.sweep import Plan, computed, plan
+from inhand.asterisk_test.sweep import tables
+from inhand.asterisk_test.sweep.cells import read_cell
+from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.asterisk_test.sweep.page import write_sweep
+from inhand.asterisk_test.sweep.summary import sweep_of
+from inhand.asterisk_test.sweep.sweep import Plan, computed, plan
 from inhand.cli.terminal import print_table, say
 from inhand.tasks.primitives import parse_directions
 

@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from inhand.asterisk.results import write_json
+from inhand.asterisk_test.results import write_json
 from inhand.cli.asterisk import write_trials
 from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.catalogue import notes_of

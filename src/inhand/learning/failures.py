@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from inhand.asterisk.results import Result
-from inhand.asterisk.scenes import counted_rows
+from inhand.asterisk_test.results import Result
+from inhand.asterisk_test.scenes import counted_rows
 from inhand.control.scenes import scene_at
 from inhand.control.trial import LOST_CONTACT, NO_GRASP, Trial
 from inhand.errors import InputError

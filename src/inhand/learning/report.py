@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from inhand.asterisk.beside import Beside
-from inhand.asterisk.comparison import GROUPS, Evaluation, lost, rows
-from inhand.asterisk.comparison import HEADER as BOTH
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.page import people_lines
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.report import Run, both_radars, only, side_by_side
-from inhand.asterisk.table import failures
+from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.comparison import GROUPS, Evaluation, lost, rows
+from inhand.asterisk_test.comparison import HEADER as BOTH
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.page import people_lines
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.report import Run, both_radars, only, side_by_side
+from inhand.asterisk_test.table import failures
 from inhand.learning.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning

@@ -10,7 +10,7 @@ import similaritymeasures
 from numpy.typing import NDArray
 
 from inhand import geometry
-from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
 from inhand.geometry import Array, interpolate
 

@@ -9,12 +9,19 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from inhand.asterisk.beside import Beside
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.page import page
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.results import Result, by_direction, result_of_human
-from inhand.asterisk.scenes import average_curve, compatible_curve, human_curves, radar_series, trial_path, turn_series
+from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.page import page
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.results import Result, by_direction, result_of_human
+from inhand.asterisk_test.scenes import (
+    average_curve,
+    compatible_curve,
+    human_curves,
+    radar_series,
+    trial_path,
+    turn_series,
+)
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial
 from inhand.pages import Picture

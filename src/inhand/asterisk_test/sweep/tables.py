@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.asterisk.sweep.summary import (
+from inhand.asterisk_test.sweep.summary import (
     Case,
     Cell,
     Sweep,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from inhand.asterisk.people.hand_sizes import HAND_SIZES_MM
+from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM
 from inhand.errors import InputError
 from inhand.tasks.directions import DIRECTIONS, ROTATIONS, TWISTS_DEG, Direction, find_direction
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.asterisk.beside import Beside
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.results import Result, averaged, by_direction, mean_fraction, result_of_human
+from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.results import Result, averaged, by_direction, mean_fraction, result_of_human
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, TIME_OUT
 from inhand.pages import NO_VERDICT, NOTHING
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from inhand.asterisk.averages import summarise
-from inhand.asterisk.compatible import AsteriskMetrics, measure_asterisk
-from inhand.asterisk.labels import is_averaged, labels_of
-from inhand.asterisk.metrics import Metrics, measure, measure_human
-from inhand.asterisk.people.hand_sizes import HAND_SIZES_MM, normalise
-from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk_test.averages import summarise
+from inhand.asterisk_test.compatible import AsteriskMetrics, measure_asterisk
+from inhand.asterisk_test.labels import is_averaged, labels_of
+from inhand.asterisk_test.metrics import Metrics, measure, measure_human
+from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.control.trial import DIVERGED, LOST, REACHED, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES

@@ -3,7 +3,7 @@
 Millimetres and degrees, the units of the recordings. Three traps that no reader can undo: x and y are written in
 the frame of the moving object, so distance along a direction is good to about 3 mm and the lateral part is
 uncertain by up to 14 mm; there are no time stamps, so speeds mean nothing; and some paths wander, so follow
-`inhand.asterisk.people.paths.human_path` instead of single rows.
+`inhand.asterisk_test.people.paths.human_path` instead of single rows.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from inhand.asterisk.people.duplicates import leave_out_duplicates
-from inhand.asterisk.people.human_filter import smooth
-from inhand.asterisk.people.human_names import HumanName, parse_human_name
-from inhand.asterisk.people.human_rows import Rows, read_rows
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.people.human_units import Unit, check_unit, unit_of
+from inhand.asterisk_test.people.duplicates import leave_out_duplicates
+from inhand.asterisk_test.people.human_filter import smooth
+from inhand.asterisk_test.people.human_names import HumanName, parse_human_name
+from inhand.asterisk_test.people.human_rows import Rows, read_rows
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.people.human_units import Unit, check_unit, unit_of
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.directions import ROTATION_SIGNS

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand import geometry
-from inhand.asterisk.metrics import check_rows
+from inhand.asterisk_test.metrics import check_rows
 from inhand.geometry import Array
 
 NO_MOVEMENT = "no movement"

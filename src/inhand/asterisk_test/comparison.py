@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.results import Result, averaged, by_direction, mean_fraction, result_of_human
-from inhand.asterisk.run import Assignment, Setup
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.results import Result, averaged, by_direction, mean_fraction, result_of_human
+from inhand.asterisk_test.run import Assignment, Setup
 from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.pages import NOTHING

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import correlate
 
-from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.geometry import Array, interpolate
 
 SAME_MM = 1.3

@@ -3,7 +3,7 @@
 In its normalised units (x by the span, y by the depth of the hand). Differences on purpose: where that software
 returns -1, or 1.0 for an area, because something is undefined, this one returns NaN; the window of the largest
 area is reported at its own centre, not one step further; any angle is a direction. For everything else use
-`inhand.asterisk.metrics`.
+`inhand.asterisk_test.metrics`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import similaritymeasures
 
 from inhand import geometry
-from inhand.asterisk.metrics import check_rows
+from inhand.asterisk_test.metrics import check_rows
 from inhand.geometry import Array
 
 LINE_LENGTH = 0.5

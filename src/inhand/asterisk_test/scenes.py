@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.asterisk.averages import average_path, compat_average
-from inhand.asterisk.metrics import measure_human
-from inhand.asterisk.people.hand_sizes import hand_size_mm, normalise
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.results import Result, averaged, result_of_human
+from inhand.asterisk_test.averages import average_path, compat_average
+from inhand.asterisk_test.metrics import measure_human
+from inhand.asterisk_test.people.hand_sizes import hand_size_mm, normalise
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.results import Result, averaged, result_of_human
 from inhand.control.trial import Trial
 from inhand.geometry import rotate
 from inhand.hands.hand import FINGER_NAMES

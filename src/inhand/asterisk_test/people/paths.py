@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from inhand import geometry
-from inhand.asterisk.people.human_trial import HumanTrial
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.directions import ROTATION_SIGNS

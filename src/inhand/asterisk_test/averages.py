@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from inhand import geometry
-from inhand.asterisk.metrics import Metrics, check_rows
+from inhand.asterisk_test.metrics import Metrics, check_rows
 from inhand.errors import InputError
 from inhand.geometry import Array
 

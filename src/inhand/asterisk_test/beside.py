@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from inhand.asterisk.results import Result, result_of_trial
+from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.control.trial import Trial, load_trial
 from inhand.errors import InputError
 

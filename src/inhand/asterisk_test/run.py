@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.people.paths import human_path
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.people.paths import human_path
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.draws import check_draws

@@ -6,11 +6,11 @@ import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from inhand.asterisk.beside import Beside
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.people.human_trial import HumanTrial
-from inhand.asterisk.results import Result
-from inhand.asterisk.table import failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.results import Result
+from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
 from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.asterisk.people.hand_sizes import hand_size_mm
-from inhand.asterisk.people.human_names import HumanName
-from inhand.asterisk.people.human_rows import Rows
+from inhand.asterisk_test.people.hand_sizes import hand_size_mm
+from inhand.asterisk_test.people.human_names import HumanName
+from inhand.asterisk_test.people.human_rows import Rows
 from inhand.errors import InputError
 from inhand.geometry import Array
 

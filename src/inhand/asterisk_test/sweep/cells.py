@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.results import as_entry, result_of_trial, write_json
-from inhand.asterisk.run import prepare, simulate
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.results import as_entry, result_of_trial, write_json
+from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import find_controller
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec

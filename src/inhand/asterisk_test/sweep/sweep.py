@@ -10,10 +10,10 @@ from pathlib import Path
 
 from joblib import Parallel, delayed, parallel_config
 
-from inhand.asterisk.config import AsteriskConfig
-from inhand.asterisk.run import prepare
-from inhand.asterisk.sweep.cells import Job, compute, differences, job_of, read_cell
-from inhand.asterisk.sweep.config import SweepConfig
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.run import prepare
+from inhand.asterisk_test.sweep.cells import Job, compute, differences, job_of, read_cell
+from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.versions import versions

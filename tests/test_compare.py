@@ -12,6 +12,8 @@ from compare_config import CompareConfig
 from compare_page import budgets, write_compare
 from compare_stats import adaptations, bootstrap, scores
 from compare_study import Contestant, check_compare, contestants, horizon_of, training_of
+from inhand.control.catalogue import find_controller
+from inhand.control.policy import save_policy
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.learning.config import Training
@@ -119,18 +121,22 @@ def test_a_folder_of_other_settings_or_of_something_else_is_refused(tmp_path: Pa
         check_compare(replace(SMALL, out=tmp_path / "other"))
 
 
+def canned(training: Training, out: Path, *_: object, **__: object) -> Path:
+    """Leave what a training leaves: a policy that says what it was trained on, and what an evaluation found."""
+    policy = find_controller("rl").policy
+    assert policy is not None
+    save_policy(replace(policy, trained=dict(policy.trained) | {"task": training.task}), out / "best")
+    line = {"kind": "evaluation", "fraction": training.recipe.episodes / 10, "dropped": 1, "trials": 4}
+    (out / "metrics.jsonl").write_text(json.dumps(line) + "\n")
+    (out / "finished.json").write_text("{}")
+    return out / "best"
+
+
 def test_a_small_study_ends_in_a_table_and_a_figure_and_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("jax", reason="training needs the extra `rl`")
-    config = replace(SMALL, out=tmp_path / "study")
-    tiny = compare.training_of
-
-    def tinier(config: CompareConfig, who: Contestant, demonstrations: int | None = None) -> Training:
-        made = tiny(config, who, demonstrations)
-        return replace(made, imitate=1000, warm_up=0, episodes=1, updates=100, trials=1)
-
-    monkeypatch.setattr(compare, "training_of", tinier)
+    config = replace(SMALL, out=tmp_path / "study", adaptation=(16, 4, 9))
+    monkeypatch.setattr(compare, "train", canned)
     check_compare(config)
     compare.trained(config, quiet)
     found = compare.evaluated(config, quiet)
@@ -138,6 +144,10 @@ def test_a_small_study_ends_in_a_table_and_a_figure_and_goes_on_where_it_was(
     assert {entry["contestant"]["kind"] for entry in found} == {"expert", "structured", "guided", "unguided"}
     expert = next(entry for entry in found if entry["contestant"]["kind"] == "expert")
     assert all(episode["outcome"] == "reached" for episode in expert["episodes"])
+    assert [(each["demonstrations"], each["completion"], each["dropped"]) for each in few] == [
+        (4, 0.4, 0.25),
+        (9, 0.9, 0.25),  # enough: sixteen are not tried
+    ] * 2
     write_compare(config, found, few)
     text = (config.out / "report.md").read_text()
     assert "| structured | key | no |" in text

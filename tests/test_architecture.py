@@ -5,6 +5,7 @@ import asyncio
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import FrameType
 
@@ -24,7 +25,7 @@ from inhand.tasks.primitives import TRAIN
 SOURCE = Path(inhand.__file__).parent
 ROOT = SOURCE.parents[1]
 FILES = sorted(SOURCE.rglob("*.py"))
-LONGEST_FILE, LONGEST_FUNCTION, MOST_FILES = 350, 40, 8
+LONGEST_FILE, LONGEST_FUNCTION, MOST_ROOMS, MOST_FILES = 350, 40, 9, 8
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -40,6 +41,32 @@ def test_each_room_imports_only_what_it_may() -> None:
 
     failed, told = asyncio.run(run())
     assert failed == 0, told.decode()
+
+
+def test_nine_rooms_and_no_circle() -> None:
+    rooms = {path.relative_to(SOURCE).parts[0] for path in FILES if len(path.relative_to(SOURCE).parts) > 1}
+    rooms.remove("policies")  # weights, no code
+    assert len(rooms) <= MOST_ROOMS, sorted(rooms)
+    try:
+        list(TopologicalSorter(imports()).static_order())
+    except CycleError as error:
+        pytest.fail(f"files import each other in a circle: {' -> '.join(error.args[1])}")
+
+
+def imports() -> dict[str, set[str]]:
+    """Return the modules that each module of the package imports, also inside of functions."""
+    modules = {".".join(("inhand", *path.relative_to(SOURCE).with_suffix("").parts)): path for path in FILES}
+    modules = {name.removesuffix(".__init__"): path for name, path in modules.items()}
+    found: dict[str, set[str]] = {}
+    for name, path in modules.items():
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        wanted = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+        for node in nodes:
+            if isinstance(node, ast.ImportFrom) and node.module is not None:
+                inside = {f"{node.module}.{alias.name}" for alias in node.names}
+                wanted |= {each if each in modules else node.module for each in inside}
+        found[name] = wanted & set(modules) - {name}
+    return found
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))

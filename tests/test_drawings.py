@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
-from inhand.tracing.drawings import SHAPES, Drawing, curve_points, find_drawing, larger_side, scaled, unit_drawing
+from inhand.tracing.drawing import Drawing, curve_points, larger_side, scaled, unit_drawing
+from inhand.tracing.drawings import SHAPES, find_drawing
 
 LETTERS = tuple(string.ascii_uppercase)
 NAMES = (*SHAPES, *LETTERS)

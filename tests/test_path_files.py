@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.tracing.drawings import find_drawing, larger_side
+from inhand.tracing.drawing import larger_side
+from inhand.tracing.drawings import find_drawing
 from inhand.tracing.path_files import read_csv, read_svg
 
 SHARES = np.linspace(0.0, 1.0, 3001)[:, None]

@@ -20,7 +20,7 @@ from inhand.tracing import fit
 from inhand.tracing import report as trace_report
 from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
-from inhand.tracing.drawings import larger_side, scaled
+from inhand.tracing.drawing import larger_side, scaled
 from inhand.tracing.fit import carried, largest
 from inhand.tracing.run import find_path, plan_of, prepare_trace
 from inhand.tracing.trace import Trace

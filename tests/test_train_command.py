@@ -16,7 +16,7 @@ from commands import Call
 from inhand.cli import train as command
 
 if TYPE_CHECKING:
-    from inhand.learning.training import Evaluation
+    from inhand.learning.journal import Evaluation
 
 learns = pytest.mark.skipif(
     importlib.util.find_spec("jax") is None, reason="learning needs the extra `rl`: pip install 'inhand[rl]'"

@@ -17,10 +17,11 @@ from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training, default, thesis
+from inhand.learning.journal import Evaluation
 from inhand.learning.replay import Replay
 from inhand.learning.runs import card_of, preset, read_config, resume, train
 from inhand.learning.setup import Ready, draw_directions, load_ready, make_ready, save_ready
-from inhand.learning.training import Evaluation, Trainer
+from inhand.learning.training import Trainer
 from inhand.tasks.primitives import UNSEEN
 
 SMALL = thesis()

@@ -23,7 +23,7 @@ from inhand.tasks.primitives import TRAIN, UNSEEN
 
 if TYPE_CHECKING:
     from inhand.learning.config import Training
-    from inhand.learning.training import Counters, Evaluation
+    from inhand.learning.journal import Counters, Evaluation
 
 PACKAGES = ("jax", "optax", "tensorboardX")
 """What the extra `rl` brings and training cannot do without."""

@@ -3,21 +3,56 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from tensorboardX import SummaryWriter
 
+from inhand.geometry import Array
 from inhand.learning.collect import Finished
 from inhand.learning.setup import Ready
-
-if TYPE_CHECKING:
-    from inhand.learning.training import Evaluation
+from inhand.learning.trying import Tried
 
 METRICS = "metrics.jsonl"
 """Name of the file of lines."""
+
+
+@dataclass
+class Counters:
+    """How far a run is."""
+
+    episodes: int = 0
+    """Finished episodes of the agent."""
+    decisions: int = 0
+    """Decisions of the agent."""
+    updates: int = 0
+    """Updates of the critic."""
+    rounds: int = 0
+    """Rounds."""
+    seconds: float = 0.0
+    """Time spent since the demonstrations were there, over all sittings [s]."""
+    evaluated: int = 0
+    """Episodes at the last evaluation."""
+    best: float = -math.inf
+    """Best score so far."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """What an evaluation found."""
+
+    counters: Counters
+    """How far the run was."""
+    tried: Tried
+    """What the actor reached."""
+    fraction: Array
+    """Share of the hand's limit that each test start reached `(N,)`."""
+    score: float
+    """Mean sum of rewards over the training directions: what `best` is chosen by."""
 
 
 class Journal:

@@ -15,9 +15,10 @@ from inhand.errors import InputError
 from inhand.folders import check_folder
 from inhand.hands.files import load_hand, load_object
 from inhand.learning.config import PRESETS, Learning, Training
+from inhand.learning.journal import Evaluation
 from inhand.learning.recording import Told
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
-from inhand.learning.training import Evaluation, Trainer
+from inhand.learning.training import Trainer
 from inhand.tasks.observations import find_layout
 from inhand.versions import versions
 

@@ -6,7 +6,6 @@ before them. What is drawn and computed does not depend on which of the two is f
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,17 +17,16 @@ from numpy.typing import NDArray
 
 from inhand.control.policy import Policy, save_policy
 from inhand.errors import InputError
-from inhand.geometry import Array
 from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
-from inhand.learning.journal import Journal
+from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.networks import Network
 from inhand.learning.recording import Told
 from inhand.learning.replay import Priorities, Replay, Rows
 from inhand.learning.setup import Ready
-from inhand.learning.trying import Tried, tried
+from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
 
 CHUNK = 1000
@@ -45,26 +43,6 @@ def _quiet(what: str, done: int, total: int) -> None:
     """Tell nobody."""
 
 
-@dataclass
-class Counters:
-    """How far a run is."""
-
-    episodes: int = 0
-    """Finished episodes of the agent."""
-    decisions: int = 0
-    """Decisions of the agent."""
-    updates: int = 0
-    """Updates of the critic."""
-    rounds: int = 0
-    """Rounds."""
-    seconds: float = 0.0
-    """Time spent since the demonstrations were there, over all sittings [s]."""
-    evaluated: int = 0
-    """Episodes at the last evaluation."""
-    best: float = -math.inf
-    """Best score so far."""
-
-
 @dataclass(frozen=True, eq=False)
 class Drawn:
     """What U updates learn from."""
@@ -77,20 +55,6 @@ class Drawn:
     """Whether each is the expert's `(U, batch)`."""
     numbers: tuple[NDArray[np.int64], NDArray[np.int64]]
     """Numbers of the rows in the expert's buffer and in the agent's."""
-
-
-@dataclass(frozen=True, eq=False)
-class Evaluation:
-    """What an evaluation found."""
-
-    counters: Counters
-    """How far the run was."""
-    tried: Tried
-    """What the actor reached."""
-    fraction: Array
-    """Share of the hand's limit that each test start reached `(N,)`."""
-    score: float
-    """Mean sum of rewards over the training directions: what `best` is chosen by."""
 
 
 class Trainer:

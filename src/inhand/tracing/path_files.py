@@ -22,7 +22,7 @@ import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
-from inhand.tracing.drawings import COARSE, Drawing, curve_points, unit_drawing
+from inhand.tracing.drawing import COARSE, Drawing, curve_points, unit_drawing
 
 Curve = Callable[[Array], Array]
 """The points `(N, 2)` at shares `(N,)` of the way along a line or curve, in the file's units, y down."""

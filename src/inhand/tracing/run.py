@@ -20,7 +20,8 @@ from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
-from inhand.tracing.drawings import SHAPES, Drawing, find_drawing, larger_side, scaled
+from inhand.tracing.drawing import Drawing, larger_side, scaled
+from inhand.tracing.drawings import SHAPES, find_drawing
 from inhand.tracing.fit import carried, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow, start_of
 from inhand.tracing.plan import Plan, plan_along

@@ -15,7 +15,8 @@ from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
-from inhand.tracing.drawings import find_drawing, scaled
+from inhand.tracing.drawing import scaled
+from inhand.tracing.drawings import find_drawing
 from inhand.tracing.fit import Fit, Held, fit_of, refusal
 from inhand.tracing.follow import start_of
 from inhand.tracing.plan import Leg, Plan, plan_along

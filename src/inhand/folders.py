@@ -54,6 +54,17 @@ def run_folder(out: Path) -> Iterator[Path]:
     shutil.rmtree(old, ignore_errors=True)
 
 
+@contextmanager
+def in_place(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside a file to write to; it takes the file's place once all is written."""
+    temporary = path.with_name(path.name + ".part")
+    try:
+        yield temporary
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
 def _check_writable(out: Path) -> None:
     """Refuse a place where no folder can be made, before anything is run."""
     try:

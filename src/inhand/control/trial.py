@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
-import zlib
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.archives import check_shapes, read_arrays
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array, planar, wrap_angle
-from inhand.hands.hand import Corners, FingerSpec, HandSpec
+from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import CONTACT_TOLERANCE
 
 FORMAT = 1
@@ -23,7 +22,7 @@ FORMAT = 1
 MANIPULATE = "manipulate"
 """Name of the phase that metrics measure (thesis 3.4)."""
 TWIST = "twist"
-"""Name of the phase before it in which the object is turned on the spot (asterisk-test.md)."""
+"""Name of the phase before it in which the object is turned on the spot."""
 
 REACHED = "reached"
 LOST_CONTACT = "lost contact"
@@ -69,6 +68,12 @@ class Passport:
     """Physics engine."""
     limit: float | None = None
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
+
+    def __post_init__(self) -> None:
+        """Refuse what no trial has."""
+        for name in ("trial", "substeps", "timestep"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} is {getattr(self, name)}; it must be above 0")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,72 +143,70 @@ class Trial:
         return 1e3 * (pose[:, :2] - pose[0, :2]), rotation, self.touching[rows]
 
 
-_ARRAYS = tuple(f.name for f in fields(Trial) if f.name not in {"passport", "outcome", "phases"})
+_SHAPES: dict[str, tuple[str | int, ...]] = {
+    "phase": ("T",),
+    "time": ("T",),
+    "object_pose": ("T", 7),
+    "joint_angles": ("T", "n"),
+    "targets": ("T", "n"),
+    "gaps": ("T", 2),
+    "contact_links": ("T", 2),
+    "finger_points": ("T", 2, 2),
+    "object_points": ("T", 2, 2),
+    "reference": ("S", 3),
+}
+"""Shapes of a trial's arrays: T rows, n joints, S way-points."""
+_WHOLE = ("phase", "contact_links")
+"""Those of whole numbers."""
+
+
+@dataclass(frozen=True)
+class _Head:
+    """What a trial's file says beside its arrays."""
+
+    format: int
+    outcome: str
+    phases: tuple[str, ...]
+    passport: Passport
+
+    def __post_init__(self) -> None:
+        """Refuse an outcome that no trial has."""
+        if self.outcome not in OUTCOMES:
+            raise InputError(f"outcome is {self.outcome!r}; it must be {' or '.join(OUTCOMES)}")
 
 
 def save_trial(trial: Trial, path: Path) -> None:
     """Write a trial to a `.npz` file without pickles, under a temporary name that is then moved into place."""
-    head = {
-        "format": FORMAT,
-        "outcome": trial.outcome,
-        "phases": list(trial.phases),
-        "passport": asdict(trial.passport),
-    }
-    arrays = {name: getattr(trial, name) for name in _ARRAYS}
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as file:
-        np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
-    temporary.replace(path)
+    head = text_of(_Head(FORMAT, trial.outcome, trial.phases, trial.passport))
+    arrays = {name: getattr(trial, name) for name in _SHAPES}
+    with in_place(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, head=np.array(head), **arrays)
 
 
-def load_trial(path: Path) -> Trial:
+def load_trial(path: str | Path) -> Trial:
     """Return the trial of a `.npz` file.
 
     Raises:
-        InputError: no file, not a trial, or a trial of another format.
+        InputError: no file, not a trial, or a trial of another format; the text names the field or the array.
     """
-    if not path.is_file():
+    if not Path(path).is_file():
         raise InputError(f"no trial file {path}: give a .npz file from the `trials` folder of a run")
     try:
-        with path.open("rb") as file, zipfile.ZipFile(file), np.load(file, allow_pickle=False) as data:
-            head = json.loads(str(data["head"]))
-            arrays = {name: data[name] for name in _ARRAYS} if head["format"] == FORMAT else {}
-        if arrays:
-            return Trial(_passport(head["passport"]), head["outcome"], tuple(head["phases"]), **arrays)
-    except (KeyError, TypeError, ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        return _read_trial(Path(path))
+    except InputError as error:
         raise InputError(
-            f"{path} is not a trial: {error}; give a .npz file from the `trials` folder of a run"
+            f"{path} is not a trial: {error}; give a .npz file from the `trials` folder of a run, or run it again"
         ) from error
-    raise InputError(f"{path} has trial format {head['format']}; this version reads {FORMAT}: run it again")
 
 
-def hand_of(entry: dict[str, Any]) -> HandSpec:
-    """Return the hand that `dataclasses.asdict` and JSON have made a dict of."""
-    hand = dict(entry)
-    for side in ("left", "right"):
-        finger = hand[side]
-        hand[side] = FingerSpec(
-            tuple(finger["base"]),
-            tuple(finger["links"]),
-            tuple((low, high) for low, high in finger["limits"]),
-            finger["bend"],
-            _outlines(finger.get("outlines")),
-            None if finger.get("masses") is None else tuple(finger["masses"]),
-        )
-    palm = _outlines(None if hand.get("palm") is None else [hand["palm"]])
-    hand["palm"] = None if palm is None else palm[0]
-    return HandSpec(**hand)
-
-
-def object_of(entry: dict[str, Any]) -> ObjectSpec:
-    """Return the object that `dataclasses.asdict` and JSON have made a dict of."""
-    corners = tuple((x, y) for x, y in entry.get("corners", ()))
-    return ObjectSpec(**(entry | {"size": tuple(entry["size"]), "corners": corners}))
-
-
-def _passport(entry: dict[str, Any]) -> Passport:
-    return Passport(**(entry | {"hand": hand_of(entry["hand"]), "object": object_of(entry["object"])}))
-
-
-def _outlines(rows: list[list[list[float]]] | None) -> tuple[Corners, ...] | None:
-    return None if rows is None else tuple(tuple((x, y) for x, y in corners) for corners in rows)
+def _read_trial(path: Path) -> Trial:
+    head = read_record(read_json(str(read_arrays(path, {"head": "text"})["head"])), _Head, FORMAT)
+    arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in _SHAPES})
+    hand = head.passport.hand
+    check_shapes(arrays, _SHAPES, {"n": hand.n_joints})
+    links = min(len(finger.links) for finger in hand.fingers)
+    for name, count in (("phase", len(head.phases)), ("contact_links", links)):
+        values = arrays[name]
+        if values.size == 0 or values.min() < 0 or values.max() >= count:
+            raise InputError(f"{name} holds {np.unique(values).tolist()}; it must hold numbers from 0 to {count - 1}")
+    return Trial(head.passport, head.outcome, head.phases, **arrays)

@@ -194,13 +194,18 @@ def _check_positive(name: str, what: str, value: float) -> None:
 
 
 def _check_parts(name: str, side: str, finger: FingerSpec) -> None:
-    """Refuse outlines and masses of another number than the links, and those that no link has."""
-    for what, parts in (("outlines", finger.outlines), ("masses", finger.masses)):
+    """Refuse a finger without links, and limits, outlines and masses of another number or that no link has."""
+    for what, parts in (("limits", finger.limits), ("outlines", finger.outlines), ("masses", finger.masses)):
         if parts is not None and len(parts) != len(finger.links):
             raise InputError(
                 f"hand {name!r}: {len(parts)} {what} for the {len(finger.links)} links of the {side} finger; give one"
-                " for each link, or None"
+                f" for each link{', or None' if what != 'limits' else ''}"
             )
+    if not finger.links or finger.bend not in {-1, 1}:
+        raise InputError(
+            f"hand {name!r}: the {side} finger has {len(finger.links)} links and bend {finger.bend}; give it a link or"
+            " more, and bend -1 or 1"
+        )
     for i, corners in enumerate(finger.outlines or ()):
         _check_outline(name, f"link {i} of the {side} finger", corners)
     for i, mass in enumerate(finger.masses or ()):

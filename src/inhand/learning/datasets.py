@@ -13,7 +13,7 @@ import json
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice, zip_longest
 from pathlib import Path
@@ -22,11 +22,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.trial import hand_of, object_of
 from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.records import read_json, read_record, table_of
 
 Floats = NDArray[np.float32]
 
@@ -100,6 +100,14 @@ class DatasetHead:
     def dataset_id(self) -> str:
         """Minari's name for the dataset; of the object's name it takes letters, digits, `_` and `-` alone."""
         return f"{OURS}/{re.sub(r'[^-0-9A-Za-z_]', '_', self.object.name)}/{self.expert}-v0"
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """Our part of Minari's metadata."""
+
+    format: int
+    head: DatasetHead
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,14 +195,13 @@ def read_head(folder: Path) -> DatasetHead:
     if not path.is_file():
         raise InputError(f"no dataset in {folder}: give the folder that `inhand record` wrote, the one with {DATA}/")
     try:
-        entry = json.loads(path.read_text(encoding="utf-8"))[OURS]
-        if entry["format"] == FORMAT:
-            return _head(entry)
-    except (KeyError, TypeError, ValueError) as error:
+        metadata = read_json(path.read_bytes())
+        ours = metadata.get(OURS) if isinstance(metadata, dict) else None
+        return read_record(ours, _Entry, FORMAT).head
+    except InputError as error:
         raise InputError(
-            f"{folder} is no dataset of `inhand record`: {error!r}; record one, or read it with Minari"
+            f"{folder} is no dataset of `inhand record`: {error}; record it again, or read it with Minari"
         ) from error
-    raise InputError(f"{folder} has dataset format {entry['format']}; this version reads {FORMAT}: record it again")
 
 
 def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
@@ -289,18 +296,8 @@ def _metadata(head: DatasetHead) -> dict[str, Any]:
         f" ({head.directions}); observations {kind.layout}, actions {kind.actions}, reward {head.reward};"
         " infos hold what the expert wanted before noise pushed its hands",
         "requirements": [f"{OURS}=={head.versions[OURS]}"] if OURS in head.versions else [],
-        OURS: {"format": FORMAT, "head": asdict(head)},
+        OURS: table_of(_Entry(FORMAT, head)),
     }
-
-
-def _head(entry: dict[str, Any]) -> DatasetHead:
-    found = entry["head"]
-    kind = found["kind"] | {
-        "hand": hand_of(found["kind"]["hand"]),
-        "table": tuple((name, size) for name, size in found["kind"]["table"]),
-    }
-    noise = tuple(found["noise"])
-    return DatasetHead(**(found | {"kind": DatasetKind(**kind), "object": object_of(found["object"]), "noise": noise}))
 
 
 def _buffer(episode: DatasetEpisode) -> object:

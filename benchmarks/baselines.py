@@ -94,7 +94,7 @@ def main() -> None:
     starts, limit = tests()
     held = GoalConfig().held
     worlds = ManipulationWorlds(held, starts, len(starts), INTERFACE, np.random.default_rng(0))
-    seen, origin = worlds.reset(np.arange(len(starts))), np.array([*held[0].start_position, 0.0])
+    seen, origin = worlds.reset(np.arange(len(starts))), held[0].start_pose
     desired, pose = worlds.aim.goal(starts.distance) - origin, worlds.state.pose
     running = np.ones(len(starts), dtype=bool)
     shift, worst = np.zeros((2, len(starts), 3))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from inhand.control.catalogue import Grasp, planned_grasp
+from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.joint import JointPid
+from inhand.control.phases import Grasp
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
@@ -29,11 +30,9 @@ def task_right(simulator: Simulator) -> tuple[Task, Grasp]:
     """Return the task of carrying every world's object along 'Right', and the grasp planned for it."""
     hand, count = simulator.hand, len(simulator.objects)
     path = straight_path(parse_directions("Right")[0])
-    origin = np.array([*hand.start_position, 0.0])
+    origin = hand.start_pose
     grasp = planned_grasp(hand, simulator.objects[0], np.tile(origin + path.poses, (count, 1, 1)))
-    period = SUBSTEPS * simulator.timestep
-    paths, progress = np.tile(path.poses, (count, 1, 1)), np.tile(path.progress, (count, 1))
-    return Task(hand, simulator.objects, paths, progress, period, simulator.timestep), grasp
+    return Task(hand, simulator.objects, np.tile(path.poses, (count, 1, 1)), simulator.timestep), grasp
 
 
 def hold(simulator: Simulator) -> tuple[State, Array]:
@@ -43,7 +42,7 @@ def hold(simulator: Simulator) -> tuple[State, Array]:
         RuntimeError: a finger does not touch.
     """
     task, grasp = task_right(simulator)
-    origin = np.tile([*simulator.hand.start_position, 0.0], (task.n_worlds, 1))
+    origin = np.tile(simulator.hand.start_pose, (task.n_worlds, 1))
     state = simulator.reset(origin, grasp.opened)
     controller = JointPid(task, grasp.closed)
     controller.begin(state)

@@ -39,7 +39,7 @@ def main() -> None:
     for name in HANDS:
         hand = load_hand(name)
         for direction in GROUPS["all"]:
-            path = np.array([*hand.start_position, 0.0]) + straight_path(direction, 0.25).poses
+            path = hand.start_pose + straight_path(direction, 0.25).poses
             found = farthest(hand, spec, path)
             brute = brute_reach(hand, spec.size[0], hand.friction * spec.friction, direction.unit, GRID)
             way = -1.0 if found is None else found.way

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import time
 
-import numpy as np
-
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.reach.limits import farthest
 from inhand.tasks.paths import straight_path
@@ -33,7 +31,7 @@ CASES = (
 def reach(hand_name: str, object_name: str) -> None:
     """Compute the reach in all sixteen directions."""
     hand, spec = load_hand(hand_name), load_object(object_name)
-    start = np.array([*hand.start_position, 0.0])
+    start = hand.start_pose
     for direction in GROUPS["all"]:
         farthest(hand, spec, start + straight_path(direction, 0.25).poses)
 

@@ -31,7 +31,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training, default
 from inhand.learning.runs import finished, resume, train
 from inhand.sim.model import SceneSpec
-from inhand.tracing.follow import follow, start_of
+from inhand.tracing.follow import follow
 from inhand.tracing.plan import Plan
 from inhand.tracing.tasks import find_task, fitting_plan
 from inhand.tracing.trace import trace_of
@@ -202,7 +202,7 @@ def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[st
         entry = learned(*policy_of(config.out / "runs" / who.folder))
     plans = _plans((hand, spec), task, config.episodes)
     noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
-    starts = start_of(hand) + NOISE * np.stack(noise)
+    starts = hand.start_pose + NOISE * np.stack(noise)
     passports = [
         Passport(hand, spec, who.name, task, None, 0.0, task, k + 1, who.seed, SUBSTEPS, TIMESTEP, versions())
         for k in range(config.episodes)

@@ -86,8 +86,8 @@ def test_files_and_functions_are_short(path: Path) -> None:
 def test_few_files_take_part_in_one_control_step(name: str) -> None:
     hand, cube, path = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"], straight_path(TRAIN[0])
     simulator = MujocoSimulator(hand, [cube])
-    task = Task(hand, simulator.objects, path.poses[None], path.progress[None], 0.02, simulator.timestep)
-    start = np.array([[*hand.start_position, 0.0]])
+    task = Task(hand, simulator.objects, path.poses[None], simulator.timestep)
+    start = hand.start_pose[None]
     grasp = CONTROLLERS[name].grasp(hand, cube, start[:, None] + task.paths)
     state = simulator.reset(start, grasp.closed)
     controller = CONTROLLERS[name].manipulate(task)

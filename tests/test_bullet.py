@@ -28,7 +28,7 @@ pytest.importorskip("pybullet", reason='PyBullet is an extra: pip install "inhan
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 THREE_LINKS = parse_hand_name("3v3_25.40.35_40.35.25_1.1_63")
 CUBE = parse_object_name("cube_39")
-ORIGIN = np.array([*HAND.start_position, 0.0])
+ORIGIN = HAND.start_pose
 OPEN = np.array([0.9, -0.4, -0.8, 0.3])
 
 
@@ -45,7 +45,7 @@ def expert_right(simulator: Simulator) -> Recording:
     """Run the expert's episode towards the right in one world."""
     entry, path = find_controller("ik-cautious"), straight_path(parse_directions("Right")[0])
     grasp = entry.grasp(HAND, CUBE, (ORIGIN + path.poses)[None])
-    task = Task(HAND, simulator.objects, path.poses[None], path.progress[None], 0.02, simulator.timestep)
+    task = Task(HAND, simulator.objects, path.poses[None], simulator.timestep)
     start = simulator.reset(ORIGIN[None], grasp.opened)
     return run_episodes(simulator, task, standard_phases(grasp, entry.manipulate), start)
 

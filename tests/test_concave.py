@@ -23,7 +23,7 @@ from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
-START = np.array([*HAND.start_position, 0.0])
+START = HAND.start_pose
 ELL = polygon_object("ell", [(x / 1e3, y / 1e3) for x, y in ((0, 0), (45, 0), (45, 15), (15, 15), (15, 40), (0, 40))])
 POLYGONS = [*(spec for spec in CATALOGUE.values() if spec.shape == "polygon"), ELL]
 every_polygon = pytest.mark.parametrize("spec", POLYGONS, ids=lambda spec: spec.name)

@@ -34,7 +34,7 @@ STEP = 0.003
 
 def poses_along(hand: HandSpec, *angles_deg: float, length: float = 0.15) -> Array:
     """Return object poses `(P, S, 3)` in the palm frame along straight lines."""
-    origin = np.array([*hand.start_position, 0.0])
+    origin = hand.start_pose
     return np.stack([origin + straight_path(primitive_at(a), length, STEP).poses for a in angles_deg])
 
 
@@ -103,7 +103,7 @@ def test_plans_stand_off_then_press_within_limits_and_clear_of_each_other(hand: 
             gap, point, _ = contact(link_polygons(spec, finger, closed[place])[-1], outline)
             assert away > config.opening / 2, i
             assert -1.5 * config.squeeze < gap < 0, i
-            start = inverse_transform(np.array([*spec.start_position, 0.0]), point)
+            start = inverse_transform(spec.start_pose, point)
             assert np.linalg.norm(start - plan.contacts[i]) < 0.004, i
         assert plan.contacts[0, 0] < plan.contacts[1, 0]
 

@@ -166,7 +166,7 @@ def test_what_is_no_dataset_of_ours_is_refused(tmp_path: Path) -> None:
     good = json.loads(path.read_text())
     path.write_text(json.dumps(good | {"inhand": good["inhand"] | {"format": 9}}))
     with pytest.raises(
-        InputError, match="it has format 9; this version reads 2, which has the scales of .*; record it again"
+        InputError, match=r"it has format 9; this version reads 2, which has the scales of .*; record it again"
     ):
         read_dataset(tmp_path)
     path.write_text(json.dumps({key: value for key, value in good.items() if key != "inhand"}))

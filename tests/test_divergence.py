@@ -167,14 +167,14 @@ class Breaking(MujocoSimulator):
 def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:
     """Return the recording of the expert's episodes straight out, and their trials."""
     path, count = straight_path(TRAIN[0]), len(simulator.objects)
-    paths, progress = np.tile(path.poses, (count, 1, 1)), np.tile(path.progress, (count, 1))
-    task = Task(HAND, simulator.objects, paths, progress, 0.02, simulator.timestep)
+    paths = np.tile(path.poses, (count, 1, 1))
+    task = Task(HAND, simulator.objects, paths, simulator.timestep)
     origin = np.tile(start_pose(HAND), (count, 1))
     grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.paths)
     phases = standard_phases(grasp, IkController)
     recording = run_episodes(simulator, task, phases, simulator.reset(origin, grasp.opened))
     passports = [Passport(HAND, CUBE, "ik", "Out", 90.0, 0.0, "Out", k + 1, 0, 5, 0.004, {}) for k in range(count)]
-    return recording, cut_trials(recording, phases, passports, task.paths)
+    return recording, cut_trials(recording, passports, task.paths)
 
 
 @pytest.mark.parametrize("step", [1, 20, 100])

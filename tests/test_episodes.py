@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import Grasp, planned_grasp
+from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkController
 from inhand.control.joint import JointPid, PidConfig
 from inhand.control.loop import LOST_AFTER, Recording, control_step, dropped, lost_steps, run_episodes
-from inhand.control.phases import Phase, standard_phases
+from inhand.control.phases import Grasp, Phase, standard_phases
 from inhand.control.recording import cut_trials
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 from inhand.geometry import Array, spatial
@@ -108,8 +108,7 @@ class Counting:
 def task_for(simulator: Scripted | MujocoSimulator, substeps: int = 5) -> Task:
     """Return the task of carrying every world's object straight out."""
     path, n = straight_path(TRAIN[0]), len(simulator.objects)
-    paths, progress = np.tile(path.poses, (n, 1, 1)), np.tile(path.progress, (n, 1))
-    return Task(simulator.hand, simulator.objects, paths, progress, substeps * 0.004, 0.004)
+    return Task(simulator.hand, simulator.objects, np.tile(path.poses, (n, 1, 1)), 0.004, substeps)
 
 
 def run_script(
@@ -265,7 +264,7 @@ def test_each_trial_is_cut_at_its_own_last_row() -> None:
     contacts[4:, 0, 1] = False
     phases = [Phase("grasp", lambda _: Counting((2, 2)), 1.0, must_hold=True), carrying(20, 20)]
     recording = run_script(contacts, phases)
-    short, long = cut_trials(recording, phases, [passport(1), passport(2)], np.zeros((2, 3, 3)))
+    short, long = cut_trials(recording, [passport(1), passport(2)], np.zeros((2, 3, 3)))
     assert (short.outcome, long.outcome) == (LOST_CONTACT, REACHED)
     assert (len(short.time), len(long.time)) == (10, 23)
     assert (short.passport.trial, long.passport.trial) == (1, 2)
@@ -284,7 +283,7 @@ def grasped(count: int) -> tuple[MujocoSimulator, Task, Grasp, State]:
     """Return worlds with open fingers around the standard cube, and the grasp that was searched for it."""
     simulator = MujocoSimulator(HAND, [CUBE] * count)
     task = task_for(simulator)
-    origin = np.tile([*HAND.start_position, 0.0], (count, 1))
+    origin = np.tile(HAND.start_pose, (count, 1))
     grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.paths)
     return simulator, task, grasp, simulator.reset(origin, grasp.opened)
 
@@ -322,7 +321,7 @@ def test_a_finger_pulled_away_ends_only_its_own_world() -> None:
     simulator, task, grasp, start = grasped(2)
     phases = standard_phases(grasp, lambda _: LetGo(world=1, decision=4))
     recording = run_episodes(simulator, task, phases, start)
-    held, dropped = cut_trials(recording, phases, [passport(1), passport(2)], task.paths)
+    held, dropped = cut_trials(recording, [passport(1), passport(2)], task.paths)
     assert (held.outcome, dropped.outcome) == (REACHED, LOST_CONTACT)
     touching = dropped.manipulated_path()[2]
     assert touching[:4].all()
@@ -401,11 +400,11 @@ def test_a_user_adds_a_phase_and_switches_a_controller() -> None:
         carry,
     )
     usual = run_episodes(simulator, task, (place, close, carry), start)
-    again = simulator.reset(np.array([[*HAND.start_position, 0.0]]), grasp.opened)
+    again = simulator.reset(HAND.start_pose[None], grasp.opened)
     changed = run_episodes(simulator, task, phases, again)
     assert changed.outcomes == usual.outcomes == (REACHED,)
     assert (changed.phase == 2).sum() == 5
     assert (changed.phase == 1).sum() > 1.5 * (usual.phase == 1).sum()
-    trial: Trial = cut_trials(changed, phases, [passport(1)], task.paths)[0]
+    trial: Trial = cut_trials(changed, [passport(1)], task.paths)[0]
     assert trial.phases == ("place", "grasp", "wait", MANIPULATE)
     assert trial.manipulated_path()[0][-1, 1] > 40

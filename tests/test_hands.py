@@ -206,7 +206,7 @@ def held_cube(
 ) -> Array:
     """Poses of the cube `(S, 3)`, the start first, while the standard grip follows targets `(S, 4)`."""
     simulator = MujocoSimulator(hand, [cube], SceneSpec(floor_friction=floor_friction), threads=1)
-    start = simulator.reset(np.array([[*hand.start_position, 0.0]]), pressed()[None])
+    start = simulator.reset(hand.start_pose[None], pressed()[None])
     return np.concatenate([start.pose, *(simulator.step(target[None], substeps).pose for target in targets)])
 
 

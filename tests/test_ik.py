@@ -67,10 +67,10 @@ def gripping(
     spec = OBJECTS[thing]
     simulator = MujocoSimulator(HAND, [spec] * len(angles_deg))
     lines = [straight_path(primitive_at(angle), length) for angle in angles_deg]
-    paths, progress = np.stack([line.poses for line in lines]), np.stack([line.progress for line in lines])
+    paths = np.stack([line.poses for line in lines])
     paths[..., 2] += turn * np.linspace(0, 1, paths.shape[1])
-    task = Task(HAND, simulator.objects, paths, progress, 0.02, 0.004)
-    origin = np.tile([*HAND.start_position, 0.0], (len(angles_deg), 1))
+    task = Task(HAND, simulator.objects, paths, 0.004)
+    origin = np.tile(HAND.start_pose, (len(angles_deg), 1))
     grasp = planned_grasp(HAND, spec, origin[:, None] + paths)
     state = simulator.reset(origin, grasp.closed)
     for _ in range(15):
@@ -134,9 +134,7 @@ def test_worlds_do_not_touch_each_other(grip: tuple[Task, State]) -> None:
         commands = together.act(state)
     for world in range(state.n_worlds):
         rows = slice(world, world + 1)
-        alone = IkController(
-            replace(task, objects=task.objects[rows], paths=task.paths[rows], progress=task.progress[rows])
-        )
+        alone = IkController(replace(task, objects=task.objects[rows], paths=task.paths[rows]))
         alone.begin(select(state, rows))
         for _ in range(10):
             command = alone.act(select(state, rows))

@@ -25,8 +25,8 @@ def worlds(hand: HandSpec, count: int) -> tuple[MujocoSimulator, Task]:
     """Return worlds whose object stands out of the fingers' way, and their task."""
     simulator = MujocoSimulator(hand, [OBJECTS["cube_39"]] * count)
     path = straight_path(TRAIN[0])
-    paths, progress = np.tile(path.poses, (count, 1, 1)), np.tile(path.progress, (count, 1))
-    return simulator, Task(hand, simulator.objects, paths, progress, 0.02, simulator.timestep)
+    paths = np.tile(path.poses, (count, 1, 1))
+    return simulator, Task(hand, simulator.objects, paths, simulator.timestep)
 
 
 def moved(hand: HandSpec, start: Array, goal: Array) -> tuple[list[State], list[bool]]:

@@ -302,7 +302,7 @@ def glide(floor: float, spec: ObjectSpec) -> tuple[Array, Array, Array]:
     behind = [touch(HAND, finger, face[i], np.array([0.0, -1.0])).joints for i, finger in enumerate(HAND.fingers)]
     rest = np.concatenate(behind)[None]
     simulator = MujocoSimulator(HAND, [spec], SceneSpec(floor_friction=floor), threads=1)
-    simulator.reset(np.array([[*HAND.start_position, 0.0]]), rest)
+    simulator.reset(HAND.start_pose[None], rest)
     knock = np.array([[-0.2, 0.0, 0.2, 0.0]])
     states = [simulator.step(knock if k < 12 else rest, 1) for k in range(150)]
     rows = [(state.time[0], state.pose[0, 1], state.gaps[0].min()) for state in states]

@@ -22,7 +22,6 @@ from inhand.control.catalogue import find_controller, learned, notes_of, policy_
 from inhand.control.controller import Task
 from inhand.control.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy
 from inhand.errors import InputError
-from inhand.geometry import way_along
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.sim.mujoco_engine import MujocoSimulator
@@ -57,13 +56,13 @@ def folder(tmp_path: Path) -> Path:
 def task(angles: tuple[float, ...] = (90.0,), distance: float | None = 0.05) -> Task:
     paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angles])
     far = None if distance is None else np.full(len(paths), distance)
-    return Task(HAND, (CUBE,) * len(paths), paths, way_along(paths), 0.02, 0.004, far)
+    return Task(HAND, (CUBE,) * len(paths), paths, 0.004, distance=far)
 
 
 def held(count: int = 1) -> State:
     """Return the state of worlds with the object at its start."""
     simulator = MujocoSimulator(HAND, [CUBE] * count)
-    start = np.tile([*HAND.start_position, 0.0], (count, 1))
+    start = np.tile(HAND.start_pose, (count, 1))
     return simulator.reset(start, np.tile(HAND.limits.mean(axis=1), (count, 1)))
 
 

@@ -33,7 +33,7 @@ TOUCHING = 5e-5
 
 def path_along(hand: HandSpec, direction: str) -> Array:
     (primitive,) = parse_directions(direction)
-    return np.array([*hand.start_position, 0.0]) + straight_path(primitive, 0.25).poses
+    return hand.start_pose + straight_path(primitive, 0.25).poses
 
 
 def reach(hand: HandSpec, name: str, direction: str, config: ReachConfig | None = None) -> Farthest:

@@ -41,7 +41,7 @@ def searched(name: str, direction: Primitive) -> float:
 @pytest.mark.parametrize("name", [*SYMMETRIC, UNEVEN])
 def test_reach_agrees_with_a_brute_force_search(name: str, direction: Primitive) -> None:
     hand = parse_hand_name(name)
-    path = np.array([*hand.start_position, 0.0]) + straight_path(direction, 0.25).poses
+    path = hand.start_pose + straight_path(direction, 0.25).poses
     found = farthest(hand, CUBE, path)
     assert found is not None
     # The search of a symmetric hand is done on the right alone: a mirrored hand has mirrored grips.

@@ -22,7 +22,7 @@ from inhand.tasks.reach import limits
 from inhand.tracing import fit
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.fit import Fit, carried, fit_of, largest, reached, refusal
-from inhand.tracing.follow import Followed, follow, start_of
+from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import STEP, TOLERANCE, Leg, Plan, distance_to, plan_along
 from inhand.tracing.run import prepare_trace, simulate_trace
 from inhand.tracing.sequencer import Sequencer
@@ -32,7 +32,7 @@ from inhand.tracing.walk import Pose, Request, SequenceConfig, Walk
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = HAND, CUBE
-START = start_of(HAND)
+START = HAND.start_pose
 PERIOD = 0.02
 CORNER = Plan(
     "corner",

@@ -50,7 +50,7 @@ def holding(contacts: Array, pose: Array) -> State:
 
 def following(poses: Array, config: ThesisIkConfig = EXACT) -> ThesisIkController:
     """Return a controller for one world along relative poses `(S, 3)`."""
-    task = Task(HAND, (CUBE,), poses[None], np.linspace(0, 0.001, len(poses))[None], 0.02, 0.004)
+    task = Task(HAND, (CUBE,), poses[None], 0.004)
     return ThesisIkController(task, config)
 
 

@@ -18,7 +18,7 @@ from inhand.hands.objects import CATALOGUE
 from inhand.plots.replay import write_replay
 from inhand.sim.walls import clearance
 from inhand.tracing.figures import MOST_PANELS, one_plan, trace_figure
-from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.run import TraceSetup
 from inhand.tracing.table import HEADER, faults, trace_entry, trace_rows, what_was_done
@@ -28,7 +28,7 @@ from inhand.tracing.walk import Event
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = HAND, CUBE
-START = start_of(HAND)
+START = HAND.start_pose
 BEFORE, PERIOD = 3, 0.02
 LINE = plan_along("line", START + np.array([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]), START)
 BENT = plan_along("bent", START + np.array([(0.02, 0.0, 0.0), (0.02, 0.04, 0.0), (0.06, 0.04, 0.0)]), START)

@@ -27,7 +27,7 @@ from inhand.tasks.primitives import primitive_at
 from test_simulator import assert_same, run, shaken
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
-START = np.array([*HAND.start_position, 0.0])
+START = HAND.start_pose
 CUBE = OBJECTS["cube_39"]
 ASIDE = np.array([[2.5, 0.0, -2.5, 0.0]])
 """Joint angles that hold the fingers beside the palm, out of the way."""
@@ -321,13 +321,13 @@ def carried(name: str, angle: float, walls: list[Wall]) -> tuple[list[State], fl
     """Carry an object in a direction with the expert in a world for each wall; return the states and the way asked."""
     spec, count, line = OBJECTS[name], len(walls), straight_path(primitive_at(angle), 0.06)
     simulator = MujocoSimulator(HAND, [spec] * count, [SceneSpec(walls=(wall,)) for wall in walls])
-    paths, progress = np.tile(line.poses, (count, 1, 1)), np.tile(line.progress, (count, 1))
+    paths = np.tile(line.poses, (count, 1, 1))
     grasp = planned_grasp(HAND, spec, START + line.poses[None])
     closed = np.tile(grasp.closed, (count, 1))
     state = simulator.reset(np.tile(START, (count, 1)), closed)
     for _ in range(15):
         state = simulator.step(closed, 5)
-    controller = IkController(Task(HAND, simulator.objects, paths, progress, 0.02, 0.004))
+    controller = IkController(Task(HAND, simulator.objects, paths, 0.004))
     controller.begin(state)
     states = [state]
     for _ in range(80):

@@ -63,9 +63,8 @@ def read_record(entry: object, kind: type[R], form: int | None = None, new: str 
     if not isinstance(entry, dict):
         raise InputError(f"it is {reprlib.repr(entry)}; it must be a table")
     if form is not None and entry.get("format") != form:
-        raise InputError(
-            f"it has format {reprlib.repr(entry.get('format'))}; this version reads {form}{new and f', which has {new}'}"
-        )
+        told = f"this version reads {form}{', which has ' + new if new else ''}"
+        raise InputError(f"it has format {reprlib.repr(entry.get('format'))}; {told}")
     try:
         record = msgspec.convert(entry, kind)
         unknown = _unknown(entry, msgspec.to_builtins(record))

@@ -13,12 +13,10 @@ from inhand.asterisk_test.people.paths import human_path
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.draws import check_draws
-from inhand.control.loop import run_episodes
-from inhand.control.phases import placed_joints, standard_phases
+from inhand.control.loop import run_worlds
 from inhand.control.recording import cut_trials
 from inhand.control.trial import Passport, Trial
 from inhand.errors import InputError
-from inhand.geometry import way_along
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
@@ -101,19 +99,17 @@ def simulate(
     told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
     reach = {limit.primitive: limit.distance for limit in limits(hand, setup.object, primitives, progress=told)}
     simulator = _simulator(config, hand, [setup.object] * count, threads)
-    origin = np.array([*hand.start_position, 0.0])
     paths = stacked([each.path.poses for each in setup.assignments])
     whole = stacked([whole_path(each.path) for each in setup.assignments])
     rng = np.random.default_rng(config.seed)
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
-    start = origin + spread * rng.standard_normal((count, 3))
-    grasp = setup.controller.grasp(hand, setup.object, origin + whole, start)
-    timestep = simulator.timestep
-    task = Task(hand, simulator.objects, paths, way_along(paths), SUBSTEPS * timestep, timestep)
+    start = hand.start_pose + spread * rng.standard_normal((count, 3))
+    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start)
+    task = Task(hand, simulator.objects, paths, simulator.timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
-    phases = standard_phases(grasp, setup.controller.manipulate, twists)
-    recording = run_episodes(simulator, task, phases, simulator.reset(start, placed_joints(hand, grasp)), progress)
-    return cut_trials(recording, phases, _passports(config, setup, timestep, reach), paths)
+    manipulate = setup.controller.manipulate
+    recording = run_worlds(simulator, task, grasp, start, manipulate, twists=twists, progress=progress)
+    return cut_trials(recording, _passports(config, setup, simulator.timestep, reach), paths)
 
 
 def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec], threads: int) -> Simulator:

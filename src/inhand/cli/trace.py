@@ -12,7 +12,7 @@ from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.catalogue import notes_of
 from inhand.folders import check_folder, run_folder
 from inhand.tracing.config import TraceConfig
-from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.follow import Followed
 from inhand.tracing.report import TraceRun, write_trace
 from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
 from inhand.tracing.table import faults, trace_entry, trace_rows, what_was_done
@@ -32,7 +32,7 @@ def run_trace(config: TraceConfig) -> None:
     with run_folder(config.out) as folder:
         write_trials([each.trial for each in followed], folder)
         write_trace(TraceRun(config, setup, followed, traces, notes), folder)
-        origin = start_of(setup.hand)
+        origin = setup.hand.start_pose
         content = {
             "trials": [trace_entry(each, trace, origin) for each, trace in zip(followed, traces, strict=True)],
             "size_mm": None if setup.size is None else 1e3 * setup.size,

@@ -14,6 +14,7 @@ import numpy as np
 
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
+from inhand.control.phases import Grasp
 from inhand.control.policy import (
     ACTOR,
     Policy,
@@ -31,16 +32,6 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.touch import touch
-
-
-@dataclass(frozen=True)
-class Grasp:
-    """Joint angles that the place and grasp phases move to."""
-
-    opened: Array
-    """Fingers stand off the object `(B, n_joints)` [rad]."""
-    closed: Array
-    """Fingers press on the object `(B, n_joints)` [rad]."""
 
 
 class Planner(Protocol):
@@ -126,7 +117,7 @@ def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | 
 
 def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
     """Return joint angles `(n_joints,)` that touch points left and right of the object's start at a distance [m]."""
-    joints, pose = np.empty(hand.n_joints), np.array([*hand.start_position, 0.0])
+    joints, pose = np.empty(hand.n_joints), hand.start_pose
     for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
         normal = np.array([sign, 0.0])
         found = touch(hand, finger, transform(pose, distance * normal), normal)

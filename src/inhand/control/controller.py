@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import Array
+from inhand.geometry import Array, way_along
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.state import State
@@ -27,16 +28,24 @@ class Task:
     """The object of each world."""
     paths: Array
     """Object poses relative to `start`, in palm axes `(B, S, 3)` [m, m, rad]."""
-    progress: Array
-    """Way along the path to each of those poses `(B, S)` [m]; turning counts as an arc at a fixed arm."""
-    control_period: float
-    """Time between two decisions [s]."""
     timestep: float
     """Physics step [s]."""
+    substeps: int = SUBSTEPS
+    """Physics steps for one decision."""
     distance: Array | None = None
     """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
     start: Array | None = None
     """Pose that each path counts from `(B, 3)`; None for where the object is when its controller begins."""
+
+    @cached_property
+    def progress(self) -> Array:
+        """Way along the path to each of its poses `(B, S)` [m]; turning counts as an arc at a fixed arm."""
+        return way_along(self.paths)
+
+    @property
+    def control_period(self) -> float:
+        """Time between two decisions [s]."""
+        return self.substeps * self.timestep
 
     @property
     def n_worlds(self) -> int:

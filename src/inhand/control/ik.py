@@ -65,7 +65,7 @@ class IkController:
     def __init__(self, task: Task, config: IkConfig | None = None) -> None:
         """Carry objects along the task's paths."""
         self.config = config or IkConfig()
-        self._task = task
+        self._task, self._period = task, task.control_period
 
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
@@ -114,7 +114,7 @@ class IkController:
 
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
-        config, period = self.config, self._task.control_period
+        config, period = self.config, self._period
         before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
         behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
         room = np.maximum(self.limit - self._progress, 0.0)

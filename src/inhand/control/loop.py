@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Task
-from inhand.control.phases import Phase
+from inhand.control.controller import Controller, Task
+from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
@@ -25,8 +25,10 @@ class Recording:
 
     states: tuple[State, ...]
     """Every measured state, the first before the first phase."""
+    phases: tuple[str, ...]
+    """Names of the phases."""
     phase: NDArray[np.int64]
-    """Phase of each state `(T,)`."""
+    """Phase of each state `(T,)`, its number in `phases`."""
     last: NDArray[np.int64]
     """Index of each world's last state `(B,)`; of one that diverged, the last that was measured before."""
     outcomes: tuple[str, ...]
@@ -75,6 +77,33 @@ def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[
     return np.where(state.touching.all(axis=-1), 0, lost + substeps)
 
 
+def run_worlds(
+    simulator: Simulator,
+    task: Task,
+    grasp: Grasp,
+    starts: Array,
+    manipulate: Callable[[Task], Controller] | None,
+    *,
+    twists: Array | None = None,
+    longest: float = 8.0,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Recording:
+    """Place the objects, grip them and manipulate: how worlds start everywhere, in trials, rehearsals and training.
+
+    Args:
+        simulator: the worlds.
+        task: what they have to do.
+        grasp: where the fingers hold the objects.
+        starts: where the objects stand `(B, 3)` [m, m, rad].
+        manipulate: makes the controller that carries them; None leaves them held.
+        twists: poses on the spot `(B, S, 3)` that turn the objects first.
+        longest: time after which manipulation ends [s].
+        progress: told the phase, the worlds still running and the simulated step, after every step.
+    """
+    start = simulator.reset(starts, placed_joints(simulator.hand, grasp))
+    return run_episodes(simulator, task, standard_phases(grasp, manipulate, twists, longest), start, progress)
+
+
 def run_episodes(
     simulator: Simulator,
     task: Task,
@@ -87,7 +116,8 @@ def run_episodes(
     Args:
         simulator: the worlds.
         task: what they have to do.
-        phases: the slices of the episode; a world that finishes the last one has reached its end.
+        phases: the slices of the episode; a world that finishes the last one has reached its end, unless that is a
+            grip, in which all worlds close until the slowest has.
         start: the state the simulator was reset to.
         progress: told the phase, the worlds still running and the simulated step, after every step.
     """
@@ -101,7 +131,7 @@ def run_episodes(
             index = len(states) - 1
             verdicts.end(state.diverged, index - 1, DIVERGED)
             verdicts.end(np.asarray(verdicts.lost > LOST_AFTER), index, LOST_CONTACT)
-            if number == len(phases) - 1:
+            if number == len(phases) - 1 and not phase.must_hold:
                 verdicts.end(done, index, REACHED)
             if progress is not None:
                 progress(phase.name, int(verdicts.running.sum()), index)
@@ -112,18 +142,18 @@ def run_episodes(
         if not verdicts.running.any():
             break
     verdicts.end(verdicts.running, len(states) - 1, TIME_OUT)
-    return Recording(tuple(states), np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
+    names = tuple(phase.name for phase in phases)
+    return Recording(tuple(states), names, np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
 
 
 def _run_phase(
     simulator: Simulator, task: Task, phase: Phase, state: State, verdicts: _Verdicts
 ) -> Iterator[tuple[State, NDArray[np.bool_]]]:
     """Give every state of a phase and which worlds are done, until all that run are done or time is up."""
-    substeps = round(task.control_period / task.timestep)
     controller = phase.controller(task)
     controller.begin(state)
     for _ in range(round(phase.longest / task.control_period)):
-        state, lost = control_step(simulator, controller.act(state), verdicts.lost, substeps)
+        state, lost = control_step(simulator, controller.act(state), verdicts.lost, task.substeps)
         done = controller.finished(state)
         if phase.keep_contact:
             verdicts.lost = lost

@@ -7,15 +7,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inhand.control.catalogue import Grasp
 from inhand.control.controller import Controller, Task
 from inhand.control.joint import JointPid
 from inhand.control.trial import MANIPULATE, TWIST
-from inhand.geometry import Array, way_along
+from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 
 SPREAD = 0.2
 """How far the proximal joints start outside the opened grasp [rad]."""
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """Joint angles that the place and grasp phases move to."""
+
+    opened: Array
+    """Fingers stand off the object `(B, n_joints)` [rad]."""
+    closed: Array
+    """Fingers press on the object `(B, n_joints)` [rad]."""
 
 
 @dataclass(frozen=True)
@@ -43,24 +52,26 @@ def placed_joints(hand: HandSpec, grasp: Grasp) -> Array:
 
 
 def standard_phases(
-    grasp: Grasp, manipulate: Callable[[Task], Controller], twists: Array | None = None, longest: float = 8.0
+    grasp: Grasp, manipulate: Callable[[Task], Controller] | None, twists: Array | None = None, longest: float = 8.0
 ) -> tuple[Phase, ...]:
     """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with a twist before the last if asked.
 
     Args:
         grasp: joint poses of the first two.
-        manipulate: makes the controller of the last, and of the twist.
+        manipulate: makes the controller of the last, and of the twist; None ends with the object held.
         twists: poses on the spot `(B, S, 3)` that turn the object before manipulation starts.
         longest: time after which manipulation ends [s].
     """
-    phases = [
+    phases: tuple[Phase, ...] = (
         Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
         Phase("grasp", lambda task: JointPid(task, grasp.closed), longest=1.2, must_hold=True),
-    ]
+    )
+    if manipulate is None:
+        return phases
     if twists is not None and twists.any():
 
         def turn(task: Task) -> Controller:
-            return manipulate(replace(task, paths=twists, progress=way_along(twists)))
+            return manipulate(replace(task, paths=twists))
 
-        phases.append(Phase(TWIST, turn, longest=3.0, keep_contact=True))
+        phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
     return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))

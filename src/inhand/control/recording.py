@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from inhand.control.loop import Recording
-from inhand.control.phases import Phase
 from inhand.control.trial import Passport, Trial
 from inhand.geometry import Array
 
@@ -23,19 +22,15 @@ _STATE_FIELDS = (
 )
 
 
-def cut_trials(
-    recording: Recording, phases: Sequence[Phase], passports: Sequence[Passport], references: Array
-) -> tuple[Trial, ...]:
+def cut_trials(recording: Recording, passports: Sequence[Passport], references: Array) -> tuple[Trial, ...]:
     """Return one trial for each world, up to its last state.
 
     Args:
         recording: what the loop left.
-        phases: the phases it ran.
         passports: where each world's trial comes from.
         references: reference paths `(B, S, 3)` relative to the start of manipulation.
     """
     stacks = {name: np.stack([getattr(state, name) for state in recording.states]) for name in _STATE_FIELDS}
-    names = tuple(phase.name for phase in phases)
     trials = []
     for world, passport in enumerate(passports):
         rows = slice(0, int(recording.last[world]) + 1)
@@ -44,7 +39,7 @@ def cut_trials(
             Trial(
                 passport=passport,
                 outcome=recording.outcomes[world],
-                phases=names,
+                phases=recording.phases,
                 phase=recording.phase[rows],
                 reference=references[world],
                 **arrays,

@@ -14,7 +14,7 @@ import numpy as np
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.joint import JointPid
-from inhand.geometry import Array, rotate, transform, way_along
+from inhand.geometry import Array, rotate, transform
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
@@ -79,8 +79,7 @@ def best_plans(
     each = [plan for group in plans for plan in group]
     opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
     simulator = MujocoSimulator(hand, [spec] * len(each))
-    paths, period = poses[owner] - poses[owner, :1], SUBSTEPS * simulator.timestep
-    task = Task(hand, simulator.objects, paths, way_along(paths), period, simulator.timestep)
+    task = Task(hand, simulator.objects, poses[owner] - poses[owner, :1], simulator.timestep)
     state = simulator.reset(starts[owner], opened)
     fingers = JointPid(task, closed)
     fingers.begin(state)

@@ -139,6 +139,11 @@ class HandSpec:
         """Origin of the task frame, where the object starts: 0.65 of the finger length (thesis 3.1) [m]."""
         return (0.0, 0.65 * self.finger_length)
 
+    @property
+    def start_pose(self) -> Array:
+        """Pose `(3,)` in which the object starts: at `start_position`, not turned [m, m, rad]."""
+        return np.array([*self.start_position, 0.0])
+
 
 def build_hand(
     name: str,

@@ -66,7 +66,7 @@ class _Batch(Generic[C]):
         self.config = config
         held = config.held
         self._pool = config.pool(stop=self._stops())
-        self._origin = np.array([*held[0].start_position, 0.0])
+        self._origin = held[0].start_pose
         interface = Interface(config.observation, config.actions, self._terms(), config.horizon)
         self.worlds = ManipulationWorlds(held, self._pool, count, interface, threads=config.threads)
         size = self.worlds.layout.size(held[0])

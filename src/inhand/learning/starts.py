@@ -19,7 +19,7 @@ from inhand.control.joint import JointPid
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
 from inhand.errors import InputError
-from inhand.geometry import Array, way_along
+from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -85,17 +85,16 @@ def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance:
     """Return the task of moving along directions `(B,)` [deg], at most some distance `(B,)` [m]."""
     paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angle_deg])
     hand, spec = held
-    timestep = SceneSpec().timestep
-    return Task(hand, (spec,) * len(paths), paths, way_along(paths), SUBSTEPS * timestep, timestep, distance)
+    return Task(hand, (spec,) * len(paths), paths, SceneSpec().timestep, distance=distance)
 
 
 def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
     """Return what an expert has to do from some starts: their directions or their routes."""
     if starts.routes is None:
         return straight_task(held, starts.angle_deg, starts.distance)
-    poses, way, step = starts.routes.poses, starts.routes.way, SceneSpec().timestep
-    paths = poses - poses[:, :1]
-    return Task(held[0], (held[1],) * len(poses), paths, way, SUBSTEPS * step, step, way[:, -1], poses[:, 0])
+    poses, paths = starts.routes.poses, starts.routes.poses - starts.routes.poses[:, :1]
+    objects, distance = (held[1],) * len(poses), starts.routes.way[:, -1]
+    return Task(held[0], objects, paths, SceneSpec().timestep, distance=distance, start=poses[:, 0])
 
 
 def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
@@ -114,8 +113,7 @@ def plans_for(
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":
         return dict.fromkeys(angles_deg, rough_plan(hand, spec))
-    origin = np.array([*hand.start_position, 0.0])
-    poses = np.stack([origin + straight_path(primitive_at(angle)).poses for angle in angles_deg])
+    poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
     return dict(zip(angles_deg, direction_plans(hand, spec, poses), strict=True))
 
 
@@ -183,14 +181,13 @@ def _close(
     """Place the object with noise and close the fingers on it."""
     rng, noise = drawn[0], drawn[1] or Noise()
     count = len(plans)
-    origin = np.tile([*hand.start_position, 0.0], (count, 1))
+    origin = np.tile(hand.start_pose, (count, 1))
     spread = np.array([noise.position, noise.position, noise.rotation])
     poses = origin + spread * rng.standard_normal((count, 3))
     opened, closed = closing_joints(hand, spec, plans, origin, poses)
     simulator = MujocoSimulator(hand, [spec] * count, threads=threads)
     still = np.zeros((count, 2, 3))
-    period = SUBSTEPS * simulator.timestep
-    fingers = JointPid(Task(hand, simulator.objects, still, way_along(still), period, simulator.timestep), closed)
+    fingers = JointPid(Task(hand, simulator.objects, still, simulator.timestep), closed)
     state = simulator.reset(poses, opened)
     fingers.begin(state)
     for _ in range(CLOSING):

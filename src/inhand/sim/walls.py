@@ -90,7 +90,7 @@ def check_walls(hand: HandSpec, spec: ObjectSpec, walls: Sequence[Wall]) -> None
     Raises:
         InputError: a wall overlaps the object; the text names the first and says how deep it is in it.
     """
-    start = np.array([*hand.start_position, 0.0])
+    start = hand.start_pose
     pieces = (polygon(spec, ROUND_CORNERS),) if spec.shape == "cylinder" else convex_pieces(spec)
     for number, wall in enumerate(walls):
         depth = -min(float(separation(wall.outline, transform(start, piece))) for piece in pieces)

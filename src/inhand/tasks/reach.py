@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.hands.hand import HandSpec
@@ -61,7 +59,7 @@ def limits(
 def _limit(held: tuple[HandSpec, ObjectSpec], primitive: Primitive, config: ReachConfig | None) -> Limit | None:
     """Return the limit of a primitive, None where not even its first pose has a grip; a second run of it is free."""
     path = straight_path(primitive)
-    end = farthest(*held, np.array([*held[0].start_position, 0.0]) + whole_path(path), config)
+    end = farthest(*held, held[0].start_pose + whole_path(path), config)
     return None if end is None else Limit(primitive, _distance(primitive, end, path.twist), end)
 
 
@@ -71,7 +69,7 @@ def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = No
     Raises:
         InputError: there is none; the text says which constraint fails.
     """
-    origin = np.array([[*hand.start_position, 0.0]])
+    origin = hand.start_pose[None]
     found = farthest(hand, spec, origin, config)
     if found is None:
         why = why_none(hand, spec, origin, config)

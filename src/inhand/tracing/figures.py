@@ -34,7 +34,7 @@ from inhand.plots.style import (
     write_heading,
 )
 from inhand.sim.walls import Wall
-from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
 from inhand.tracing.run import TraceSetup
 from inhand.tracing.trace import Trace, deviations
@@ -106,7 +106,7 @@ class Path:
     @property
     def faults(self) -> list[tuple[str, Array]]:
         """What went wrong, and where `(2,)` [mm] from the object's start."""
-        origin = start_of(self.followed.trial.passport.hand)[:2]
+        origin = self.followed.trial.passport.hand.start_pose[:2]
         found = [(event.what, 1e3 * (np.array(event.place) - origin)) for event in self.followed.events]
         if self.trace.dropped and len(self.points_mm):
             found.append(("object lost", self.points_mm[-1]))
@@ -164,14 +164,14 @@ def one_plan(followed: Sequence[Followed]) -> bool:
 def _path(number: int, followed: Followed, trace: Trace, few: bool, alone: bool) -> Path:
     """Return a trial as it is drawn, in a colour of its own if it is the first or one of few."""
     poses = planar(followed.trial.object_pose[followed.trial.manipulation])
-    points = 1e3 * (poses[:, :2] - start_of(followed.trial.passport.hand)[:2])
+    points = 1e3 * (poses[:, :2] - followed.trial.passport.hand.start_pose[:2])
     colour = series_look(number).colour if few or number == 0 else OTHERS
     return Path(followed, trace, points, colour, number == 0, alone)
 
 
 def _extent(setup: TraceSetup, paths: Sequence[Path]) -> Extent:
     """Return what the panels show: plans, paths unless they go far, the object at its start, and a wall [mm]."""
-    origin = start_of(setup.hand)[:2]
+    origin = setup.hand.start_pose[:2]
     plans = np.concatenate([plan_line(path.followed.plan, origin) for path in paths])
     far = plans.min(axis=0) - FAR_MM, plans.max(axis=0) + FAR_MM
     drawn = [plans, 1e3 * polygon(setup.object), *(np.clip(path.points_mm, *far) for path in paths)]
@@ -202,7 +202,7 @@ def _draw_panels(
 def _draw_panel(ax: Axes, setup: TraceSetup, paths: Sequence[Path], extent: Extent) -> None:
     """Draw hand and object at the start, the plan that paths share, the paths, and where something went wrong."""
     show_extent(ax, extent)
-    trial, origin = paths[0].followed.trial, start_of(setup.hand)[:2]
+    trial, origin = paths[0].followed.trial, setup.hand.start_pose[:2]
     draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin), FAINT)
     if setup.wall is not None:
         ax.add_patch(wall_patch(wall_mm(setup.wall, origin)))
@@ -298,7 +298,7 @@ def _turned(setup: TraceSetup, plan: Plan) -> list[Array]:
     """Return the outlines of the object where a plan has it turned [mm]; none where those are many."""
     there = [leg.end for leg in plan.legs if leg.kind != "press" and leg.end[:2] != plan.legs[0].start[:2]]
     places = dict.fromkeys(place for place in there if abs(place[2]) > TURNED)
-    origin = start_of(setup.hand)[:2]
+    origin = setup.hand.start_pose[:2]
     outlines = [1e3 * (transform(np.array(place), polygon(setup.object)) - origin) for place in places]
     return outlines if len(outlines) <= MOST_TURNED else []
 

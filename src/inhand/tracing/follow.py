@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry
-from inhand.control.controller import SUBSTEPS, Controller, Task
+from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import run_episodes
-from inhand.control.phases import placed_joints, standard_phases
+from inhand.control.loop import run_worlds
 from inhand.control.recording import cut_trials
 from inhand.control.trial import REACHED, STOPPED, Passport, Trial
-from inhand.geometry import Array, planar, way_along
+from inhand.geometry import Array, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec
@@ -64,11 +63,6 @@ def _press(task: Task) -> Controller:
     return IkController(task, IkConfig(push=PUSH, grip=GRIP))
 
 
-def start_of(hand: HandSpec) -> Array:
-    """Return the pose `(3,)` in which the object is placed."""
-    return np.array([*hand.start_position, 0.0])
-
-
 def follow(
     held: tuple[HandSpec, ObjectSpec],
     entry: ControllerEntry,
@@ -99,12 +93,11 @@ def follow(
     poses = stacked([plan.poses() for plan in plans])
     grasp = entry.grasp(hand, spec, poses, starts)
     simulator = MujocoSimulator(hand, [spec] * len(plans), scenes, threads)
-    task = task_of(simulator, poses - poses[:, :1])
+    task = Task(hand, simulator.objects, poses - poses[:, :1], simulator.timestep)
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
-    phases = standard_phases(grasp, lambda _: driver, longest=max(map(_longest, plans)))
-    start = simulator.reset(starts, placed_joints(hand, grasp))
-    recording = run_episodes(simulator, task, phases, start, progress)
-    trials = cut_trials(recording, phases, passports, task.paths)
+    longest = max(map(_longest, plans))
+    recording = run_worlds(simulator, task, grasp, starts, lambda _: driver, longest=longest, progress=progress)
+    trials = cut_trials(recording, passports, task.paths)
     legs = np.array(driver.legs).reshape(-1, len(plans))
     return tuple(_followed(plans[k], trials[k], driver, (k, legs[:, k])) for k in range(len(plans)))
 
@@ -116,12 +109,6 @@ def _driver(
     if entry.policy is not None and entry.policy.task:
         return Whole(task, plans, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)
-
-
-def task_of(simulator: MujocoSimulator, paths: Array) -> Task:
-    """Return the task of a batch that follows paths `(B, S, 3)`, decided on every `SUBSTEPS` physics steps."""
-    step = simulator.timestep
-    return Task(simulator.hand, simulator.objects, paths, way_along(paths), SUBSTEPS * step, step)
 
 
 def _followed(plan: Plan, trial: Trial, driver: Sequencer | Whole, mine: tuple[int, NDArray[np.int64]]) -> Followed:

@@ -14,7 +14,7 @@ from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
-from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.follow import Followed
 from inhand.tracing.run import TraceSetup
 from inhand.tracing.table import faults, trace_rows, what_was_done
 from inhand.tracing.trace import Trace
@@ -57,7 +57,7 @@ def write_trace(run: TraceRun, folder: Path) -> None:
 
 def _replay(run: TraceRun, figures: Path) -> Picture:
     """Draw the first trial; a long one faster than it was."""
-    followed, wall, origin = run.followed[0], run.setup.wall, start_of(run.setup.hand)[:2]
+    followed, wall, origin = run.followed[0], run.setup.wall, run.setup.hand.start_pose[:2]
     trial = followed.trial
     step = max(FRAME_STEPS, -(-len(trial.time) // MOST_FRAMES))
     rows = list(range(0, len(trial.time), step))

@@ -23,7 +23,7 @@ from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.drawings import SHAPES, find_drawing
 from inhand.tracing.fit import carried, fit_of, largest, reached, refusal
-from inhand.tracing.follow import Followed, follow, start_of
+from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.tracing.trace import Trace, trace_of
@@ -115,7 +115,7 @@ def find_path(text: str) -> Drawing:
 
 def plan_of(held: tuple[HandSpec, ObjectSpec], drawing: Drawing) -> Plan:
     """Return the plan that traces a drawing with a size about the object's start."""
-    start = start_of(held[0])
+    start = held[0].start_pose
     return plan_along(drawing.name, start + drawing.poses, start)
 
 
@@ -139,7 +139,7 @@ def simulate_trace(
         held,
         setup.controller,
         setup.plans,
-        start_of(setup.hand) + spread * noise,
+        setup.hand.start_pose + spread * noise,
         _passports(config, setup, scene.timestep),
         scenes=scene,
         progress=progress,
@@ -179,7 +179,7 @@ def _sized(
     fits = f"the largest that fits is {1e3 * most:.0f} mm: give --size {1e3 * most:.0f} or less, or --scale"
     none = "and no size of it fits: use another path, hand or object"
     name = f"{drawing.name} of {1e3 * larger_side(drawing):.0f} mm"
-    raise refusal(name, fit, start_of(held[0]), fits if most > 0 else none)
+    raise refusal(name, fit, held[0].start_pose, fits if most > 0 else none)
 
 
 def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:

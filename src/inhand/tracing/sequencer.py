@@ -130,13 +130,10 @@ class Sequencer:
             begins.append(come)
         longest = max(map(len, rest))
         paths = np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in rest])
-        progress = way_along(paths)
-        task = replace(
-            self._task, objects=tuple(self._task.objects[world] for world in worlds), paths=paths, progress=progress
-        )
+        task = replace(self._task, objects=tuple(self._task.objects[world] for world in worlds), paths=paths)
         config = IkConfig()
         limit = follow_limit(task, select(state, worlds), config.friction_share, config.margin)
-        for world, begin, way, found in zip(worlds.tolist(), begins, progress, limit, strict=True):
+        for world, begin, way, found in zip(worlds.tolist(), begins, task.progress, limit, strict=True):
             whole = found >= way[-1] - STEP / 10
             self.walks[world].limit = np.inf if whole else begin + max(float(found - way[1]), 0.0)
 
@@ -162,13 +159,11 @@ class Sequencer:
         relative[:, 2] = wrap_angle(relative[:, 2])
         longest = way_along(np.stack([np.zeros_like(relative), relative], axis=1))[:, -1].max()
         paths = np.linspace(0.0, 1.0, max(int(np.ceil(longest / STEP)), 1) + 1)[:, None] * relative[:, None]
-        progress = way_along(paths)
         return replace(
             self._task,
             objects=tuple(self._task.objects[world] for world in worlds),
             paths=paths,
-            progress=progress,
-            distance=progress[:, -1],
+            distance=way_along(paths)[:, -1],
             start=start,
         )
 

@@ -11,7 +11,7 @@ import numpy as np
 from inhand.control.trial import DIVERGED, NO_GRASP, REACHED
 from inhand.geometry import Array, planar, wrap_angle
 from inhand.pages import NO_VERDICT, NOTHING
-from inhand.tracing.follow import Followed, start_of
+from inhand.tracing.follow import Followed
 from inhand.tracing.run import TraceSetup
 from inhand.tracing.trace import PUSHED, Trace
 from inhand.tracing.walk import Event
@@ -50,7 +50,7 @@ def what_was_done(setup: TraceSetup) -> str:
 
 def faults(setup: TraceSetup, followed: Sequence[Followed], traces: Sequence[Trace]) -> list[str]:
     """Return one sentence for every trial that left its path or did not do what was asked: where, when and why."""
-    origin = start_of(setup.hand)
+    origin = setup.hand.start_pose
     told = [(_fault(each, trace, origin), trace) for each, trace in zip(followed, traces, strict=True)]
     return [f"Trial {trace.trial}, {trace.outcome}: {text}" for text, trace in told if text]
 

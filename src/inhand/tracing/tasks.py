@@ -18,7 +18,6 @@ from inhand.tasks.reach import limits
 from inhand.tracing.drawing import scaled
 from inhand.tracing.drawings import find_drawing
 from inhand.tracing.fit import Fit, Held, fit_of, refusal
-from inhand.tracing.follow import start_of
 from inhand.tracing.plan import Leg, Plan, plan_along
 
 SHARE = 0.5
@@ -74,38 +73,38 @@ def draw_points(held: Held, count: int, rng: np.random.Generator, share: float =
 def _pose(held: Held, rng: np.random.Generator) -> Plan:
     goal = np.append(draw_points(held, 1, rng)[0], rng.uniform(-TURNS, TURNS))
     return plan_along(
-        "pose", np.stack([start_of(held[0]), start_of(held[0]) + goal]), start_of(held[0]), stay=POSE_STAY
+        "pose", np.stack([held[0].start_pose, held[0].start_pose + goal]), held[0].start_pose, stay=POSE_STAY
     )
 
 
 def _place(held: Held, rng: np.random.Generator) -> Plan:
     goal = np.append(draw_points(held, 1, rng)[0], 0.0)
     return plan_along(
-        "place", np.stack([start_of(held[0]), start_of(held[0]) + goal]), start_of(held[0]), stay=POSE_STAY
+        "place", np.stack([held[0].start_pose, held[0].start_pose + goal]), held[0].start_pose, stay=POSE_STAY
     )
 
 
 def _tour(held: Held, rng: np.random.Generator) -> Plan:
     points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
-    return plan_along("tour", start_of(held[0]) + points, start_of(held[0]), tolerance=0.0)
+    return plan_along("tour", held[0].start_pose + points, held[0].start_pose, tolerance=0.0)
 
 
 def _key(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    out = start_of(held[0]) + np.array([0.0, KEY_WAY, 0.0])
+    out = held[0].start_pose + np.array([0.0, KEY_WAY, 0.0])
     turned = out + np.array([0.0, 0.0, KEY_TURN])
     legs = (
-        Leg("move", _triple(start_of(held[0])), _triple(out)),
+        Leg("move", _triple(held[0].start_pose), _triple(out)),
         Leg("turn", _triple(out), _triple(turned), KEY_STAY),
         Leg("turn", _triple(turned), _triple(out)),
-        Leg("move", _triple(out), _triple(start_of(held[0]))),
+        Leg("move", _triple(out), _triple(held[0].start_pose)),
     )
     return Plan("key", legs)
 
 
 def _wall(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    start, out = start_of(held[0]), np.array([0.0, 1.0, 0.0])
+    start, out = held[0].start_pose, np.array([0.0, 1.0, 0.0])
     near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
     legs = (
         Leg("move", _triple(start), _triple(near)),
@@ -118,7 +117,7 @@ def _wall(held: Held, rng: np.random.Generator) -> Plan:
 def the_wall(held: Held) -> Wall:
     """Return the wall of the task `wall`: in front of the object, no wider than it, so that no finger meets it."""
     corners = polygon(held[1])
-    x, y = start_of(held[0])[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
+    x, y = held[0].start_pose[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
     return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
 
 
@@ -161,7 +160,7 @@ def find_task(text: str) -> SequenceTask:
 
     def plan(held: Held, rng: np.random.Generator) -> Plan:
         del rng
-        return plan_along(text, start_of(held[0]) + drawing.poses, start_of(held[0]))
+        return plan_along(text, held[0].start_pose + drawing.poses, held[0].start_pose)
 
     return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)
 
@@ -195,7 +194,7 @@ def fitting_plan(
             return drawn[-1]
         if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
             break
-    raise refusal(name, fit, start_of(held[0]), "use a hand with a longer reach, another object or another --seed")
+    raise refusal(name, fit, held[0].start_pose, "use a hand with a longer reach, another object or another --seed")
 
 
 @lru_cache(maxsize=128)

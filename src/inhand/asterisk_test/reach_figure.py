@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from inhand.geometry import transform
+from inhand.geometry import Array, transform
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.reach.limits import Farthest
@@ -36,7 +36,7 @@ def reach_figure(
     """
     hand, spec = held
     origin = start.pose[:2]
-    curves = [_curve(limit) for limit in limits]
+    curves = [_curve(limit, origin) for limit in limits]
     scene = scene_of(hand, spec, start.joints, start.pose, origin)
     bodies = [1e3 * (transform(limit.end.pose, polygon(spec)) - origin) for limit in limits]
     left, right, bottom, top = curves_extent(curves, scene, 0.0)
@@ -62,9 +62,10 @@ def reach_figure(
     return figure
 
 
-def _curve(limit: Limit) -> PathCurve:
-    """Return the straight line to a limit, its distance written at the tip."""
-    end = 1e3 * limit.distance * limit.primitive.unit
+def _curve(limit: Limit, origin: Array) -> PathCurve:
+    """Return the straight line to a limit, or to the last pose of a path of its own, its distance at the tip."""
+    own = limit.primitive.path is not None
+    end = 1e3 * (limit.end.pose[:2] - origin if own else limit.distance * limit.primitive.unit)
     return PathCurve(
         angle_deg=limit.primitive.angle_deg or 0.0,
         name=limit.primitive.name,

@@ -52,6 +52,8 @@ class Result:
     """File or controller."""
     limit: float | None = None
     """How far the hand could carry the object [mm], or turn it [deg] where there is no direction; None for people."""
+    more: tuple[tuple[str, float], ...] = ()
+    """Names and values of users' metrics."""
 
     @property
     def reached(self) -> float:

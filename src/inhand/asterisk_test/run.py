@@ -24,7 +24,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.engine import Simulator
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.tasks.paths import ReferencePath, stacked, straight_path, twist_poses, whole_path
+from inhand.tasks.paths import ReferencePath, path_of, stacked, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
 from inhand.tasks.reach import limits
 from inhand.versions import versions
@@ -143,7 +143,7 @@ def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dic
 
 def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanTrial]) -> list[ReferencePath]:
     if config.paths == "straight":
-        return [straight_path(primitive)]
+        return [path_of(primitive)]
     trials = [t for t in people if twisted_name(t.primitive, t.twist_deg) == primitive.name]
     if not trials:
         have = sorted({t.primitive for t in people if t.angle_deg is not None})

@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from inhand.control.checked import Checked
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.phases import Grasp
@@ -32,6 +33,7 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.touch import touch
+from inhand.registry import Registry, describe
 
 
 class Planner(Protocol):
@@ -140,7 +142,31 @@ ROUGH_SQUEEZE = 0.001
 CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8, margin=(0.004, 0.16)))
 """What `ik-cautious` uses of the friction, and how far it stays from the end."""
 
-CONTROLLERS = {
+def _entry(name: str, given: object) -> ControllerEntry:
+    """Return the controller that a user's class is.
+
+    Raises:
+        InputError: not what makes a controller.
+    """
+    if isinstance(given, ControllerEntry):
+        return given
+    lacks = [word for word in ("begin", "act", "finished") if not callable(getattr(given, word, None))]
+    if not callable(given) or (isinstance(given, type) and lacks):
+        raise InputError(
+            f"controller {name!r} is {describe(given)}"
+            + (f" without {', '.join(lacks)}" if isinstance(given, type) else "")
+            + ": it must be a class, made with the task, with the methods begin(state), act(state) and finished(state)"
+        )
+    grasp = getattr(given, "grasp", "planned")
+    if grasp not in GRASPS and not callable(grasp):
+        raise InputError(f"grasp {grasp!r} of controller {name!r}: use planned, rough or a function")
+    return ControllerEntry(name, "a user's", GRASPS.get(grasp, grasp), partial(Checked, made=given, name=name))
+
+
+GRASPS: dict[str, Planner] = {"planned": planned_grasp, "rough": rough_grasp}
+"""How a user's controller may ask to be given the object."""
+
+CONTROLLERS: Registry[ControllerEntry] = Registry("controller", {
     entry.name: entry
     for entry in (
         ControllerEntry(
@@ -162,7 +188,7 @@ CONTROLLERS = {
             ThesisIkController,
         ),
     )
-}
+}, _entry)
 
 
 def find_controller(name: str) -> ControllerEntry:
@@ -174,17 +200,18 @@ def find_controller(name: str) -> ControllerEntry:
     Raises:
         InputError: there is none of that name (the text offers near matches), or a folder without a policy.
     """
-    if name in CONTROLLERS:
-        return CONTROLLERS[name]
     if name == SHIPPED:
         return _shipped()
     folder = Path(name)
     if folder.is_dir():
         return learned(*policy_of(folder))
+    entry = CONTROLLERS.find(name)
+    if entry is not None:
+        return entry
     known = (*CONTROLLERS, SHIPPED)
     raise InputError(
-        f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)} and the folder of a"
-        " run of `inhand train`"
+        f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)}, the folder of a"
+        " run of `inhand train` and FILE.py:NAME"
     )
 
 

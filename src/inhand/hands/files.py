@@ -15,6 +15,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, Shape, parse_object_name, polygon_object
 from inhand.hands.robot_chains import FingerNames, RobotNames
 from inhand.hands.robot_files import RobotHand, read_robot
+from inhand.registry import Registry, describe
 
 _FINGER_KEYS = ("links_mm", "limits_deg")
 _HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
@@ -34,23 +35,51 @@ _POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "frictio
 
 
 def load_hand(name_or_file: str | Path) -> HandSpec:
-    """Return the hand of a name (see `parse_hand_name`) or of a TOML file.
+    """Return the hand of a name (registered, or see `parse_hand_name`) or of a TOML file.
 
     Raises:
         InputError: neither a hand name nor a readable hand file.
     """
+    own = HANDS.find(str(name_or_file))
+    if own is not None:
+        return own
     path = _as_file(name_or_file)
     return parse_hand_name(str(name_or_file)) if path is None else _hand_from(_read_toml(path, "hand"), path)
 
 
 def load_object(name_or_file: str | Path) -> ObjectSpec:
-    """Return the object of a name (see `parse_object_name`) or of a TOML file.
+    """Return the object of a name (registered, or see `parse_object_name`) or of a TOML file.
 
     Raises:
         InputError: neither an object name nor a readable object file.
     """
+    own = OBJECTS.find(str(name_or_file))
+    if own is not None:
+        return own
     path = _as_file(name_or_file)
     return parse_object_name(str(name_or_file)) if path is None else _object_from(_read_toml(path, "object"), path)
+
+
+def _hand_made(name: str, given: object) -> HandSpec:
+    made = given() if callable(given) else given
+    if not isinstance(made, HandSpec):
+        raise InputError(f"hand {name!r} is {describe(made)}: it must be a HandSpec, as inhand.hand(...) returns one")
+    return made
+
+
+def _object_made(name: str, given: object) -> ObjectSpec:
+    made = given() if callable(given) else given
+    if not isinstance(made, ObjectSpec):
+        raise InputError(
+            f"object {name!r} is {describe(made)}: it must be an ObjectSpec, as inhand.object(...) returns one"
+        )
+    return made
+
+
+HANDS: Registry[HandSpec] = Registry("hand", {}, _hand_made)
+"""Hands that users add."""
+OBJECTS: Registry[ObjectSpec] = Registry("object", {}, _object_made)
+"""Objects that users add."""
 
 
 def _as_file(name_or_file: str | Path) -> Path | None:

@@ -7,7 +7,7 @@ holding and stopping depend on: velocities, commands and contact points. A chang
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -17,6 +17,7 @@ from inhand.geometry import Array, inverse_transform, perpendicular, unit, wrap_
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.objects import ObjectSpec
+from inhand.registry import Registry, describe
 from inhand.sim.state import State
 from inhand.tasks.aim import Aim
 
@@ -85,14 +86,19 @@ def observe(layout: Layout, state: State, aim: Aim, scene: Scene) -> Array:
 
 
 def find_layout(name: str) -> Layout:
-    """Return a layout by name.
+    """Return a layout by name; `grip,tip_speed` adds a user's part to one.
 
     Raises:
         InputError: there is none of that name.
     """
-    if name not in LAYOUTS:
-        raise InputError(f"unknown observation {name!r}{near_matches(name, LAYOUTS)}; allowed are {', '.join(LAYOUTS)}")
-    return LAYOUTS[name]
+    first, *more = name.split(",")
+    if first not in LAYOUTS:
+        near = near_matches(first, LAYOUTS)
+        raise InputError(f"unknown observation {first!r}{near}; allowed are {', '.join(LAYOUTS)}")
+    layout = LAYOUTS[first]
+    if not more:
+        return layout
+    return Layout(",".join([layout.name, *more]), (*layout.parts, *(PARTS.known(word) for word in more)))
 
 
 def numbers_for(given: OfHand, hand: HandSpec) -> Array:
@@ -322,3 +328,28 @@ WHOLE = Layout(
 
 LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN, "whole": WHOLE}
 """Layouts by the name that configurations use."""
+
+
+def _user_part(name: str, given: object) -> Part:
+    """Return a user's part, its values looked at.
+
+    Raises:
+        InputError: not a part with a function and a size.
+    """
+    if not isinstance(given, Part) or not callable(given.values) or given.fixed + given.for_joint < 1:
+        raise InputError(
+            f"observation part {name!r} is {describe(given)}: it must be a function of state, aim and scene that gives"
+            " at least one number a world"
+        )
+
+    def values(state: State, aim: Aim, scene: Scene) -> Array:
+        found, wanted = np.asarray(given.values(state, aim, scene), float), (state.n_worlds, given.size(scene.hand))
+        if found.shape != wanted:
+            raise InputError(f"observation part {name!r} gives {found.shape}: it must give {wanted}, a row for each world")
+        return found
+
+    return replace(given, name=name, values=values)
+
+
+PARTS: Registry[Part] = Registry("observation part", {}, _user_part)
+"""Parts that users add to an observation."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, way_along
 from inhand.tasks.primitives import Primitive
 
 TURN_STEP = math.radians(1.0)
@@ -45,6 +45,14 @@ def stacked(paths: Sequence[Array]) -> Array:
     """Return paths `(S, 3)` of different lengths as one array `(B, S, 3)`, shorter ones held at their last waypoint."""
     longest = max(len(path) for path in paths)
     return np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in paths])
+
+
+def path_of(primitive: Primitive) -> ReferencePath:
+    """Return the path of a primitive: its own, or straight along its direction."""
+    if primitive.path is None:
+        return straight_path(primitive)
+    poses = np.array(primitive.path)
+    return ReferencePath(primitive.name, poses, way_along(poses))
 
 
 def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.001) -> ReferencePath:

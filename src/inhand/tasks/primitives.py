@@ -7,9 +7,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from inhand import geometry
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
+from inhand.registry import Registry, describe
 from inhand.tasks.directions import DIRECTIONS, ROTATIONS, UNSEEN_NAMES
 
 TURN_DEG = 150.0
@@ -28,14 +31,18 @@ class Primitive:
     """Direction counter-clockwise from +x, palm at the bottom [deg], in (-180, 180]; None: only rotate."""
     rotation_deg: float = 0.0
     """Rotation counter-clockwise, turned first and then held, or to reach where there is no direction [deg]."""
+    path: tuple[tuple[float, float, float], ...] | None = None
+    """Poses on the way, from the start [m, m, rad], of one that does not go straight along its direction."""
 
     @property
     def angle(self) -> float:
         """Direction counter-clockwise from +x [rad].
 
         Raises:
-            InputError: the primitive only rotates.
+            InputError: the primitive only rotates, or goes along a path of its own.
         """
+        if self.path is not None:
+            raise InputError(f"primitive {self.name} goes along a path of its own: give one that goes straight")
         if self.angle_deg is None:
             raise InputError(f"primitive {self.name} only rotates and has no direction: give one that translates")
         return math.radians(self.angle_deg)
@@ -45,7 +52,7 @@ class Primitive:
         """Unit vector `(2,)` of the direction.
 
         Raises:
-            InputError: the primitive only rotates.
+            InputError: the primitive only rotates, or goes along a path of its own.
         """
         return geometry.unit(self.angle)
 
@@ -122,14 +129,14 @@ def _meant_by(word: str) -> tuple[Primitive, ...]:
     """Return the primitives that one word stands for."""
     if word.lower() in GROUPS:
         return GROUPS[word.lower()]
-    found = _named().get(_key(word))
+    found = _named().get(_key(word)) or PATHS.find(word)
     if found is not None:
         return (found,)
     try:
         angle_deg = float(word)
     except ValueError:
         names = [primitive.name for primitive in (*GROUPS["all"], *TURNS)]
-        near = near_matches(_key(word), [*names, *GROUPS]) or "."
+        near = near_matches(_key(word), [*names, *GROUPS, *PATHS]) or "."
         raise InputError(f"unknown direction {word!r}{near} {_allowed()}") from None
     return (primitive_at(angle_deg),)
 
@@ -142,6 +149,43 @@ def _named() -> dict[str, Primitive]:
     for word, way in ROTATIONS.items():
         words[word] = words[way]
     return words
+
+
+def _path_primitive(name: str, given: object) -> Primitive:
+    """Return the primitive of a user's path.
+
+    Raises:
+        InputError: not poses `(N, 3)` from the start, or a path without a direction that was given none.
+    """
+    made = given() if callable(given) else given
+    try:
+        poses = np.array(getattr(made, "poses", made), dtype=float)
+    except (TypeError, ValueError):
+        poses = np.empty(0)
+    if poses.ndim != 2 or poses.shape[1] != 3 or len(poses) < 2 or not np.isfinite(poses).all():
+        raise InputError(
+            f"primitive {name!r} gives {describe(made) if poses.size == 0 else f'an array {poses.shape}'}: it needs poses"
+            " (N, 3) [m, m, rad], finite, at least two"
+        )
+    if np.abs(poses[0]).max() > AT_START:
+        raise InputError(f"primitive {name!r} begins at {poses[0].tolist()}: its first pose must be 0, the object's start")
+    if np.abs(poses[:, :2]).max() > FARTHEST:
+        raise InputError(
+            f"primitive {name!r} goes {np.abs(poses[:, :2]).max():g} m far, which no hand does: poses are in metres"
+        )
+    angle = getattr(made, "angle_deg", None)
+    if angle is None and np.hypot(*poses[-1, :2]) <= AT_START:
+        raise InputError(f"primitive {name!r} ends where it begins: give angle_deg, along which its distance counts")
+    angle = math.degrees(math.atan2(poses[-1, 1], poses[-1, 0])) if angle is None else float(angle)
+    return Primitive(name, angle, 0.0, tuple((x, y, turn) for x, y, turn in poses.tolist()))
+
+
+AT_START = 1e-6
+"""A first pose farther than this from the start [m or rad] is none."""
+FARTHEST = 0.5
+"""A path farther than this leaves every hand [m]."""
+PATHS: Registry[Primitive] = Registry("primitive", {}, _path_primitive)
+"""Primitives that users add, each along a path of its own."""
 
 
 def _key(word: str) -> str:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM
+from inhand.geometry import TURN_ARM, unit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig, farthest, why_none
-from inhand.tasks.paths import straight_path, whole_path
+from inhand.tasks.paths import ReferencePath, path_of, whole_path
 from inhand.tasks.primitives import Primitive
 
 
@@ -58,9 +59,9 @@ def limits(
 @lru_cache(maxsize=128)
 def _limit(held: tuple[HandSpec, ObjectSpec], primitive: Primitive, config: ReachConfig | None) -> Limit | None:
     """Return the limit of a primitive, None where not even its first pose has a grip; a second run of it is free."""
-    path = straight_path(primitive)
+    path = path_of(primitive)
     end = farthest(*held, held[0].start_pose + whole_path(path), config)
-    return None if end is None else Limit(primitive, _distance(primitive, end, path.twist), end)
+    return None if end is None else Limit(primitive, _distance(primitive, end, path), end)
 
 
 def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = None) -> Farthest:
@@ -80,7 +81,10 @@ def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = No
     return found
 
 
-def _distance(primitive: Primitive, end: Farthest, twist: float) -> float:
+def _distance(primitive: Primitive, end: Farthest, path: ReferencePath) -> float:
     if primitive.angle_deg is None:
         return end.way / TURN_ARM
-    return max(end.way - TURN_ARM * abs(twist), 0.0)
+    if primitive.path is not None:  # the farthest along the direction, as metrics count it
+        come = path.progress <= end.way
+        return float((path.poses[come, :2] @ unit(math.radians(primitive.angle_deg))).max())
+    return max(end.way - TURN_ARM * abs(path.twist), 0.0)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
+from inhand.registry import Registry, describe
 from inhand.sim.state import State
 from inhand.tasks.aim import Aim
 
@@ -85,14 +86,15 @@ def reward(terms: tuple[Term, ...], decision: Decision) -> tuple[Array, dict[str
 
 
 def find_reward(name: str) -> tuple[Term, ...]:
-    """Return the terms of a reward by name.
+    """Return the terms of a reward by name; `progress,effort` adds a user's term to one.
 
     Raises:
         InputError: there is none of that name.
     """
-    if name not in REWARDS:
-        raise InputError(f"unknown reward {name!r}{near_matches(name, REWARDS)}; allowed are {', '.join(REWARDS)}")
-    return REWARDS[name]
+    first, *more = name.split(",")
+    if first not in REWARDS:
+        raise InputError(f"unknown reward {first!r}{near_matches(first, REWARDS)}; allowed are {', '.join(REWARDS)}")
+    return (*REWARDS[first], *(TERMS.known(word) for word in more))
 
 
 def contact(decision: Decision) -> Array:
@@ -145,3 +147,27 @@ REWARDS = {
     ),
 }
 """Rewards by name. `progress` counts a centimetre along as 1; its other weights are guessed."""
+
+
+def _term(name: str, given: object) -> Term:
+    """Return a user's term, its values looked at.
+
+    Raises:
+        InputError: not a term with a finite weight and a function.
+    """
+    if not isinstance(given, Term) or not callable(given.value) or not np.isfinite(given.weight):
+        raise InputError(
+            f"reward term {name!r} is {describe(given)}: it must be a function of a decision with a finite weight"
+        )
+
+    def value(decision: Decision) -> Array:
+        found, count = np.asarray(given.value(decision), dtype=float), decision.after.n_worlds
+        if found.shape != (count,):
+            raise InputError(f"reward term {name!r} gives {found.shape}: it must give ({count},), one number a world")
+        return found
+
+    return Term(name, float(given.weight), value)
+
+
+TERMS: Registry[Term] = Registry("reward term", {}, _term)
+"""Terms that users add to a reward."""

@@ -56,7 +56,10 @@ def start_noise(config: Draws, whose: Iterable[tuple[float | None, float, int]])
         whose: direction [deg] (None where there is none), rotation [deg] and number of each trial.
     """
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
-    drawn = [np.random.default_rng((config.seed, trial, *_numbers(*way))).standard_normal(3) for *way, trial in whose]
+    drawn = [
+        np.random.default_rng((config.seed, trial, *_numbers(angle, rotation))).standard_normal(3)
+        for angle, rotation, trial in whose
+    ]
     return spread * np.array(drawn)
 
 

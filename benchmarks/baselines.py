@@ -21,7 +21,6 @@ import numpy as np
 
 from inhand.geometry import Array
 from inhand.learning.environment_config import GoalConfig
-from inhand.learning.environments import register
 from inhand.learning.starts import Noise, Starts, grid_of, gripped, plans_for, reach_of
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.tasks.primitives import TRAIN, UNSEEN
@@ -87,7 +86,6 @@ def tests() -> tuple[Starts, Array]:
 def main() -> None:
     """Train, test and print one row."""
     name, steps, seed = sys.argv[1], *(int(word) for word in [*sys.argv[2:], "128000", "0"][:2])
-    register()
     began = time.perf_counter()
     actor = learned(name, steps, seed)
     seconds = time.perf_counter() - began

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from inhand.cli.record import prepared
-from inhand.cli.record_config import RecordConfig
 from inhand.learning.datasets import DatasetEpisode, write_dataset
 from inhand.learning.demonstrations import Episodes
+from inhand.learning.record_config import RecordConfig
 from inhand.learning.recording import Recording, dataset_episodes, record
 from inhand.learning.starts import gripped, plans_for, reach_of
 from timing import best_times, environment, verdict

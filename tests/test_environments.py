@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import LOST_AFTER
+from inhand.environment_ids import IDS, register
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, unit
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, angles_of
 from inhand.learning.environments import (
     GOAL_ROOM,
-    IDS,
     AsteriskEnv,
     AsteriskGoalEnv,
     AsteriskGoalVectorEnv,
     AsteriskVectorEnv,
-    register,
 )
 from inhand.tasks.goals import goal_reached, goal_reward
 
@@ -107,9 +106,37 @@ def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id(name
     assert asyncio.run(ran(code)) == (0, "")
 
 
+HEAVY = [
+    "numpy",
+    "pandas",
+    "scipy",
+    "matplotlib",
+    "mujoco",
+    "jax",
+    "gymnasium",
+    "tyro",
+    "rich",
+    "msgspec",
+    "importlib.metadata",
+]
+
+
+@pytest.mark.parametrize("order", ["import inhand, gymnasium", "import gymnasium, inhand"])
+def test_importing_the_package_is_enough_for_gymnasium_and_imports_nothing_heavy(order: str) -> None:
+    first = f"import inhand, sys; assert not [name for name in {HEAVY} if name in sys.modules]\n"
+    code = (first if order.startswith("import inhand") else "") + (
+        f"{order}\n"
+        f"assert set({list(IDS)}) <= set(gymnasium.registry)\n"
+        "keywords = dict(directions='Out', grasp='rough', starts=2, threads=1)\n"
+        "gymnasium.make('inhand/Asterisk-v0', **keywords).reset(seed=0)\n"
+        "gymnasium.make_vec('inhand/Asterisk-v0', 2, **keywords).reset(seed=0)\n"
+    )
+    assert asyncio.run(ran(code)) == (0, "")
+
+
 def test_registering_twice_says_nothing() -> None:
     before = dict(gymnasium.registry)
-    register()
+    register(gymnasium.envs.registration)
     assert before == gymnasium.registry
 
 

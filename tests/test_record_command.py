@@ -8,9 +8,9 @@ import pytest
 
 from commands import Call
 from inhand.cli.record import Tally, prepared, rows_of
-from inhand.cli.record_config import RecordConfig
 from inhand.errors import InputError
 from inhand.learning.datasets import MARK, read_dataset, read_head
+from inhand.learning.record_config import RecordConfig
 
 FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
 

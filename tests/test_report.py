@@ -13,14 +13,14 @@ from PIL import Image
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.page import command, page
 from inhand.asterisk_test.people.human import read_human_folder
-from inhand.asterisk_test.report import Run, file_name, write_report
+from inhand.asterisk_test.report import Run, write_report
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.scenes import average_curve, counted_rows, trial_path
 from inhand.asterisk_test.table import HEADER
 from inhand.cli import Command
 from inhand.control.scenes import scene_at, start_scene
-from inhand.control.trial import Trial
+from inhand.control.trial import Trial, file_name
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN
 
 CONFIG = AsteriskConfig(controller="thesis-ik", directions="Out,Right", trials=2, seed=2)

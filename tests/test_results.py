@@ -18,11 +18,11 @@ from inhand.asterisk_test.results import (
     result_of_human,
     result_of_trial,
     summary_of,
-    write_json,
 )
 from inhand.asterisk_test.scenes import trial_path
 from inhand.asterisk_test.table import HEADER, failures, table_rows
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
+from inhand.folders import write_json
 from inhand.geometry import spatial
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS

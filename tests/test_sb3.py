@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from inhand.learning.environments import IDS
+from inhand.environment_ids import IDS
 
 pytest.importorskip("stable_baselines3", reason="it brings torch, so no lock has it: pip install 'inhand[sb3]'")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -53,23 +53,24 @@ class Registry(Mapping[str, T], Generic[T]):
         """Return how many names are known already."""
         return len(self._own) + len(self._added)
 
-    def add(self, name: str, given: object, taken: Mapping[str, object] | None = None) -> None:
+    def add(self, name: str, given: object, taken: Iterable[str] = (), source: object = None) -> None:
         """Take a user's thing up under a name.
 
         Args:
             name: what it is to be called.
             given: the thing.
             taken: other names that it cannot have.
+            source: the user's function or class, where the thing was made of one.
 
         Raises:
             InputError: no usable name, one that is taken, or not such a thing.
         """
         if not re.fullmatch(r"[A-Za-z_][\w.' -]*", name):
             raise InputError(f"{self.kind} {name!r}: give a name that starts with a letter, without commas or slashes")
-        own = name in self._own or name in (taken or {})
-        if own or (name in self._added and not _again(given, self._given[name])):
+        own, source = name in self._own or name in taken, given if source is None else source
+        if own or (name in self._added and not _again(source, self._given[name])):
             raise InputError(f"the name {name!r} is taken by another {self.kind}: give yours another name")
-        self._added[name], self._given[name] = self._made(name, given), given
+        self._added[name], self._given[name] = self._made(name, given), source
 
     def name_of(self, given: object) -> str:
         """Return the name of what a call was given: a text as it is, and a thing itself is taken up under its own.
@@ -97,7 +98,7 @@ class Registry(Mapping[str, T], Generic[T]):
         place = IN_FILE.fullmatch(name)
         if place is None:
             load_packages()
-            return self[name] if name in self else None
+            return self.get(name)
         module, word = load_file(Path(place["file"]).resolve()), place["name"]
         if word in self:
             return self[word]
@@ -158,7 +159,7 @@ def load_file(path: Path) -> ModuleType:
 
 
 def _again(given: object, before: object) -> bool:
-    """Return whether a function or class is one that was registered before and is now defined anew, as in a notebook."""
+    """Return whether a function or class was registered before and is now defined anew, as in a notebook."""
     places = [(getattr(each, "__module__", None), getattr(each, "__qualname__", None)) for each in (given, before)]
     return given is before or (places[0] == places[1] and None not in places[0])
 

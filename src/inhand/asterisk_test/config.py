@@ -61,6 +61,8 @@ class AsteriskConfig:
     """Standard deviation of the object's start in x and y [mm]."""
     noise_deg: float = 1.0
     """Standard deviation of the object's start rotation [deg]."""
+    metrics: tuple[str, ...] = ()
+    """Metrics of yours to measure too: registered names, or FILE.py:NAME (docs/extend.md)."""
     out: Path = Path("results/asterisk")
     """Folder to write the run to."""
     compatible: bool = False

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.page import page
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, by_direction, result_of_human
+from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of
 from inhand.asterisk_test.scenes import (
     average_curve,
     compatible_curve,
@@ -23,7 +24,8 @@ from inhand.asterisk_test.scenes import (
     turn_series,
 )
 from inhand.control.scenes import scene_at, start_scene
-from inhand.control.trial import Trial
+from inhand.control.trial import Trial, file_name, write_trials
+from inhand.folders import check_folder, run_folder, write_json
 from inhand.pages import Picture
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
@@ -33,7 +35,9 @@ from inhand.plots.path import path_figure
 from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
+from inhand.shown import Shown, frame
 from inhand.tasks.primitives import twisted_name
+from inhand.versions import versions
 
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 COUNTED = "counted up to the first loss of contact"
@@ -42,7 +46,7 @@ FRAME_STEPS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class Run(Shown):
     """A finished run."""
 
     config: AsteriskConfig
@@ -58,15 +62,44 @@ class Run:
     beside: tuple[Beside, ...] = ()
     """Earlier runs to set beside it."""
 
+    def table(self) -> pd.DataFrame:
+        """Return a row for each trial: direction, outcome, every metric."""
+        return frame([as_entry(result) for result in self.results])
+
+    def figure(self) -> Figure:
+        """Return the asterisk of the mean paths, or the donut where everything only rotates."""
+        straight = _by_twist(self)
+        if not straight:
+            return _turns(self)
+        part = straight[0]
+        outline = start_scene(part.trials[0])
+        return asterisk_figure(direction_curves(part), outline=outline, title=_title(part), subtitle=_subtitle(part))
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Write trials, numbers, figures and report, as `inhand asterisk` does, and return the folder.
+
+        Raises:
+            InputError: the folder holds something, or another run and `overwrite` is off.
+        """
+        out = Path(folder)
+        check_folder(out, overwrite=overwrite)
+        with run_folder(out) as part:
+            write_trials(self.trials, part)
+            write_report(self, part)
+            content = {
+                "trials": [as_entry(result) for result in self.results],
+                "directions": summary_of(self.results),
+                "config": asdict(replace(self.config, out=out)),
+                "versions": versions(),
+                "seed": self.config.seed,
+            }
+            write_json(content, part / "metrics.json")
+        return out
+
     @property
     def name(self) -> str:
         """Name of the controller; that of a folder's policy is shorter than the configuration's."""
         return self.trials[0].passport.controller
-
-
-def file_name(name: str) -> str:
-    """Return a primitive's name as part of a file name: `In'-Right'` is `in1-right1`, apart from `in-right`."""
-    return name.lower().replace("'", "1").replace(" ", "_")
 
 
 def write_report(run: Run, folder: Path) -> None:
@@ -190,12 +223,16 @@ def side_by_side(run: Run, title: str) -> Figure:
 
 
 def _donut(run: Run, figures: Path) -> Picture:
+    return _saved(_turns(run), figures, "donut.png", "Angle reached each way, and the hand's limit [deg]")
+
+
+def _turns(run: Run) -> Figure:
+    """Return the figure of the angles turned each way."""
     series = [turn_series(run.name, run.results)]
     people = [result_of_human(trial) for trial in run.people if trial.angle_deg is None]
     if people:
         series.insert(0, turn_series("human", people))
-    figure = donut_figure(series, "Rotation in the hand", _subtitle(run))
-    return _saved(figure, figures, "donut.png", "Angle reached each way, and the hand's limit [deg]")
+    return donut_figure(series, "Rotation in the hand", _subtitle(run))
 
 
 def _radar(run: Run, figures: Path) -> Picture:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +15,7 @@ from inhand.asterisk_test.labels import is_averaged, labels_of
 from inhand.asterisk_test.metrics import Metrics, measure, measure_human
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.user_metrics import measured
 from inhand.control.trial import DIVERGED, LOST, REACHED, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
@@ -76,12 +75,12 @@ class Result:
         return self.outcome in LOST
 
 
-def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
-    """Return the result of a simulated trial."""
+def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence[str] = ()) -> Result:
+    """Return the result of a simulated trial, with the users' metrics of some names."""
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
     target, angle = passport.rotation_deg, passport.angle_deg
-    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, substeps=passport.substeps)
+    primary = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, substeps=passport.substeps)
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
@@ -92,13 +91,14 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
         angle,
         passport.trial,
         trial.outcome,
-        metrics,
+        primary,
         carried,
         first,
         labels,
         original,
         passport.controller,
         _limit(passport),
+        measured(trial, metrics),
     )
 
 
@@ -170,6 +170,8 @@ def as_entry(result: Result) -> dict[str, Any]:
         "labels": None if result.labels is None else list(result.labels),
         "source": result.source,
     }
+    if result.more:
+        entry["more"] = dict(result.more)
     if result.compatible is not None:
         entry["asterisk_test"] = asdict(result.compatible)
     return entry
@@ -203,29 +205,3 @@ def mean_fraction(group: Sequence[Result]) -> float | None:
 def _limit_entry(result: Result) -> dict[str, float | None]:
     """Return the limit under a name that gives its unit."""
     return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}
-
-
-def write_json(content: dict[str, Any], path: Path) -> None:
-    """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(json.dumps(_finite(content), indent=2, default=_plain) + "\n", encoding="utf-8")
-    temporary.replace(path)
-
-
-def _plain(value: object) -> object:
-    """Return what JSON has no word for: NumPy's numbers as numbers, paths as texts."""
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Path):
-        return str(value)
-    raise TypeError(f"{type(value).__name__} has no place in JSON")
-
-
-def _finite(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -6,17 +6,19 @@ import shlex
 from dataclasses import asdict
 from pathlib import Path
 
+from inhand.asterisk_test.asterisk import people_of
 from inhand.asterisk_test.comparison import GROUPS, HEADER, Evaluation, rows, with_more
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.results import as_entry, result_of_trial, summary_of, write_json
+from inhand.asterisk_test.results import as_entry, result_of_trial, summary_of
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.table import failures
-from inhand.cli.asterisk import people_of, simulated, write_trials
+from inhand.cli.asterisk import simulated
 from inhand.cli.learning_config import EvaluateConfig
 from inhand.cli.terminal import print_table, say
 from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, notes_of
+from inhand.control.trial import write_trials
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder
+from inhand.folders import check_folder, run_folder, write_json
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import Compared, summary, write_evaluation
 from inhand.pages import options

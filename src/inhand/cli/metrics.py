@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from inhand.asterisk_test.people.human import read_human_file, read_human_folder
-from inhand.asterisk_test.results import Result, as_entry, result_of_human, result_of_trial, write_json
+from inhand.asterisk_test.results import Result, as_entry, result_of_human, result_of_trial
 from inhand.cli.terminal import print_table, say
 from inhand.control.trial import Trial, load_trial
 from inhand.errors import InputError
+from inhand.folders import write_json
 from inhand.versions import versions
 
 HEADER = (

@@ -3,87 +3,32 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
-from inhand.asterisk_test.reach_figure import reach_figure
-from inhand.asterisk_test.results import write_json
+from inhand.asterisk_test.reach import MARK, compute_reach
 from inhand.cli.terminal import print_table, progress, say
-from inhand.folders import check_folder, run_folder
-from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import check_fit
-from inhand.hands.reach.limits import ReachConfig
-from inhand.plots.save import save_figure
-from inhand.tasks.primitives import parse_directions, with_twists
-from inhand.tasks.reach import Limit, limits, start_grip
-from inhand.versions import versions
-
-MARK = "reach.json"
-"""The file that marks a folder as one of this command."""
+from inhand.folders import check_folder
+from inhand.tasks.reach import Limit
 
 
-def run_reach(command: ReachCommand) -> None:
-    """Check everything, compute the limits, and write table, JSON and figures."""
-    hand, spec = load_hand(command.hand), load_object(command.object)
-    config = ReachConfig(
-        resolution=command.resolution_mm / 1e3, friction=command.friction, rotation=np.deg2rad(command.rotation_deg)
-    )
-    primitives = parse_directions(command.directions)
-    if command.twist:
-        primitives = with_twists(primitives, command.twist)
-    check_fit(hand, spec)
-    check_folder(command.out, overwrite=command.overwrite, mark=MARK)
-    start = start_grip(hand, spec, config)
+def run_reach(config: ReachCommand) -> None:
+    """Check everything, compute the limits, write JSON and figures, and print the table."""
     with progress() as tell:
         done = itertools.count(1)
-        found = limits(hand, spec, primitives, config, lambda name: tell(name, next(done), len(primitives)))
-    subtitle = f"{command.hand}, {command.object}, {_assumed(command, hand.friction * spec.friction)}"
-    with run_folder(command.out) as folder:
-        for twist in dict.fromkeys(
-            each.primitive.rotation_deg for each in found if each.primitive.angle_deg is not None
-        ):
-            shown = [f for f in found if f.primitive.angle_deg is not None and f.primitive.rotation_deg == twist]
-            held = f", holding {twist:+g} deg" if twist else ""
-            figure = reach_figure((hand, spec), start, shown, f"Reach{held} [mm]", subtitle)
-            save_figure(
-                figure, folder / (f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png")
-            )
-        content = {
-            "limits": [_entry(limit) for limit in found],
-            "config": asdict(command),
-            "friction": hand.friction * spec.friction if command.friction is None else command.friction,
-            "versions": versions(),
-        }
-        write_json(content, folder / MARK)
-    print_table("Reach", ("Direction", "Limit"), [(f.primitive.name, _shown(f)) for f in found])
-    say(subtitle)
-    say(f"Written to {command.out}: {MARK} and the figures")
-
-
-def _assumed(command: ReachCommand, friction: float) -> str:
-    bound = f", rotation up to {command.rotation_deg:g} deg" if command.rotation_deg else ""
-    return f"friction {friction if command.friction is None else command.friction:g}{bound}"
+        found = compute_reach(
+            config,
+            lambda name, total: tell(name, next(done), total),
+            lambda: check_folder(config.out, overwrite=config.overwrite, mark=MARK),
+        )
+    found.save(config.out, overwrite=config.overwrite)
+    print_table("Reach", ("Direction", "Limit"), [(f.primitive.name, _shown(f)) for f in found.limits])
+    say(found.subtitle)
+    say(f"Written to {config.out}: {MARK} and the figures")
 
 
 def _shown(limit: Limit) -> str:
     if limit.primitive.angle_deg is None:
         return f"{np.rad2deg(limit.distance):.1f} deg"
     return f"{1e3 * limit.distance:.1f} mm"
-
-
-def _entry(limit: Limit) -> dict[str, Any]:
-    """Return a limit as the JSON has it, with the last grip."""
-    turns, end = limit.primitive.angle_deg is None, limit.end
-    return {
-        "direction": limit.primitive.name,
-        "angle_deg": limit.primitive.angle_deg,
-        "rotation_deg": limit.primitive.rotation_deg,
-        "limit_mm": None if turns else 1e3 * limit.distance,
-        "limit_deg": float(np.rad2deg(limit.distance)) if turns else None,
-        "end_pose_mm_deg": [*(1e3 * end.pose[:2]).tolist(), float(np.rad2deg(end.pose[2]))],
-        "end_contacts_mm": (1e3 * end.contacts).tolist(),
-        "end_joints_deg": np.rad2deg(end.joints).tolist(),
-    }

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from inhand.cli.record_config import RecordConfig
 from inhand.cli.terminal import print_table, progress, say
 from inhand.errors import InputError
 from inhand.folders import check_folder, run_folder
@@ -19,6 +18,7 @@ from inhand.hands.fit import check_fit
 from inhand.learning.datasets import MARK, DatasetEpisode, check_installed, write_dataset
 from inhand.learning.demonstrations import Episodes, Recipe
 from inhand.learning.environment_config import angles_of
+from inhand.learning.record_config import RecordConfig
 from inhand.learning.recording import Recording, dataset_episodes, environment_spec, record
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface

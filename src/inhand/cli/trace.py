@@ -1,47 +1,27 @@
-"""`inhand trace`: trace a drawing with the object, or do a task, and write the report."""
+"""`inhand trace`: trace a drawing with the object, or do a task, write the report and print its table."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
-from inhand.asterisk_test.results import write_json
-from inhand.cli.asterisk import write_trials
 from inhand.cli.terminal import print_table, progress, say, trials_shown
-from inhand.control.catalogue import notes_of
-from inhand.folders import check_folder, run_folder
+from inhand.folders import check_folder
+from inhand.tracing import tracing
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
-from inhand.tracing.report import TraceRun, write_trace
+from inhand.tracing.report import MARK
 from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
-from inhand.tracing.table import faults, trace_entry, trace_rows, what_was_done
+from inhand.tracing.table import faults, trace_rows, what_was_done
 from inhand.tracing.trace import Trace
-from inhand.versions import versions
-
-MARK = "trace.json"
-"""The file that marks a folder as one of this command."""
 
 
 def run_trace(config: TraceConfig) -> None:
-    """Check everything, simulate, measure, and put the finished run in its place."""
-    setup = prepared(config)
-    check_folder(config.out, overwrite=config.overwrite, mark=MARK)
-    followed, traces = simulated(config, setup)
-    notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
-    with run_folder(config.out) as folder:
-        write_trials([each.trial for each in followed], folder)
-        write_trace(TraceRun(config, setup, followed, traces, notes), folder)
-        origin = setup.hand.start_pose
-        content = {
-            "trials": [trace_entry(each, trace, origin) for each, trace in zip(followed, traces, strict=True)],
-            "size_mm": None if setup.size is None else 1e3 * setup.size,
-            "config": asdict(config),
-            "versions": versions(),
-            "seed": config.seed,
-        }
-        write_json(content, folder / MARK)
-    header, rows = trace_rows(traces)
-    print_table(f"{what_was_done(setup)}: {config.object}, {config.hand}", header, rows, numbers=2)
-    for sentence in (*faults(setup, followed, traces), *notes):
+    """Check everything, simulate, measure, put the finished run in its place, and print its table."""
+    run = tracing.run_trace(
+        config, prepared, simulated, lambda: check_folder(config.out, overwrite=config.overwrite, mark=MARK)
+    )
+    run.save(config.out, overwrite=config.overwrite)
+    header, rows = trace_rows(run.traces)
+    print_table(f"{what_was_done(run.setup)}: {config.object}, {config.hand}", header, rows, numbers=2)
+    for sentence in (*faults(run.setup, run.followed, run.traces), *run.notes):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")
 

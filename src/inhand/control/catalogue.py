@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from inhand.control.policy import (
 )
 from inhand.control.rehearsal import best_plans, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
+from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, transform
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -132,8 +133,6 @@ def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
     return joints
 
 
-GraspKind = Literal["planned", "rough"]
-"""How an object is held: as the contact search plans it, or on the middle of its sides."""
 PLAN_EVERY = 3
 """The contact search looks at every third waypoint of a path."""
 ROUGH_SQUEEZE = 0.001
@@ -141,6 +140,7 @@ ROUGH_SQUEEZE = 0.001
 
 CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8, margin=(0.004, 0.16)))
 """What `ik-cautious` uses of the friction, and how far it stays from the end."""
+
 
 def _entry(name: str, given: object) -> ControllerEntry:
     """Return the controller that a user's class is.
@@ -150,6 +150,9 @@ def _entry(name: str, given: object) -> ControllerEntry:
     """
     if isinstance(given, ControllerEntry):
         return given
+    if isinstance(given, UserPolicy):
+        grip = partial(learned_grasp, policy=given)
+        return ControllerEntry(name, "a user's policy", grip, partial(PolicyController, policy=given))
     lacks = [word for word in ("begin", "act", "finished") if not callable(getattr(given, word, None))]
     if not callable(given) or (isinstance(given, type) and lacks):
         raise InputError(
@@ -158,37 +161,42 @@ def _entry(name: str, given: object) -> ControllerEntry:
             + ": it must be a class, made with the task, with the methods begin(state), act(state) and finished(state)"
         )
     grasp = getattr(given, "grasp", "planned")
-    if grasp not in GRASPS and not callable(grasp):
+    planner = GRASPS.get(grasp) if isinstance(grasp, str) else grasp
+    if not callable(planner):
         raise InputError(f"grasp {grasp!r} of controller {name!r}: use planned, rough or a function")
-    return ControllerEntry(name, "a user's", GRASPS.get(grasp, grasp), partial(Checked, made=given, name=name))
+    return ControllerEntry(name, "a user's", planner, partial(Checked, made=given, name=name))
 
 
 GRASPS: dict[str, Planner] = {"planned": planned_grasp, "rough": rough_grasp}
 """How a user's controller may ask to be given the object."""
 
-CONTROLLERS: Registry[ControllerEntry] = Registry("controller", {
-    entry.name: entry
-    for entry in (
-        ControllerEntry(
-            "ik",
-            "the expert: searched contacts, commanded grip force, feedback on the object's pose",
-            planned_grasp,
-            IkController,
-        ),
-        ControllerEntry(
-            "ik-cautious",
-            "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
-            partial(planned_grasp, config=CAUTIOUS),
-            partial(IkController, config=CAUTIOUS[1]),
-        ),
-        ControllerEntry(
-            "thesis-ik",
-            "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
-            rough_grasp,
-            ThesisIkController,
-        ),
-    )
-}, _entry)
+CONTROLLERS: Registry[ControllerEntry] = Registry(
+    "controller",
+    {
+        entry.name: entry
+        for entry in (
+            ControllerEntry(
+                "ik",
+                "the expert: searched contacts, commanded grip force, feedback on the object's pose",
+                planned_grasp,
+                IkController,
+            ),
+            ControllerEntry(
+                "ik-cautious",
+                "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
+                partial(planned_grasp, config=CAUTIOUS),
+                partial(IkController, config=CAUTIOUS[1]),
+            ),
+            ControllerEntry(
+                "thesis-ik",
+                "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
+                rough_grasp,
+                ThesisIkController,
+            ),
+        )
+    },
+    _entry,
+)
 
 
 def find_controller(name: str) -> ControllerEntry:
@@ -245,7 +253,7 @@ def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
 
 
 def learned_grasp(
-    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, policy: Policy
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, policy: Policy | UserPolicy
 ) -> Grasp:
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts

@@ -17,6 +17,7 @@ from inhand.archives import check_shapes
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
+from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array
@@ -161,7 +162,7 @@ def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...]
 class PolicyController:
     """Moves the object of every world along its direction as a policy says, and ends where the policy holds."""
 
-    def __init__(self, task: Task, policy: Policy) -> None:
+    def __init__(self, task: Task, policy: Policy | UserPolicy) -> None:
         """Move objects along the task's directions.
 
         Raises:
@@ -170,7 +171,8 @@ class PolicyController:
         self._task, self._policy = task, policy
         self._angle = straight_angles(task.paths)
         self._layout = find_layout(policy.observation)
-        check_joints(policy, task.hand)
+        if isinstance(policy, Policy):
+            check_joints(policy, task.hand)
         self._scene = Scene(task.hand, task.objects)
 
     def begin(self, state: State) -> None:
@@ -184,6 +186,8 @@ class PolicyController:
         """Return the way to go `(B,)` [m]: as the task says, or as far as the grip held now is predicted to reach."""
         if self._task.distance is not None:
             return self._task.distance
+        if isinstance(self._policy, UserPolicy) and not self._policy.stop:
+            return np.inf
         return carried_by(self._task, state)
 
     def act(self, state: State) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -210,3 +211,16 @@ def _read_trial(path: Path) -> Trial:
         if values.size == 0 or values.min() < 0 or values.max() >= count:
             raise InputError(f"{name} holds {np.unique(values).tolist()}; it must hold numbers from 0 to {count - 1}")
     return Trial(head.passport, head.outcome, head.phases, **arrays)
+
+
+def file_name(name: str) -> str:
+    """Return a primitive's name as part of a file name: `In'-Right'` is `in1-right1`, apart from `in-right`."""
+    return name.lower().replace("'", "1").replace(" ", "_")
+
+
+def write_trials(trials: Iterable[Trial], folder: Path) -> None:
+    """Write trials to the folder `trials` of a run's folder."""
+    place = folder / "trials"
+    place.mkdir(parents=True)
+    for trial in trials:
+        save_trial(trial, place / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")

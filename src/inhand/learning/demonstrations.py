@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import GraspKind, find_controller
+from inhand.control.catalogue import find_controller
+from inhand.control.user_policy import GraspKind
 from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from inhand.control.catalogue import GraspKind
+from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object

@@ -1,7 +1,7 @@
 """The manipulation phase as Gymnasium environments, one at a time or a batch in one simulation.
 
 `inhand/Asterisk-v0` moves the object along a direction, `inhand/AsteriskGoal-v0` to a goal that hindsight may replace.
-Importing this module registers both; `gymnasium.make("inhand.learning.environments:inhand/Asterisk-v0")` does so too.
+`import inhand` makes both known to Gymnasium, whichever of the two is imported first.
 """
 
 from __future__ import annotations
@@ -37,8 +37,6 @@ METADATA: dict[str, Any] = {"render_modes": [], "render_fps": 50}
 """What Gymnasium asks about one environment: there is nothing to render, and a second has 50 decisions."""
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.SAME_STEP}
 """The same about a batch."""
-IDS = {"inhand/Asterisk-v0": "Asterisk", "inhand/AsteriskGoal-v0": "AsteriskGoal"}
-"""Environments by id, with the beginning of their classes' names."""
 
 
 C = TypeVar("C", bound=EnvironmentConfig)
@@ -293,14 +291,6 @@ class AsteriskGoalVectorEnv(AsteriskVectorEnv):
         return _reward(self._batch, achieved_goal, desired_goal)
 
 
-def register() -> None:
-    """Tell Gymnasium of the environments; once is enough, and importing this module does it."""
-    for name, start in IDS.items():
-        if name not in gymnasium.registry:
-            single, vector = (f"{__name__}:{start}{end}" for end in ("Env", "VectorEnv"))
-            gymnasium.register(name, entry_point=single, vector_entry_point=vector)
-
-
 def _batch(
     kinds: tuple[type[EnvironmentConfig], type[_Batch[Any]]], keywords: dict[str, Any], count: int, render_mode: None
 ) -> _Batch[Any]:
@@ -330,6 +320,3 @@ def _masked(info: Info, mask: NDArray[np.bool_]) -> Info:
         told[name] = _masked(value, mask) if isinstance(value, dict) else np.where(mask, value, value.dtype.type(0))
         told[f"_{name}"] = mask.copy()
     return told
-
-
-register()

@@ -110,11 +110,8 @@ def environment_spec(recording: Recording, asked: tuple[str, str, str]) -> str:
     """
     import gymnasium
 
-    from inhand.learning import environments
-
     interface, noise = recording.interface, recording.noise
     hand, thing, directions = asked
-    environments.register()
     spec = deepcopy(gymnasium.spec("inhand/Asterisk-v0"))
     spec.kwargs = {
         "hand": hand,

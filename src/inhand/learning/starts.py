@@ -13,12 +13,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import GraspKind, direction_plans, rough_plan
+from inhand.control.catalogue import direction_plans, rough_plan
 from inhand.control.controller import Task
 from inhand.control.loop import run_worlds
 from inhand.control.phases import Grasp
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
+from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan

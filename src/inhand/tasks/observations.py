@@ -93,11 +93,9 @@ def find_layout(name: str) -> Layout:
     """
     first, *more = name.split(",")
     if first not in LAYOUTS:
-        near = near_matches(first, LAYOUTS)
-        raise InputError(f"unknown observation {first!r}{near}; allowed are {', '.join(LAYOUTS)}")
+        near, known = near_matches(first, LAYOUTS), ", ".join(LAYOUTS)
+        raise InputError(f"unknown observation {first!r}{near}; allowed are {known}")
     layout = LAYOUTS[first]
-    if not more:
-        return layout
     return Layout(",".join([layout.name, *more]), (*layout.parts, *(PARTS.known(word) for word in more)))
 
 
@@ -331,11 +329,7 @@ LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN, "whole": WHOLE}
 
 
 def _user_part(name: str, given: object) -> Part:
-    """Return a user's part, its values looked at.
-
-    Raises:
-        InputError: not a part with a function and a size.
-    """
+    """Return a user's part, its values looked at; raise InputError where it is none."""
     if not isinstance(given, Part) or not callable(given.values) or given.fixed + given.for_joint < 1:
         raise InputError(
             f"observation part {name!r} is {describe(given)}: it must be a function of state, aim and scene that gives"
@@ -345,7 +339,7 @@ def _user_part(name: str, given: object) -> Part:
     def values(state: State, aim: Aim, scene: Scene) -> Array:
         found, wanted = np.asarray(given.values(state, aim, scene), float), (state.n_worlds, given.size(scene.hand))
         if found.shape != wanted:
-            raise InputError(f"observation part {name!r} gives {found.shape}: it must give {wanted}, a row for each world")
+            raise InputError(f"observation part {name!r} gives {found.shape}: it must give {wanted}, worlds by numbers")
         return found
 
     return replace(given, name=name, values=values)

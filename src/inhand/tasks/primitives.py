@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -151,29 +151,40 @@ def _named() -> dict[str, Primitive]:
     return words
 
 
+@dataclass(frozen=True)
+class OwnPath:
+    """A user's path, and along which direction its distance counts."""
+
+    poses: Callable[[], Array]
+    """Gives its poses `(N, 3)` from the object's start [m, m, rad]."""
+    angle_deg: float | None
+    """The direction [deg]; None for the one from the first pose to the last."""
+
+
 def _path_primitive(name: str, given: object) -> Primitive:
     """Return the primitive of a user's path.
 
     Raises:
         InputError: not poses `(N, 3)` from the start, or a path without a direction that was given none.
     """
+    angle = given.angle_deg if isinstance(given, OwnPath) else None
+    given = given.poses if isinstance(given, OwnPath) else given
     made = given() if callable(given) else given
     try:
-        poses = np.array(getattr(made, "poses", made), dtype=float)
+        poses = np.array(made, dtype=float)
     except (TypeError, ValueError):
         poses = np.empty(0)
     if poses.ndim != 2 or poses.shape[1] != 3 or len(poses) < 2 or not np.isfinite(poses).all():
-        raise InputError(
-            f"primitive {name!r} gives {describe(made) if poses.size == 0 else f'an array {poses.shape}'}: it needs poses"
-            " (N, 3) [m, m, rad], finite, at least two"
-        )
+        what = describe(made) if poses.size == 0 else f"an array {poses.shape}"
+        raise InputError(f"primitive {name!r} gives {what}: it needs poses (N, 3) [m, m, rad], finite, at least two")
     if np.abs(poses[0]).max() > AT_START:
-        raise InputError(f"primitive {name!r} begins at {poses[0].tolist()}: its first pose must be 0, the object's start")
+        raise InputError(
+            f"primitive {name!r} begins at {poses[0].tolist()}: its first pose must be 0, the object's start"
+        )
     if np.abs(poses[:, :2]).max() > FARTHEST:
         raise InputError(
             f"primitive {name!r} goes {np.abs(poses[:, :2]).max():g} m far, which no hand does: poses are in metres"
         )
-    angle = getattr(made, "angle_deg", None)
     if angle is None and np.hypot(*poses[-1, :2]) <= AT_START:
         raise InputError(f"primitive {name!r} ends where it begins: give angle_deg, along which its distance counts")
     angle = math.degrees(math.atan2(poses[-1, 1], poses[-1, 0])) if angle is None else float(angle)

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 
 from inhand.control.scenes import scene_at
+from inhand.control.trial import write_trials
+from inhand.folders import check_folder, run_folder, write_json
 from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
+from inhand.shown import Shown, frame
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
 from inhand.tracing.follow import Followed
 from inhand.tracing.run import TraceSetup
-from inhand.tracing.table import faults, trace_rows, what_was_done
+from inhand.tracing.table import faults, trace_entry, trace_rows, what_was_done
 from inhand.tracing.trace import Trace
+from inhand.versions import versions
 
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row),"""
@@ -25,8 +32,12 @@ MOST_FRAMES = 300
 """and more where it would have more frames than this."""
 
 
+MARK = "trace.json"
+"""The file that marks a folder as one of a trace."""
+
+
 @dataclass(frozen=True, eq=False)
-class TraceRun:
+class TraceRun(Shown):
     """A finished run."""
 
     config: TraceConfig
@@ -40,15 +51,47 @@ class TraceRun:
     notes: tuple[str, ...]
     """What a reader should know, a sentence each."""
 
+    def table(self) -> pd.DataFrame:
+        """Return a row for each trial: how far it came, how far off it was, how it ended."""
+        return frame([{k: v for k, v in entry.items() if k != "events"} for entry in self._entries()])
+
+    def figure(self) -> Figure:
+        """Return the paths of the object over its plan."""
+        config, count = self.config, len(self.traces)
+        part = f"the first {MOST_PANELS} of " if count > MOST_PANELS and not one_plan(self.followed) else ""
+        subtitle = f"{config.object}, {config.hand}; {part}{count} trial{'s' if count > 1 else ''}"
+        return trace_figure(self.setup, self.followed, self.traces, what_was_done(self.setup), subtitle)
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Write trials, numbers, figures and report, as `inhand trace` does, and return the folder.
+
+        Raises:
+            InputError: the folder holds something, or another run and `overwrite` is off.
+        """
+        out = Path(folder)
+        check_folder(out, overwrite=overwrite, mark=MARK)
+        with run_folder(out) as part:
+            write_trials([each.trial for each in self.followed], part)
+            write_trace(self, part)
+            content = {
+                "trials": self._entries(),
+                "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
+                "config": asdict(replace(self.config, out=out)),
+                "versions": versions(),
+                "seed": self.config.seed,
+            }
+            write_json(content, part / MARK)
+        return out
+
+    def _entries(self) -> list[dict[str, Any]]:
+        pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose
+        return [trace_entry(each, trace, origin) for each, trace in pairs]
+
 
 def write_trace(run: TraceRun, folder: Path) -> None:
     """Write figures, replay and `report.md` of a run into its folder."""
     figures = folder / "figures"
-    config, count = run.config, len(run.traces)
-    part = f"the first {MOST_PANELS} of " if count > MOST_PANELS and not one_plan(run.followed) else ""
-    subtitle = f"{config.object}, {config.hand}; {part}{count} trial{'s' if count > 1 else ''}"
-    figure = trace_figure(run.setup, run.followed, run.traces, what_was_done(run.setup), subtitle)
-    save_figure(figure, figures / "trace.png")
+    save_figure(run.figure(), figures / "trace.png")
     pictures = [Picture("Paths of the object over its plan, and how far off they were", "figures/trace.png")]
     if len(run.followed[0].trial.time):
         pictures.append(_replay(run, figures))

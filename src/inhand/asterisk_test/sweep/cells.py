@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.results import as_entry, result_of_trial, write_json
+from inhand.asterisk_test.results import as_entry, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import find_controller
 from inhand.errors import InputError
+from inhand.folders import write_json
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.tasks.primitives import parse_directions

@@ -1,0 +1,119 @@
+"""The Asterisk Test as a function: what to run in, a finished run out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal
+
+from inhand.asterisk_test.beside import load_beside
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
+from inhand.asterisk_test.report import Run
+from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.asterisk_test.user_metrics import METRICS, UserMetric
+from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.trial import Trial
+from inhand.errors import InputError
+from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.shown import listed
+
+DEFAULT = AsteriskConfig()
+"""What is run where nothing else is asked for."""
+Simulate = Callable[[AsteriskConfig, Setup], tuple[Trial, ...]]
+"""Runs a setup; the command line shows how far it is."""
+
+
+def asterisk(
+    hand: str | Path | HandSpec = DEFAULT.hand,
+    object: str | Path | ObjectSpec = DEFAULT.object,
+    controller: object = DEFAULT.controller,
+    *,
+    directions: str | Sequence[str | float] = DEFAULT.directions,
+    trials: int = DEFAULT.trials,
+    seed: int = DEFAULT.seed,
+    twist: float = DEFAULT.twist,
+    noise_mm: float = DEFAULT.noise_mm,
+    noise_deg: float = DEFAULT.noise_deg,
+    engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
+    paths: Literal["straight", "human"] = DEFAULT.paths,
+    human: str | Path | None = None,
+    beside: Sequence[str | Path] = (),
+    metrics: Sequence[str | UserMetric] = (),
+    compatible: bool = False,
+) -> Run:
+    """Run the Asterisk Test and return its trials, results, table and figure; nothing is written before `save`.
+
+    Args:
+        hand: a name, a TOML file or a spec.
+        object: a name, a TOML file or a spec.
+        controller: a name, the folder of a training, `FILE.py:NAME`, a class of yours, or `inhand.policy(...)`.
+        directions: words of the command line, names, or degrees counter-clockwise from +x.
+        trials: for each direction.
+        seed: of the start noise.
+        twist: rotation to hold, each way [deg].
+        noise_mm: standard deviation of the object's start in x and y [mm].
+        noise_deg: standard deviation of its rotation [deg].
+        engine: mujoco or bullet.
+        paths: straight, or those of the human trials.
+        human: folder of recorded human trials.
+        beside: folders of earlier runs, at most two.
+        metrics: names of registered metrics, or functions of a trial.
+        compatible: whether to compute the metrics of the Asterisk Test software too.
+
+    Raises:
+        InputError: anything that cannot be run; the text says what, and what is allowed.
+    """
+    config = AsteriskConfig(
+        hand=HANDS.name_of(hand),
+        object=OBJECTS.name_of(object),
+        controller=CONTROLLERS.name_of(controller),
+        engine=engine,
+        paths=paths,
+        human=None if human is None else Path(human),
+        beside=tuple(Path(folder) for folder in beside),
+        directions=listed(directions),
+        twist=twist,
+        trials=trials,
+        seed=seed,
+        noise_mm=noise_mm,
+        noise_deg=noise_deg,
+        compatible=compatible,
+        metrics=tuple(METRICS.name_of(metric) for metric in metrics),
+    )
+    return run_test(config)
+
+
+def run_test(config: AsteriskConfig, run: Simulate = simulate, check: Callable[[], None] | None = None) -> Run:
+    """Return the finished run of a configuration.
+
+    Args:
+        config: what to run.
+        run: runs the checked setup.
+        check: looks at what else must be right before anything is simulated, such as the folder to write to.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
+    people, beside = people_of(config), load_beside(config.beside)
+    for name in config.metrics:
+        METRICS.known(name)
+    setup = prepare(config, people.trials)
+    if check is not None:
+        check()
+    trials = run(config, setup)
+    results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
+    notes = (*people.notes, *notes_of(setup.controller, config.hand, config.object))
+    return Run(config, trials, results, people.trials, notes, beside)
+
+
+def people_of(config: AsteriskConfig) -> HumanFolder:
+    """Return the recorded human trials that a run asks for."""
+    if config.human is not None:
+        return read_human_folder(config.human)
+    if config.paths == "human":
+        raise InputError("--paths human needs the recorded trials to follow: give their folder with --human DIR")
+    return HumanFolder((), ())

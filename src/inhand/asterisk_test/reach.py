@@ -1,0 +1,183 @@
+"""Reach as a function: how far a hand could carry an object, whatever controls it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from inhand.asterisk_test.config import ReachCommand
+from inhand.asterisk_test.reach_figure import reach_figure
+from inhand.errors import InputError
+from inhand.folders import check_folder, run_folder, write_json
+from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
+from inhand.hands.fit import check_fit
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.reach.limits import Farthest, ReachConfig
+from inhand.plots.save import save_figure
+from inhand.shown import Shown, frame, listed
+from inhand.tasks.primitives import parse_directions, with_twists
+from inhand.tasks.reach import Limit, limits, start_grip
+from inhand.versions import versions
+
+MARK = "reach.json"
+"""The file that marks a folder as one of a reach."""
+DEFAULT = ReachCommand()
+"""What is computed where nothing else is asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reach(Shown):
+    """How far a hand could carry an object."""
+
+    config: ReachCommand
+    """What was asked for."""
+    held: tuple[HandSpec, ObjectSpec]
+    """The hand and the object."""
+    start: Farthest
+    """A grip at the start."""
+    limits: tuple[Limit, ...]
+    """The limit of each direction."""
+
+    @property
+    def subtitle(self) -> str:
+        """What was assumed."""
+        turn = self.config.rotation_deg
+        bound = f", rotation up to {turn:g} deg" if turn else ""
+        return f"{self.config.hand}, {self.config.object}, friction {self._friction:g}{bound}"
+
+    @property
+    def _friction(self) -> float:
+        given = self.config.friction
+        return self.held[0].friction * self.held[1].friction if given is None else given
+
+    @property
+    def twists(self) -> tuple[float, ...]:
+        """Twists that translations hold [deg]; none where everything only rotates."""
+        return tuple(dict.fromkeys(f.primitive.rotation_deg for f in self.limits if f.primitive.angle_deg is not None))
+
+    def table(self) -> pd.DataFrame:
+        """Return a row for each direction: its limit and the last grip."""
+        return frame([_entry(limit) for limit in self.limits])
+
+    def figure(self, twist: float | None = None) -> Figure:
+        """Return the workspace: the asterisk of the limits that hold a twist [deg], by default the first.
+
+        Raises:
+            InputError: there are only rotations.
+        """
+        if not self.twists:
+            raise InputError("only rotations were asked for, which have no workspace to draw: add a direction")
+        chosen = self.twists[0] if twist is None else twist
+        shown = [f for f in self.limits if f.primitive.angle_deg is not None and f.primitive.rotation_deg == chosen]
+        title = f"Reach{f', holding {chosen:+g} deg' if chosen else ''} [mm]"
+        return reach_figure(self.held, self.start, shown, title, self.subtitle)
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Write numbers and figures, as `inhand reach` does, and return the folder.
+
+        Raises:
+            InputError: the folder holds something, or another reach and `overwrite` is off.
+        """
+        out = Path(folder)
+        check_folder(out, overwrite=overwrite, mark=MARK)
+        with run_folder(out) as part:
+            for twist in self.twists:
+                name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
+                save_figure(self.figure(twist), part / name)
+            content = {
+                "limits": [_entry(limit) for limit in self.limits],
+                "config": asdict(replace(self.config, out=out)),
+                "friction": self._friction,
+                "versions": versions(),
+            }
+            write_json(content, part / MARK)
+        return out
+
+
+def reach(
+    hand: str | Path | HandSpec = DEFAULT.hand,
+    object: str | Path | ObjectSpec = DEFAULT.object,
+    *,
+    directions: str | Sequence[str | float] = DEFAULT.directions,
+    twist: float = DEFAULT.twist,
+    friction: float | None = None,
+    rotation_deg: float = DEFAULT.rotation_deg,
+    resolution_mm: float = DEFAULT.resolution_mm,
+) -> Reach:
+    """Return how far a hand could carry an object in each direction; nothing is written before `save`.
+
+    Args:
+        hand: a name, a TOML file or a spec.
+        object: a name, a TOML file or a spec.
+        directions: words of the command line, names, or degrees counter-clockwise from +x.
+        twist: rotation to hold, each way [deg].
+        friction: coefficient between finger and object; None for the product of both bodies'.
+        rotation_deg: largest rotation away from the path's own [deg].
+        resolution_mm: step along path and outline [mm].
+
+    Raises:
+        InputError: anything that cannot be computed; the text says what, and what is allowed.
+    """
+    return compute_reach(
+        ReachCommand(
+            hand=HANDS.name_of(hand),
+            object=OBJECTS.name_of(object),
+            directions=listed(directions),
+            twist=twist,
+            friction=friction,
+            rotation_deg=rotation_deg,
+            resolution_mm=resolution_mm,
+        )
+    )
+
+
+def compute_reach(
+    config: ReachCommand,
+    told: Callable[[str, int], None] | None = None,
+    check: Callable[[], None] | None = None,
+) -> Reach:
+    """Return the reach of a configuration.
+
+    Args:
+        config: what to compute.
+        told: told the name of each direction that is done, and how many there are.
+        check: looks at what else must be right before anything is computed, such as the folder to write to.
+
+    Raises:
+        InputError: anything in the configuration that cannot be computed.
+    """
+    held = load_hand(config.hand), load_object(config.object)
+    assumed = ReachConfig(
+        resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
+    )
+    primitives = parse_directions(config.directions)
+    if config.twist:
+        primitives = with_twists(primitives, config.twist)
+    check_fit(*held)
+    if check is not None:
+        check()
+    start = start_grip(*held, assumed)
+    tell = None if told is None else lambda name: told(name, len(primitives))
+    return Reach(config, held, start, limits(*held, primitives, assumed, tell))
+
+
+def _entry(limit: Limit) -> dict[str, Any]:
+    """Return a limit as the JSON has it, with the last grip."""
+    turns, end = limit.primitive.angle_deg is None, limit.end
+    return {
+        "direction": limit.primitive.name,
+        "angle_deg": limit.primitive.angle_deg,
+        "rotation_deg": limit.primitive.rotation_deg,
+        "limit_mm": None if turns else 1e3 * limit.distance,
+        "limit_deg": float(np.rad2deg(limit.distance)) if turns else None,
+        "end_pose_mm_deg": [*(1e3 * end.pose[:2]).tolist(), float(np.rad2deg(end.pose[2]))],
+        "end_contacts_mm": (1e3 * end.contacts).tolist(),
+        "end_joints_deg": np.rad2deg(end.joints).tolist(),
+    }

@@ -1,0 +1,132 @@
+"""A sweep as a function: hands and objects in, every hand with every object out."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from inhand.asterisk_test.sweep.cells import Job, read_cell
+from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.asterisk_test.sweep.page import PICTURES, heat_maps, write_sweep
+from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
+from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
+from inhand.control.catalogue import CONTROLLERS
+from inhand.folders import check_folder
+from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.plots.heatmap import heatmap_figure
+from inhand.shown import Shown, frame, listed
+from inhand.tasks.primitives import parse_directions
+
+DEFAULT = SweepConfig()
+"""What is run where nothing else is asked for."""
+Compute = Callable[[Plan, int], Iterable[Job]]
+"""Computes the waiting cells, so many at a time; the command line shows how far it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class SweepRun(Shown):
+    """A finished sweep; its cells lie in its folder."""
+
+    config: SweepConfig
+    """What was run; `out` is where its cells are."""
+    sweep: Sweep
+    """What was found."""
+    seconds: float
+    """How long this call took [s]."""
+
+    def table(self) -> pd.DataFrame:
+        """Return a row for each hand, object and direction: what was reached, the limit, their quotient."""
+        return frame([asdict(case) | {"fraction": case.fraction, "kept": case.kept} for case in self.sweep.cases])
+
+    def figure(self) -> Figure:
+        """Return the heat map of hands and objects."""
+        title = next(iter(PICTURES.values()))
+        return heatmap_figure(heat_maps(self.sweep)[0], "Fraction of the limit", title, self.config.controller)
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Write cells, numbers, heat maps and report, as `inhand sweep` does, and return the folder.
+
+        Raises:
+            InputError: the folder holds something, or another sweep and `overwrite` is off.
+        """
+        out = Path(folder)
+        if out.resolve() != self.config.out.resolve():
+            check_folder(out, overwrite=overwrite, mark="sweep.json")
+            shutil.copytree(self.config.out / CELLS, out / CELLS, dirs_exist_ok=True)
+        write_sweep(replace(self.config, out=out), self.sweep, self.seconds)
+        return out
+
+
+def sweep(
+    hands: Sequence[str | Path | HandSpec] = DEFAULT.hands,
+    objects: Sequence[str | Path | ObjectSpec] = DEFAULT.objects,
+    controller: object = DEFAULT.controller,
+    *,
+    directions: str | Sequence[str | float] = DEFAULT.directions,
+    trials: int = DEFAULT.trials,
+    seed: int = DEFAULT.seed,
+    noise_mm: float = DEFAULT.noise_mm,
+    noise_deg: float = DEFAULT.noise_deg,
+    jobs: int = 1,
+    out: str | Path | None = None,
+) -> SweepRun:
+    """Run the Asterisk Test with every hand on every object.
+
+    Args:
+        hands: names, TOML files or specs.
+        objects: names, TOML files or specs.
+        controller: a name, the folder of a training, `FILE.py:NAME`, or a class of yours.
+        directions: words of the command line, names, or degrees counter-clockwise from +x.
+        trials: for each direction.
+        seed: of the start noise.
+        noise_mm: standard deviation of the object's start in x and y [mm].
+        noise_deg: standard deviation of its rotation [deg].
+        jobs: cells computed at a time, 0 for one on each core. More than one runs in processes of their own, which know
+            hands, objects and controllers by name, by file or from installed packages.
+        out: folder that keeps the cells, so that a sweep that was stopped goes on; None for a temporary one.
+
+    Raises:
+        InputError: anything that cannot be run; the text says what, and what is allowed.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="inhand-sweep-")) if out is None else Path(out)
+    return run_sweep(
+        SweepConfig(
+            hands=tuple(HANDS.name_of(hand) for hand in hands),
+            objects=tuple(OBJECTS.name_of(thing) for thing in objects),
+            directions=listed(directions),
+            trials=trials,
+            seed=seed,
+            noise_mm=noise_mm,
+            noise_deg=noise_deg,
+            controller=CONTROLLERS.name_of(controller),
+            jobs=jobs,
+            out=folder,
+        )
+    )
+
+
+def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: computed(found.waiting, jobs)) -> SweepRun:
+    """Return the finished sweep of a configuration; what its folder holds is not computed again.
+
+    Args:
+        config: what to run.
+        compute: computes the cells that wait.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
+    began = time.perf_counter()
+    found = plan(config)
+    for _ in compute(found, config.jobs):
+        pass
+    cells = (read_cell(job.path) for job in found.jobs)
+    return SweepRun(config, sweep_of(cells, parse_directions(config.directions)), time.perf_counter() - began)

@@ -1,0 +1,108 @@
+"""Things of your own by name, registered from your own file or package, never by editing this one.
+
+Each decorator takes the name that command line and functions then know. The command line finds a file as
+`FILE.py:NAME`; a package names its module in the group `inhand` of its entry points.
+What is no such thing, or has a name that is taken, is refused with an `InputError`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+from inhand.asterisk_test.user_metrics import METRICS, UserMetric
+from inhand.control.catalogue import CONTROLLERS, SHIPPED
+from inhand.geometry import Array
+from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.hand import HandSpec
+from inhand.hands.names import CATALOGUE as HAND_NAMES
+from inhand.hands.objects import CATALOGUE as OBJECT_NAMES
+from inhand.hands.objects import ObjectSpec
+from inhand.registry import Registry
+from inhand.sim.state import State
+from inhand.tasks.aim import Aim
+from inhand.tasks.observations import PARTS, OfHand, Part, Scene
+from inhand.tasks.primitives import GROUPS, PATHS, TRAIN, TURNS, UNSEEN, OwnPath
+from inhand.tasks.rewards import TERMS, Decision, Term
+
+T = TypeVar("T")
+PoseGiver = TypeVar("PoseGiver", bound=Callable[[], Array])
+TermGiver = TypeVar("TermGiver", bound=Callable[[Decision], Array])
+PartGiver = TypeVar("PartGiver", bound=Callable[[State, Aim, Scene], Array])
+MetricGiver = TypeVar("MetricGiver", bound=UserMetric)
+HandGiver = TypeVar("HandGiver", bound=Callable[[], HandSpec])
+ObjectGiver = TypeVar("ObjectGiver", bound=Callable[[], ObjectSpec])
+
+
+def controller(name: str) -> Callable[[T], T]:
+    """Register a class with `begin`, `act` and `finished`, made with the task; its `grasp` is planned or rough."""
+    return _adding(CONTROLLERS, name, (SHIPPED,))
+
+
+def primitive(name: str, angle_deg: float | None = None) -> Callable[[PoseGiver], PoseGiver]:
+    """Register a function that gives the poses `(N, 3)` [m, m, rad] of a path from the object's start.
+
+    Args:
+        name: the word for `--directions`.
+        angle_deg: direction along which its distance counts [deg]; without it from the first pose to the last.
+    """
+    taken = (*(each.name for each in (*TRAIN, *UNSEEN, *TURNS)), *GROUPS)
+
+    def add(given: PoseGiver) -> PoseGiver:
+        PATHS.add(name, OwnPath(given, angle_deg), taken, given)
+        return given
+
+    return add
+
+
+def metric(name: str) -> Callable[[MetricGiver], MetricGiver]:
+    """Register a function that gives the number of a `Trial`; runs that name it in `metrics` measure it."""
+    return _adding(METRICS, name)
+
+
+def reward_term(name: str, weight: float = 1.0) -> Callable[[TermGiver], TermGiver]:
+    """Register a function that gives `(B,)` numbers of a `Decision`; `reward="progress,NAME"` adds it, weighted."""
+
+    def add(given: TermGiver) -> TermGiver:
+        TERMS.add(name, Term(name, weight, given), source=given)
+        return given
+
+    return add
+
+
+def observation_part(
+    name: str, *, half: OfHand = 1.0, middle: OfHand = 0.0, fixed: int = 0, for_joint: int = 0
+) -> Callable[[PartGiver], PartGiver]:
+    """Register a function of state, aim and scene that gives `(B, size)` numbers; `observation="grip,NAME"` adds it.
+
+    Args:
+        name: what the part is called.
+        half: how far from the middle becomes 1.
+        middle: what becomes 0.
+        fixed: how many numbers it has with every hand,
+        for_joint: and how many more for each joint.
+    """
+
+    def add(given: PartGiver) -> PartGiver:
+        PARTS.add(name, Part(name, given, half, middle, fixed, for_joint), source=given)
+        return given
+
+    return add
+
+
+def hand(name: str) -> Callable[[HandGiver], HandGiver]:
+    """Register a function that returns a `HandSpec`."""
+    return _adding(HANDS, name, HAND_NAMES)
+
+
+def object(name: str) -> Callable[[ObjectGiver], ObjectGiver]:
+    """Register a function that returns an `ObjectSpec`."""
+    return _adding(OBJECTS, name, OBJECT_NAMES)
+
+
+def _adding(registry: Registry[Any], name: str, taken: Iterable[str] = ()) -> Callable[[T], T]:
+    def add(given: T) -> T:
+        registry.add(name, given, taken)
+        return given
+
+    return add

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from inhand.asterisk_test.beside import load_beside
 from inhand.asterisk_test.config import AsteriskConfig
@@ -19,7 +19,7 @@ from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.shown import listed
+from inhand.shown import configured, listed
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -35,15 +35,9 @@ def asterisk(
     directions: str | Sequence[str | float] = DEFAULT.directions,
     trials: int = DEFAULT.trials,
     seed: int = DEFAULT.seed,
-    twist: float = DEFAULT.twist,
-    noise_mm: float = DEFAULT.noise_mm,
-    noise_deg: float = DEFAULT.noise_deg,
     engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
-    paths: Literal["straight", "human"] = DEFAULT.paths,
-    human: str | Path | None = None,
-    beside: Sequence[str | Path] = (),
     metrics: Sequence[str | UserMetric] = (),
-    compatible: bool = False,
+    **settings: Any,
 ) -> Run:
     """Run the Asterisk Test and return its trials, results, table and figure; nothing is written before `save`.
 
@@ -54,37 +48,20 @@ def asterisk(
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
         seed: of the start noise.
-        twist: rotation to hold, each way [deg].
-        noise_mm: standard deviation of the object's start in x and y [mm].
-        noise_deg: standard deviation of its rotation [deg].
         engine: mujoco or bullet.
-        paths: straight, or those of the human trials.
-        human: folder of recorded human trials.
-        beside: folders of earlier runs, at most two.
         metrics: names of registered metrics, or functions of a trial.
-        compatible: whether to compute the metrics of the Asterisk Test software too.
+        settings: other fields of `AsteriskConfig`, such as twist, noise_mm, human and beside.
 
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
-    config = AsteriskConfig(
-        hand=HANDS.name_of(hand),
-        object=OBJECTS.name_of(object),
-        controller=CONTROLLERS.name_of(controller),
-        engine=engine,
-        paths=paths,
-        human=None if human is None else Path(human),
-        beside=tuple(Path(folder) for folder in beside),
-        directions=listed(directions),
-        twist=twist,
-        trials=trials,
-        seed=seed,
-        noise_mm=noise_mm,
-        noise_deg=noise_deg,
-        compatible=compatible,
-        metrics=tuple(METRICS.name_of(metric) for metric in metrics),
-    )
-    return run_test(config)
+    settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
+    settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
+    settings["controller"] = CONTROLLERS.name_of(controller)
+    settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
+    settings |= {"human": Path(settings["human"])} if settings.get("human") else {}
+    settings["beside"] = tuple(Path(folder) for folder in settings.get("beside", ()))
+    return run_test(configured(AsteriskConfig, settings))
 
 
 def run_test(config: AsteriskConfig, run: Simulate = simulate, check: Callable[[], None] | None = None) -> Run:

@@ -15,7 +15,7 @@ WORDS = {"asterisk": "inhand/Asterisk-v0", "goal": "inhand/AsteriskGoal-v0"}
 
 
 def make(
-    name: str = "asterisk", *, num_envs: int | None = None, **keywords: object
+    name: str = "asterisk", *, num_envs: int | None = None, **keywords: Any
 ) -> gymnasium.Env[Any, Any] | gymnasium.vector.VectorEnv[Any, Any, Any]:
     """Return an environment, as `gymnasium.make` or, with `num_envs`, `gymnasium.make_vec` does.
 

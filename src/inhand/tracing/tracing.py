@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.shown import configured
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.report import TraceRun
@@ -28,11 +30,9 @@ def trace(
     controller: object = DEFAULT.controller,
     *,
     size: float | None = None,
-    scale: bool = False,
     trials: int = DEFAULT.trials,
     seed: int = DEFAULT.seed,
-    noise_mm: float = DEFAULT.noise_mm,
-    noise_deg: float = DEFAULT.noise_deg,
+    **settings: Any,
 ) -> TraceRun:
     """Trace a drawing or do a task and return its trials, table and figure; nothing is written before `save`.
 
@@ -42,28 +42,17 @@ def trace(
         object: a name, a TOML file or a spec.
         controller: a name, the folder of a training, `FILE.py:NAME`, or a class of yours.
         size: larger side of the drawing [mm]; None as `inhand trace` chooses it.
-        scale: whether a drawing that is too large is scaled down.
         trials: how many.
         seed: of the start noise and of what tasks draw.
-        noise_mm: standard deviation of the object's start in x and y [mm].
-        noise_deg: standard deviation of its rotation [deg].
+        settings: other fields of `TraceConfig`, such as scale and noise_mm.
 
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
-    config = TraceConfig(
-        path=str(path),
-        size=size,
-        scale=scale,
-        controller=CONTROLLERS.name_of(controller),
-        hand=HANDS.name_of(hand),
-        object=OBJECTS.name_of(object),
-        trials=trials,
-        seed=seed,
-        noise_mm=noise_mm,
-        noise_deg=noise_deg,
-    )
-    return run_trace(config)
+    settings |= {"path": str(path), "size": size, "trials": trials, "seed": seed}
+    settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
+    settings["controller"] = CONTROLLERS.name_of(controller)
+    return run_trace(configured(TraceConfig, settings))
 
 
 def run_trace(

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -23,7 +24,7 @@ from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.plots.heatmap import heatmap_figure
-from inhand.shown import Shown, frame, listed
+from inhand.shown import Shown, configured, frame, listed
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()
@@ -72,12 +73,9 @@ def sweep(
     controller: object = DEFAULT.controller,
     *,
     directions: str | Sequence[str | float] = DEFAULT.directions,
-    trials: int = DEFAULT.trials,
-    seed: int = DEFAULT.seed,
-    noise_mm: float = DEFAULT.noise_mm,
-    noise_deg: float = DEFAULT.noise_deg,
     jobs: int = 1,
     out: str | Path | None = None,
+    **settings: Any,
 ) -> SweepRun:
     """Run the Asterisk Test with every hand on every object.
 
@@ -86,32 +84,19 @@ def sweep(
         objects: names, TOML files or specs.
         controller: a name, the folder of a training, `FILE.py:NAME`, or a class of yours.
         directions: words of the command line, names, or degrees counter-clockwise from +x.
-        trials: for each direction.
-        seed: of the start noise.
-        noise_mm: standard deviation of the object's start in x and y [mm].
-        noise_deg: standard deviation of its rotation [deg].
         jobs: cells computed at a time, 0 for one on each core. More than one runs in processes of their own, which know
             hands, objects and controllers by name, by file or from installed packages.
         out: folder that keeps the cells, so that a sweep that was stopped goes on; None for a temporary one.
+        settings: other fields of `SweepConfig`, such as trials, seed and noise_mm.
 
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     folder = Path(tempfile.mkdtemp(prefix="inhand-sweep-")) if out is None else Path(out)
-    return run_sweep(
-        SweepConfig(
-            hands=tuple(HANDS.name_of(hand) for hand in hands),
-            objects=tuple(OBJECTS.name_of(thing) for thing in objects),
-            directions=listed(directions),
-            trials=trials,
-            seed=seed,
-            noise_mm=noise_mm,
-            noise_deg=noise_deg,
-            controller=CONTROLLERS.name_of(controller),
-            jobs=jobs,
-            out=folder,
-        )
-    )
+    settings |= {"hands": tuple(HANDS.name_of(hand) for hand in hands), "jobs": jobs, "out": folder}
+    settings["objects"] = tuple(OBJECTS.name_of(thing) for thing in objects)
+    settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}
+    return run_sweep(configured(SweepConfig, settings))
 
 
 def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: computed(found.waiting, jobs)) -> SweepRun:

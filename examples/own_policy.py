@@ -1,4 +1,4 @@
-"""A policy of your own as a controller: any function from observations (B, d) to actions (B, n), or a model's predict."""
+"""A policy of your own as a controller: a function from observations (B, d) to actions (B, n), or a model."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A primitive of your own: `inhand asterisk --directions own_primitive.py:weave` goes along it, and so does this file."""
+"""A primitive of your own: `inhand asterisk --directions own_primitive.py:weave` goes along it, as this file does."""
 
 import numpy as np
 

@@ -66,8 +66,8 @@ def read_record(entry: object, kind: type[R], form: int | None = None, new: str 
         told = f"this version reads {form}{', which has ' + new if new else ''}"
         raise InputError(f"it has format {reprlib.repr(entry.get('format'))}; {told}")
     try:
-        record = msgspec.convert(entry, kind)
-        unknown = _unknown(entry, msgspec.to_builtins(record))
+        record = msgspec.convert(entry, kind, dec_hook=_made)
+        unknown = _unknown(entry, msgspec.to_builtins(record, enc_hook=_plain))
     except msgspec.ValidationError as error:
         raise InputError(_complaint(str(error), entry, kind)) from error
     except RecursionError as error:
@@ -75,6 +75,13 @@ def read_record(entry: object, kind: type[R], form: int | None = None, new: str 
     if unknown:
         raise InputError(f"{unknown} is a field that this version does not know; a later one may")
     return record
+
+
+def _made(kind: type[object], held: object) -> object:
+    """Return the path that JSON has as a text; msgspec knows none."""
+    if kind is Path and isinstance(held, str):
+        return Path(held)
+    raise NotImplementedError
 
 
 def _complaint(error: str, entry: object, kind: object) -> str:

@@ -1,0 +1,171 @@
+"""What users register from their own files runs as itself, or is refused with what was given and what is needed."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import inhand as front
+from commands import Call
+from inhand.asterisk_test.report import Run
+from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.user_policy import user_policy
+from inhand.errors import InputError
+from inhand.hands.files import load_hand
+from inhand.registry import Registry
+from inhand.tasks.observations import find_layout
+from inhand.tasks.paths import path_of
+from inhand.tasks.primitives import PATHS, parse_directions
+from inhand.tasks.rewards import find_reward
+
+BACK = """
+import numpy as np
+import inhand
+
+@inhand.register.primitive("hook")
+def hook():
+    along = np.linspace(0.0, 0.02, 41)
+    return np.column_stack([along, 0.005 * np.sin(np.pi * along / 0.02), np.zeros(41)])
+
+class NoController:
+    pass
+"""
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    path = tmp_path / f"own_{abs(hash(tmp_path))}.py"
+    path.write_text(BACK.replace("hook", path.stem))
+    return path
+
+
+def test_every_public_name_is_there_and_none_is_a_room() -> None:
+    rooms = {path.name for path in Path(front.__file__).parent.iterdir() if path.is_dir()}
+    for name in front.__all__:
+        assert getattr(front, name) is not None
+        assert name in dir(front)
+        assert name not in rooms
+    with pytest.raises(AttributeError, match="no attribute 'astersik'; it offers"):
+        vars(front)["__getattr__"]("astersik")
+
+
+def test_a_word_runs_along_its_own_path(own: Path) -> None:
+    (primitive,) = parse_directions(f"{own}:{own.stem}")
+    path = path_of(primitive)
+    assert primitive.name == own.stem
+    assert primitive.angle_deg == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(path.poses[20], [0.01, 0.005, 0.0], atol=1e-12)
+    assert parse_directions(own.stem) == (primitive,)
+    with pytest.raises(InputError, match="goes along a path of its own"):
+        _ = primitive.angle  # whatever takes it for straight is refused
+
+
+def test_the_command_line_runs_a_file_of_ones_own(own: Path, inhand: Call, tmp_path: Path) -> None:
+    words = ("--directions", f"{own}:{own.stem}", "--trials", 1, "--noise-mm", 0, "--out", tmp_path / "run")
+    code, out, err = inhand("asterisk", *words)
+    assert (code, err) == (0, ""), err
+    assert own.stem in out
+    run = front.load(tmp_path / "run")
+    assert isinstance(run, Run)
+    path, _, _ = run.trials[0].manipulated_path()
+    assert path[:, 1].max() > 4.0  # a straight line would stay within a millimetre
+    assert path[-1, 0] == pytest.approx(20.0, abs=1.5)
+    assert run.table()["limit_mm"][0] == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(
+    ("controller", "text"),
+    [
+        ("NoController", "without begin, act, finished: it must be a class"),
+        ("nothing", "has no 'nothing' and registers no controller of that name"),
+    ],
+)
+def test_what_is_no_controller_is_refused(own: Path, controller: str, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        find_controller(f"{own}:{controller}")
+
+
+def test_a_file_that_is_not_there_or_fails_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no file .*none.py: give FILE.py:NAME"):
+        find_controller(f"{tmp_path}/none.py:Mine")
+    (tmp_path / "bad.py").write_text("1 / 0")
+    with pytest.raises(InputError, match=r"bad.py cannot be imported: ZeroDivisionError: division by zero"):
+        load_hand(f"{tmp_path}/bad.py:mine")
+
+
+def test_names_that_are_taken_are_refused_and_a_cell_run_again_is_not() -> None:
+    with pytest.raises(InputError, match="'ik' is taken by another controller"):
+        CONTROLLERS.add("ik", object())
+    with pytest.raises(InputError, match="'Out' is taken by another primitive"):
+        front.register.primitive("Out")(lambda: np.zeros((2, 3)))
+    numbers: Registry[int] = Registry("number", {"one": 1}, lambda _, given: int(str(given)))
+    numbers.add("two", 2)
+    with pytest.raises(InputError, match="'two' is taken by another number"):
+        numbers.add("two", 3)
+    with pytest.raises(InputError, match="without commas or slashes"):
+        numbers.add("a,b", 3)
+
+    def cell() -> object:
+        def mine() -> None: ...
+
+        return mine
+
+    texts: Registry[str] = Registry("text", {}, lambda name, _: name)
+    texts.add("mine", cell())
+    texts.add("mine", cell())
+
+
+@pytest.mark.parametrize(
+    ("poses", "text"),
+    [
+        (np.zeros((3, 2)), r"gives an array \(3, 2\): it needs poses \(N, 3\)"),
+        ("words", "gives str 'words': it needs poses"),
+        ([[0.1, 0, 0], [0.2, 0, 0]], "its first pose must be 0, the object's start"),
+        ([[0, 0, 0], [20.0, 0, 0]], "goes 20 m far, which no hand does: poses are in metres"),
+        ([[0, 0, 0], [0.01, 0, 0], [0, 0, 0]], "ends where it begins: give angle_deg"),
+        ([[0, 0, 0], [math.nan, 0, 0]], "it needs poses"),
+    ],
+)
+def test_what_is_no_path_is_refused(poses: object, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        PATHS.add("wrong", poses)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        (3, "policy int 3: give a function of observations, or a model with `predict`"),
+        (lambda seen: seen[:1], r"returned \(1, 31\) for observations \(2, 31\): it must return finite actions"),
+    ],
+)
+def test_what_is_no_policy_is_refused(given: object, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        user_policy(given, name="mine")(np.zeros((2, 31)))
+
+
+def test_unknown_parts_and_terms_are_refused() -> None:
+    with pytest.raises(InputError, match="unknown observation part 'speed'"):
+        find_layout("grip,speed")
+    with pytest.raises(InputError, match="unknown reward term 'speed'"):
+        find_reward("progress,speed")
+
+
+def test_targets_of_the_wrong_shape_are_refused() -> None:
+    class Short:
+        grasp = "rough"
+
+        def __init__(self, task: object) -> None: ...
+
+        def begin(self, state: object) -> None: ...
+
+        def act(self, state: object) -> object:
+            del state
+            return np.zeros((1, 3))
+
+        def finished(self, state: object) -> object:
+            del state
+            return np.zeros(1, dtype=bool)
+
+    with pytest.raises(InputError, match=r"act of controller 'Short' returned \(1, 3\): it must return joint targets"):
+        front.asterisk(controller=Short, directions="Out", trials=1)

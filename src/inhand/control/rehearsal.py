@@ -19,7 +19,7 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import MUJOCO, make_simulator
 
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""

@@ -24,7 +24,8 @@ from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engine import Simulator
+from inhand.sim.engines import MUJOCO, make_simulator
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
@@ -159,7 +160,7 @@ def gripped(
     )
 
 
-def taken(simulator: MujocoSimulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
+def taken(simulator: Simulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
     """Return what some worlds of a running batch look like now, as starts."""
     return Starts(simulator.snapshot().take(worlds), select(state, worlds), angle_deg, np.full(len(worlds), np.inf))
 

@@ -15,7 +15,7 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Starts
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import MUJOCO, make_simulator
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.actions import Actions, targets_of

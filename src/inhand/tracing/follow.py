@@ -18,7 +18,7 @@ from inhand.geometry import Array, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import MUJOCO, make_simulator
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import Repertoire, Sequencer

@@ -100,7 +100,7 @@ def turn(quaternion: Array, vectors: Array) -> Array:
 
 def inverse_quaternion(quaternion: Array) -> Array:
     """Return the unit quaternions `(..., 4)` (w, x, y, z) that turn back."""
-    return quaternion * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.asarray(quaternion * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def planar(pose: ArrayLike) -> Array:

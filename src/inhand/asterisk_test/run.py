@@ -102,7 +102,7 @@ def simulate(
     rng = np.random.default_rng(config.seed)
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
     start = hand.start_pose + spread * rng.standard_normal((count, 3))
-    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start)
+    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
     task = Task(hand, simulator.objects, paths, simulator.timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
     manipulate = setup.controller.manipulate

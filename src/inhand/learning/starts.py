@@ -23,9 +23,10 @@ from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.model import SceneSpec
 from inhand.sim.engine import Simulator
-from inhand.sim.engines import MUJOCO, make_simulator
+from inhand.sim.engines import make_simulator
+from inhand.sim.model import SceneSpec
+from inhand.sim.names import MUJOCO
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
@@ -186,7 +187,7 @@ def _close(
     spread = np.array([noise.position, noise.position, noise.rotation])
     poses = origin + spread * rng.standard_normal((count, 3))
     opened, closed = closing_joints(hand, spec, plans, origin, poses)
-    simulator = MujocoSimulator(hand, [spec] * count, threads=threads)
+    simulator = make_simulator(MUJOCO, hand, [spec] * count, threads=threads)
     still = np.zeros((count, 2, 3))
     fingers = JointPid(Task(hand, simulator.objects, still, simulator.timestep), closed)
     state = simulator.reset(poses, opened)

@@ -68,7 +68,7 @@ class BulletSimulator:
         if any(scene.walls for scene in self._scenes):
             raise InputError("walls with the engine 'bullet', which has none here: use the engine 'mujoco'")
         if len(objects) > MOST_WORLDS:
-            raise InputError(f"{len(objects)} worlds in PyBullet, which has connections for {MOST_WORLDS}: ask for fewer")
+            raise InputError(f"{len(objects)} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
         self._hands = hand_of_each(hand, len(objects))
         self.hand = self._hands[0]
         self.objects = tuple(objects)
@@ -80,7 +80,7 @@ class BulletSimulator:
         self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, self.hand.n_joints))
         self._targets = np.zeros((len(self.objects), self.hand.n_joints))
         self._diverged = np.zeros(len(self.objects), dtype=bool)
-        self._time = np.zeros(len(self.objects))
+        self._steps = np.zeros(len(self.objects), dtype=np.int64)
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
@@ -92,7 +92,7 @@ class BulletSimulator:
         self._starts = object_pose.copy(), joint_angles.copy()
         self._worlds = [self._begin(index) for index in range(len(self.objects))]
         self._diverged[:] = False
-        self._time[:] = 0.0
+        self._steps[:] = 0
         self._targets[:] = joint_angles
         return self.measure()
 
@@ -109,7 +109,7 @@ class BulletSimulator:
             _command(self._engine, world, hand, wanted)
             for _ in range(substeps):
                 self._engine.stepSimulation(world.client)
-        self._time += substeps * self.timestep
+        self._steps += substeps
         self._targets[:] = targets
         return self.measure()
 
@@ -125,7 +125,7 @@ class BulletSimulator:
         own = turn(inverse_quaternion(poses[:, 3:]), velocities[:, 3:])
         qvel = np.concatenate([speeds, velocities[:, :3], own], axis=1)
         qpos = np.concatenate([joints, poses], axis=1)
-        return Snapshot(self._time.copy(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel))
+        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel))
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot, of either engine; the other worlds are not touched.
@@ -142,7 +142,8 @@ class BulletSimulator:
             pose, speed = snapshot.qpos[row, n:], snapshot.qvel[row]
             velocity = np.concatenate([speed[n : n + 3], turn(pose[3:], speed[n + 3 :])])
             _place(self._engine, self._worlds[world], pose, snapshot.qpos[row, :n], (velocity, speed[:n]))
-        self._time[worlds], self._targets[worlds] = snapshot.time[rows], snapshot.ctrl[rows]
+        self._steps[worlds] = np.rint(snapshot.time[rows] / self.timestep)
+        self._targets[worlds] = snapshot.ctrl[rows]
         self._diverged[worlds] = False
 
     def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
@@ -158,6 +159,10 @@ class BulletSimulator:
             linear, angular = self._engine.getBaseVelocity(world.object, physicsClientId=world.client)
             faster = (np.array(linear) + each / self.objects[index].mass).tolist()
             self._engine.resetBaseVelocity(world.object, faster, angular, physicsClientId=world.client)
+
+    def _time(self) -> Array:
+        """Return the simulated time of every world `(B,)` [s]."""
+        return np.asarray(self._steps * self.timestep, dtype=float)
 
     def _check_begun(self) -> None:
         if not self._worlds:
@@ -184,7 +189,7 @@ class BulletSimulator:
             self._worlds[index] = self._begin(index)
             rows[index] = _read(self._engine, self._worlds[index], self.hand)
         self._diverged |= wild
-        return _state_from(rows, self.hand, self._time.copy(), self._targets, self._diverged.copy())
+        return _state_from(rows, self.hand, self._time(), self._targets, self._diverged.copy())
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -264,9 +269,7 @@ def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tu
     return list(found or ())
 
 
-def _state_from(
-    rows: list[Reading], hand: HandSpec, time: Array, targets: Array, diverged: NDArray[np.bool_]
-) -> State:
+def _state_from(rows: list[Reading], hand: HandSpec, time: Array, targets: Array, diverged: NDArray[np.bool_]) -> State:
     joints, velocities, poses, object_velocities, links, forces = (
         np.array(part, dtype=float) for part in zip(*rows, strict=True)
     )

@@ -1,20 +1,16 @@
-"""The one place that names the engines."""
+"""The one place that makes the engines' simulators."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, get_args
+from typing import get_args
 
 from inhand.errors import InputError, near_matches
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engine import Simulator
 from inhand.sim.model import SceneSpec
-
-Engine = Literal["mujoco", "bullet"]
-"""Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
-MUJOCO: Engine = "mujoco"
-"""The engine where none is asked for."""
+from inhand.sim.names import Engine
 
 
 def make_simulator(

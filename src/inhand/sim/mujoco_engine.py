@@ -80,8 +80,8 @@ class MujocoSimulator:
         self._stepper = _batch([kinds[world] for world in worlds], threads)
         self._meter = _batch([meters[world] for world in worlds], threads)
         bind = self._stepper.bind
-        forces, sensors = bind("sensordata"), self._meter.bind("sensordata")
-        self._readings = Readings(**{name: bind(name) for name in _KEPT}, forces=forces, sensors=sensors)
+        read = {name: bind(name) for name in _KEPT}
+        self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
         self._mass = np.array([spec.mass for spec in objects])
         self._acted = np.zeros(len(objects), dtype=bool)
@@ -202,9 +202,7 @@ def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
     return batch
 
 
-def _state_from(
-    readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], acted: NDArray[np.bool_]
-) -> State:
+def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], acted: NDArray[np.bool_]) -> State:
     """Return the state, its arrays copied from the engine's so that a later step cannot change them."""
     n = hand.n_joints
     qpos, qvel = readings.qpos.copy(), readings.qvel.copy()

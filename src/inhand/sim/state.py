@@ -75,7 +75,7 @@ class State:
     @property
     def penetration(self) -> Array:
         """The deepest overlap of a link and the object `(B,)` [m], 0 where none overlaps."""
-        return np.maximum(-self.link_gaps.min(axis=1), 0.0)
+        return np.asarray(np.maximum(-self.link_gaps.min(axis=1), 0.0))
 
     @property
     def finger_xy(self) -> Array:

@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test sweep bench learn study compare lock
+.PHONY: demo test sweep bench learn ship study compare lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -27,6 +27,11 @@ bench: .venv/.dev
 # Trains every row of the learning tables: hours.
 learn: .venv/.dev
 	$(BIN)/python benchmarks/learning.py --groups default experts thesis ablations
+
+# Trains the policy that ships and puts it, with its cards, where it ships from: minutes.
+ship: .venv/.dev
+	$(BIN)/inhand train --out results/ship --overwrite
+	cp results/ship/best/actor.json results/ship/best/actor.safetensors results/ship/config.json src/inhand/policies/default
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py

@@ -165,7 +165,9 @@ def test_what_is_no_dataset_of_ours_is_refused(tmp_path: Path) -> None:
     path = tmp_path / DATA / datasets.METADATA
     good = json.loads(path.read_text())
     path.write_text(json.dumps(good | {"inhand": good["inhand"] | {"format": 9}}))
-    with pytest.raises(InputError, match="it has format 9; this version reads 1; record it again"):
+    with pytest.raises(
+        InputError, match=r"it has format 9; this version reads 2, which has the scales of .*; record it again"
+    ):
         read_dataset(tmp_path)
     path.write_text(json.dumps({key: value for key, value in good.items() if key != "inhand"}))
     with pytest.raises(InputError, match="is no dataset of `inhand record`: it is None; it must be a table"):
@@ -197,23 +199,22 @@ def test_a_dataset_of_another_kind_is_refused_part_by_part() -> None:
         "actions: steps there, angles here",
         "horizon: 30 decisions there, 25 here",
     ]
-    parts = [[half.strip() for half in line.split("|")] for line in lines[4:]]
-    assert parts[0] == ["* observation grip-1 there", "thesis-1 here"]
-    assert parts[1] == ["*   2 direction, unit vector", "1 direction [rad]"]
-    assert parts[-1] == ["*   2 gaps of the fingers [m]", "-"]
-    assert len(parts) == 1 + len(HEAD.kind.table)
+    assert [line.strip() for line in (lines[4], lines[5], lines[-1])] == [
+        "layout: grip-1 there, thesis-1 here",
+        "direction, unit vector: there alone",
+        "end of each link x, y [m]: here alone",
+    ]
 
 
-def test_one_changed_part_alone_is_marked() -> None:
+def test_one_changed_part_alone_is_named() -> None:
     kind = kind_of(HAND, GRIP)
-    table = (*kind.table[:-1], ("gaps of the fingers [m]", 3))
+    *parts, last = kind.interface.parts
     with pytest.raises(InputError) as error:
-        check_fits(HEAD, replace(kind, table=table))
-    lines = str(error.value).splitlines()[1:]
-    assert [line for line in lines if line.strip().startswith("*")] == [lines[-1]]
-    assert [half.strip() for half in lines[-1].split("|")] == [
-        "*   2 gaps of the fingers [m]",
-        "3 gaps of the fingers [m]",
+        check_fits(
+            HEAD, replace(kind, interface=replace(kind.interface, parts=(*parts, replace(last, scale=(0.006,)))))
+        )
+    assert [line.strip() for line in str(error.value).splitlines()[1:]] == [
+        "gaps of the fingers [m]: scale 0.005 there, 0.006 here"
     ]
     with pytest.raises(InputError, match=f"hand: {HAND.name} there, {HAND.name} of other measures here$"):
         check_fits(HEAD, replace(kind, hand=replace(HAND, friction=0.4)))

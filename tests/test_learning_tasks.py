@@ -14,7 +14,7 @@ from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
 from inhand.tasks.actions import LARGEST_STEP, Actions, actions_of, targets_of
 from inhand.tasks.aim import Aim
-from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Scene, by_rank, find_layout, observe
+from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Layout, Scene, by_rank, find_layout, observe
 from inhand.tasks.rewards import REWARDS, Decision, find_reward, reward
 from test_simulator import CUBE, HAND, mirrored_joints, run, shaken
 
@@ -55,8 +55,13 @@ def test_shift_is_told_along_and_to_the_left_of_the_direction() -> None:
 # Observations.
 
 
+def sizes(layout: Layout) -> list[tuple[str, int]]:
+    """Return name and size of every part."""
+    return [(part.name, part.size(HAND)) for part in layout.parts]
+
+
 def test_the_thesis_layout_is_table_3_1() -> None:
-    assert [name.split(" [")[0] for name, _ in THESIS.table(HAND)] == [
+    assert [name.split(" [")[0] for name, _ in sizes(THESIS)] == [
         "direction",
         "object position x, y",
         "object orientation",
@@ -65,7 +70,7 @@ def test_the_thesis_layout_is_table_3_1() -> None:
         "end of each link x, y",
         "joint angles",
     ]
-    assert [size for _, size in THESIS.table(HAND)] == [1, 2, 1, 3, 4, 8, 4]
+    assert [size for _, size in sizes(THESIS)] == [1, 2, 1, 3, 4, 8, 4]
     assert THESIS.size(HAND) == 23
     assert THESIS.size(parse_hand_name("2v3_25.75_25.35.40_1.1_53")) == 27
 
@@ -186,7 +191,7 @@ def test_a_mirrored_state_gives_the_mirrored_observation(name: str) -> None:
     mirror = Aim(np.pi - aim.angle, aim.start * (-1, 1, -1), aim.distance, aim.share, aim.end * (-1, 1, -1))
     seen, theirs = observe(layout, state, aim, SCENE), observe(layout, mirrored(state), mirror, SCENE)
     place = 0
-    for part, size in layout.table(HAND):
+    for part, size in sizes(layout):
         ours, other = seen[:, place : place + size], theirs[:, place : place + size]
         place += size
         if part == "direction [rad]":
@@ -202,9 +207,9 @@ def test_the_grip_layout_tells_way_velocity_and_commands() -> None:
     aim = aimed(state, distance=0.03)
     layout = find_layout("grip")
     observed = observe(layout, state, aim, SCENE)
-    names, sizes = zip(*layout.table(HAND), strict=True)
+    names, counts = zip(*sizes(layout), strict=True)
     assert layout.size(HAND) == observed.shape[1] == 31
-    seen = dict(zip(names, np.split(observed, np.cumsum(sizes)[:-1], axis=1), strict=True))
+    seen = dict(zip(names, np.split(observed, np.cumsum(counts)[:-1], axis=1), strict=True))
     shift = aim.shift(state.pose)
     np.testing.assert_allclose(seen["way left to go [m]"][:, 0], (0.03 - shift[:, 0]) / 0.1)
     across = np.clip(shift[:, 1:2] / 0.01, -1, 1)
@@ -220,9 +225,9 @@ def test_the_open_layout_is_the_grip_layout_without_the_way_left() -> None:
     state = held()
     near, far = (observe(find_layout("grip-open"), state, aimed(state, distance=d), SCENE) for d in (0.01, 0.08))
     np.testing.assert_array_equal(near, far)
-    grip = [name for name, _ in find_layout("grip").table(HAND)]
+    grip = [name for name, _ in sizes(find_layout("grip"))]
     assert [name for name in grip if "go" not in name and "end" not in name] == [
-        name for name, _ in find_layout("grip-open").table(HAND)
+        name for name, _ in sizes(find_layout("grip-open"))
     ]
 
 

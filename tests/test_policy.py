@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pytest
+from safetensors.numpy import load_file, save_file
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
@@ -23,6 +26,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
+from inhand.tasks.cards import interface_card
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, primitive_at
@@ -101,47 +105,93 @@ def test_numpy_and_jax_act_alike() -> None:
     np.testing.assert_allclose(policy(seen), np.asarray(act(network, jnp.asarray(seen))), atol=1e-5)
 
 
-def test_another_layout_is_refused_with_both_shown(folder: Path) -> None:
+CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
+    (lambda card: card.update(format=1), "it has format 1; this version reads 2, which has the scales of observations"),
+    (lambda card: card.pop("layers"), "it has no field layers"),
+    (lambda card: card.update(layers=-1), "layers is -1, and actor.safetensors has 6 arrays"),
+    (lambda card: card.update(layers=2), "layers is 2, and actor.safetensors has 6 arrays"),
+    (lambda card: card.update(layers=10**12), "layers is 1000000000000, and"),
+    (lambda card: card.update(observation="gryp"), "unknown observation 'gryp'"),
+    (lambda card: card.update(observation="thesis"), "layout: grip-1 there, thesis-1 here"),
+    (lambda card: card.update(actions="leaps"), "actions is 'leaps'; it must be angles or steps"),
+    (lambda card: card.update(grasp=["rough"]), "grasp is ['rough']; it must be"),
+    (lambda card: card.update(trained=None), "trained is None; it must be a table"),
+    (lambda card: card["interface"].update(parts=None), "interface.parts is None; it must be a list"),
+    (lambda card: card["interface"]["parts"][7].update(scale=[2.5]), "spin [rad/s]: scale 2.5 there, 2 here"),
+    (lambda card: card["interface"]["parts"][7].update(middle=[1]), "spin [rad/s]: middle 1 there, 0 here"),
+    (lambda card: card["interface"]["parts"][7].update(fixed=2), "spin [rad/s]: fixed 2 there, 1 here"),
+    (lambda card: card["interface"]["parts"].pop(), "gaps of the fingers [m]: here alone"),
+    (lambda card: card["interface"]["parts"].reverse(), "the order of the observation's parts"),
+    (lambda card: card["interface"].update(largest_step=0.1), "largest step: 0.1 there, 0.04 here"),
+]
+"""Changes of a policy's card, and what the text says of them."""
+
+
+@pytest.mark.parametrize(("change", "text"), CARDS)
+def test_a_card_that_cannot_be_is_refused(folder: Path, change: Callable[[dict[str, Any]], object], text: str) -> None:
     path = folder / "best" / CARD
     card = json.loads(path.read_text())
-    path.write_text(json.dumps(card | {"layout": "grip-0", "parts": [["way sideways [m]", 1, 0]]}))
-    with pytest.raises(InputError, match="other observations") as caught:
+    change(card)
+    path.write_text(json.dumps(card))
+    with pytest.raises(InputError, match=rf"cannot be used: .*{re.escape(text)}.*; train it again"):
         load_policy(folder / "best")
-    there, here = str(caught.value).splitlines()[1:]
-    assert there == "  there: grip-0: way sideways [m]: 1 + 0 for each joint"
-    assert here.startswith("  here: grip-1: direction, unit vector: 2 + 0 for each joint, ")
 
 
-def _no_weights(folder: Path) -> None:
-    (folder / ACTOR).unlink()
+WEIGHTS: list[tuple[dict[str, Any], str]] = [
+    ({"1.weight": None, "one": np.zeros(3)}, "actor.safetensors has no array 1.weight"),
+    ({"1.weight": np.zeros((16, 15))}, "1.bias has the shape (16,); it must be (15,)"),
+    ({"1.weight": np.zeros((4, 16))}, "1.weight has the shape (4, 16); it must be (16, 16)"),
+    ({"1.weight": np.zeros(16)}, "1.weight has the shape (16,)"),
+    ({"0.weight": np.zeros((30, 16))}, "it has 30 inputs and 4 outputs; layout grip-1 has 31 numbers"),
+    ({"2.weight": np.full((16, 4), np.nan)}, "2.weight holds float64"),
+    ({"2.weight": np.zeros((16, 4), int)}, "2.weight holds int64"),
+    ({"3.weight": np.zeros((4, 4))}, "layers is 3, and actor.safetensors has 7 arrays"),
+]
+"""Arrays in the place of a policy's, and what the text says of them."""
 
 
-def _broken_weights(folder: Path) -> None:
-    (folder / ACTOR).write_bytes(b"nothing")
-
-
-def _broken_card(folder: Path) -> None:
-    (folder / CARD).write_text("{")
-
-
-def _another_format(folder: Path) -> None:
-    card = json.loads((folder / CARD).read_text())
-    (folder / CARD).write_text(json.dumps(card | {"format": 7}))
+@pytest.mark.parametrize(("changed", "text"), WEIGHTS)
+def test_weights_that_cannot_be_are_refused(folder: Path, changed: dict[str, Any], text: str) -> None:
+    path = folder / "best" / ACTOR
+    arrays = load_file(path) | changed
+    save_file({name: array for name, array in arrays.items() if array is not None}, path)
+    with pytest.raises(InputError, match=rf"cannot be used: .*{re.escape(text)}.*; train it again"):
+        load_policy(folder / "best")
 
 
 @pytest.mark.parametrize(
-    ("spoil", "text"),
+    ("name", "content", "text"),
     [
-        (_no_weights, "no trained policy in"),
-        (_broken_weights, "cannot be read"),
-        (_broken_card, "cannot be read"),
-        (_another_format, "policy format 7; this version reads 1: train it again"),
+        (ACTOR, None, "no trained policy in"),
+        (ACTOR, b"nothing", "cannot be used"),
+        (CARD, b"{", "it is no JSON"),
+        (CARD, b"[1]", "it is [1]; it must be a table"),
+        (CARD, b"\xff\xfe", "it is no JSON"),
+        (CARD, b"[" * 100_000, "its JSON is nested too deeply"),
+        (CARD, b'{"format": 2, "trained": ' + b'{"a": ' * 900 + b"1" + b"}" * 901, "cannot be used"),
     ],
 )
-def test_spoilt_files_are_refused(folder: Path, spoil: Callable[[Path], None], text: str) -> None:
-    spoil(folder / "best")
-    with pytest.raises(InputError, match=text):
+def test_files_that_are_no_policy_are_refused(folder: Path, name: str, content: bytes | None, text: str) -> None:
+    (folder / "best" / name).unlink()
+    if content is not None:
+        (folder / "best" / name).write_bytes(content)
+    with pytest.raises(InputError, match=re.escape(text)):
         load_policy(folder / "best")
+
+
+def test_every_change_of_what_a_scale_depends_on_changes_the_card() -> None:
+    layout = find_layout("thesis")
+    cards = {interface_card(layout)}
+    for number, part in enumerate(layout.parts):
+        for other in (
+            replace(part, half=0.05),
+            replace(part, middle=0.01),
+            replace(part, half=lambda hand: hand.palm_width),
+        ):
+            cards.add(
+                interface_card(replace(layout, parts=(*layout.parts[:number], other, *layout.parts[number + 1 :])))
+            )
+    assert len(cards) == 1 + 3 * len(layout.parts)
 
 
 def test_a_policy_has_finished_once_nothing_is_gained_for_a_while() -> None:
@@ -230,7 +280,7 @@ def test_a_run_says_what_the_policy_was_trained_with() -> None:
 
 
 @pytest.mark.parametrize("grasp", ["planned", "rough"])
-def test_an_object_is_held_where_it_stands_and_carried_by_the_policy(grasp: str) -> None:
+def test_an_object_is_held_where_it_stands_and_carried_by_the_policy(grasp: Literal["planned", "rough"]) -> None:
     entry = learned("mine", replace(a_policy(strength=0.0), grasp=grasp))
     config = AsteriskConfig(directions="Right", trials=2)
     trials = simulate(config, replace(prepare(config), controller=entry))

@@ -41,7 +41,7 @@ def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) ->
     assert "recording: 5 of 5, " in out
     assert f"Dataset inhand/cube_39/thesis-ik-v0: {tmp_path / 'set'}" in out
     head, episodes = read_dataset(tmp_path / "set")
-    assert (head.kind.layout, head.kind.actions, head.kind.horizon) == ("thesis-1", "angles", 25)
+    assert (head.kind.interface.layout, head.kind.actions, head.kind.horizon) == ("thesis-1", "angles", 25)
     assert (head.grasp, head.directions, head.push, head.seed) == ("rough", "Right,Out", 0.0, 2)
     read = list(episodes)
     assert len(read) == 5

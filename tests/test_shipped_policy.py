@@ -10,13 +10,18 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.policy import load_policy
+from inhand.records import table_of
+from inhand.tasks.cards import interface_card
+from inhand.tasks.observations import find_layout
 
 FOLDER = Path(inhand.policies.__file__).parent / "default"
 
 
 def test_it_is_small_and_says_how_it_was_made() -> None:
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
-    made = json.loads((FOLDER / "config.json").read_text())["config"]
+    card = json.loads((FOLDER / "config.json").read_text())
+    made = card["config"]
+    assert card["interface"] == table_of(interface_card(find_layout(made["interface"]["observation"])))
     trained = load_policy(FOLDER).trained
     assert {name: made[name] for name in ("preset", "hand", "object", "seed")} == trained
     assert made["directions"] == "continuous"

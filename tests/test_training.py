@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from inhand.learning.replay import Replay
 from inhand.learning.runs import card_of, preset, read_config, resume, train
 from inhand.learning.setup import Ready, draw_directions, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
+from inhand.records import table_of
 from inhand.tasks.primitives import UNSEEN
 
 SMALL = thesis()
@@ -159,11 +162,11 @@ def test_the_share_of_the_expert_decays_by_a_fifth(prepared: Path, tmp_path: Pat
     np.testing.assert_allclose(shares, [1.0, 1.0, 0.8, 0.64])
 
 
-def _card(folder: Path, change: Callable[[dict[str, object]], None]) -> Path:
+def _card(folder: Path, change: Callable[[dict[str, Any]], object]) -> Path:
     folder.mkdir()
     with pytest.raises(InputError, match="no training run"):
         read_config(folder)
-    card = card_of(SMALL)
+    card = table_of(card_of(SMALL))
     change(card)
     (folder / "config.json").write_text(json.dumps(card))
     return folder
@@ -175,14 +178,35 @@ def test_a_configuration_comes_back_as_it_was(tmp_path: Path) -> None:
 
 def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
     folder = _card(tmp_path / "run", lambda card: card.update(version="0.0.1"))
-    with pytest.raises(InputError, match=r"of version 0\.0\.1, this is .*train anew"):
+    with pytest.raises(InputError, match=r"it is of version 0\.0\.1, this is .*Train anew"):
         resume(folder, (lambda *_: None, lambda _: None))
 
 
-def test_a_run_of_another_layout_is_refused_and_both_are_shown(tmp_path: Path) -> None:
-    folder = _card(tmp_path / "run", lambda card: card.update(layout=["grip-0", [["direction", 2, 0]]]))
-    with pytest.raises(InputError, match=r"(?s)there: grip-0: direction: 2.*here: grip-1: direction, unit vector"):
-        read_config(folder)
+CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
+    (lambda card: card.update(format=1), "it has format 1; this version reads 2, which has the scales of observations"),
+    (lambda card: card["interface"].update(layout="grip-0"), "layout: grip-0 there, grip-1 here"),
+    (lambda card: card["interface"]["parts"][6].update(scale=[0.3]), "velocity along and to the left [m/s]: scale 0.3"),
+    (lambda card: card["interface"].update(largest_step=0.05), "largest step: 0.05 there, 0.04 here"),
+    (lambda card: card["config"].update(seed="1"), "config.seed is '1'; it must be a whole number"),
+    (lambda card: card["config"].update(colour=1), "config.colour is a field that this version does not know"),
+    (
+        lambda card: card["config"]["interface"].update(actions="leaps"),
+        "actions is 'leaps'; it must be angles or steps",
+    ),
+    (
+        lambda card: card["config"]["learning"].update(hidden=[64, -0.5]),
+        "learning.hidden[1] is -0.5; it must be a whole",
+    ),
+]
+"""Changes of a run's card, and what the text says of them."""
+
+
+@pytest.mark.parametrize(("change", "text"), CARDS)
+def test_a_run_that_cannot_be_gone_on_with_is_refused(
+    change: Callable[[dict[str, Any]], object], text: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=rf"cannot be gone on with: .*{re.escape(text)}.*Train anew"):
+        read_config(_card(tmp_path / "run", change))
 
 
 def test_a_finished_run_is_not_gone_on_with(tmp_path: Path) -> None:

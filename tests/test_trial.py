@@ -206,7 +206,7 @@ def head_is_no_json(path: Path) -> None:
 
 
 HEADS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
-    (lambda head: head.update(format=2), "it has format 3; this version reads 2"),
+    (lambda head: head.update(format=3), "it has format 3; this version reads 2"),
     (lambda head: head.update(passport={}), "passport has no field hand"),
     (lambda head: head.update(passport=[]), "passport is []; it must be a table"),
     (lambda head: head.update(outcome="won"), "outcome is 'won'; it must be reached or lost contact or no grasp"),

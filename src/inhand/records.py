@@ -48,13 +48,14 @@ def read_json(text: str | bytes) -> object:
     return found
 
 
-def read_record(entry: object, kind: type[R], form: int | None = None) -> R:
+def read_record(entry: object, kind: type[R], form: int | None = None, new: str = "") -> R:
     """Return what JSON has held as a record.
 
     Args:
         entry: what `read_json` has returned, or a part of it.
         kind: the dataclass.
         form: the number that its field `format` must hold, None where it has no such field.
+        new: what that format has that the one before had not.
 
     Raises:
         InputError: another format, a field that is missing, unknown, or holds what it cannot.
@@ -62,7 +63,8 @@ def read_record(entry: object, kind: type[R], form: int | None = None) -> R:
     if not isinstance(entry, dict):
         raise InputError(f"it is {reprlib.repr(entry)}; it must be a table")
     if form is not None and entry.get("format") != form:
-        raise InputError(f"it has format {reprlib.repr(entry.get('format'))}; this version reads {form}")
+        told = f"this version reads {form}{', which has ' + new if new else ''}"
+        raise InputError(f"it has format {reprlib.repr(entry.get('format'))}; {told}")
     try:
         record = msgspec.convert(entry, kind)
         unknown = _unknown(entry, msgspec.to_builtins(record))

@@ -3,33 +3,38 @@
 from __future__ import annotations
 
 import hashlib
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load_file, save
 
+from inhand.archives import check_shapes
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
+from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import State
 from inhand.tasks.actions import Actions, targets_of
 from inhand.tasks.aim import Aim
+from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.observations import Scene, find_layout, observe
 from inhand.tasks.routes import routes_of
 
-FORMAT = 1
-"""Version of the files."""
+FORMAT = 2
+"""Version of the files; see `inhand.tasks.cards.NEW`."""
 ACTOR, CARD = "actor.safetensors", "actor.json"
 """Names of the weights' file and of what says how to use them."""
+PARTS = ("weight", "bias")
+"""Arrays of a layer."""
 STILL_WAY = 3e-4
 """A policy that has gained less along the primitive [m] during"""
 STILL_TIME = 0.5
@@ -55,7 +60,7 @@ class Policy:
     """Layout of its observations."""
     actions: Actions
     """What its actions mean."""
-    grasp: str
+    grasp: Literal["planned", "rough"]
     """How it was held when it learned: planned or rough."""
     trained: dict[str, Any]
     """What it was trained with and by: hand, object, seed, versions; for people."""
@@ -81,77 +86,76 @@ class Policy:
         return np.tanh(found @ self.weights[-1] + self.biases[-1])
 
 
+@dataclass(frozen=True)
+class _Card:
+    """What a policy's folder says beside its weights."""
+
+    format: int
+    layers: int
+    observation: str
+    interface: InterfaceCard
+    actions: Actions
+    grasp: Literal["planned", "rough"]
+    trained: dict[str, Any]
+
+
 def save_policy(policy: Policy, folder: Path) -> None:
     """Write a policy's two files to a folder, each under a temporary name that is then moved into place."""
     arrays = {}
-    for number, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
-        arrays[f"{number}.weight"] = np.ascontiguousarray(weight, dtype=np.float32)
-        arrays[f"{number}.bias"] = np.ascontiguousarray(bias, dtype=np.float32)
-    layout = find_layout(policy.observation)
-    card = {
-        "format": FORMAT,
-        "layers": len(policy.weights),
-        "observation": policy.observation,
-        "layout": layout.name,
-        "parts": layout.card(),
-        "actions": policy.actions,
-        "grasp": policy.grasp,
-        "trained": policy.trained,
-    }
+    for number, layer in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        for name, array in zip(PARTS, layer, strict=True):
+            arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
+    interface, count = interface_card(find_layout(policy.observation)), len(policy.weights)
+    card = _Card(FORMAT, count, policy.observation, interface, policy.actions, policy.grasp, policy.trained)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / (ACTOR + ".part")).write_bytes(save(arrays))
-    (folder / (CARD + ".part")).write_text(json.dumps(card, indent=1) + "\n")
-    for name in (ACTOR, CARD):
-        (folder / (name + ".part")).replace(folder / name)
+    for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
+        with in_place(folder / file) as temporary:
+            temporary.write_bytes(content)
 
 
 def load_policy(folder: Path) -> Policy:
     """Return the policy of a folder.
 
     Raises:
-        InputError: no policy there, one that cannot be read, or one of another format or observation layout; the text
-            shows both layouts.
+        InputError: no policy there, one that cannot be used, or one of another format or observation layout; the text
+            names the field, the array or the part that differs.
     """
     try:
-        card = json.loads((folder / CARD).read_text())
-        _check_card(card, folder)
-        arrays = load_file(folder / ACTOR)
-        count = int(card["layers"])
-        return Policy(
-            tuple(arrays[f"{k}.weight"].astype(float) for k in range(count)),
-            tuple(arrays[f"{k}.bias"].astype(float) for k in range(count)),
-            card["observation"],
-            card["actions"],
-            card["grasp"],
-            card["trained"],
-        )
+        card = read_record(read_json((folder / CARD).read_bytes()), _Card, FORMAT, NEW)
+        check_same(card.interface, card.observation)
+        weights, biases = _layers(card, load_file(folder / ACTOR))
     except FileNotFoundError as error:
         raise InputError(
             f"no trained policy in {folder}: it needs {ACTOR} and {CARD}; give the folder of a run of `inhand train`"
         ) from error
-    except (KeyError, TypeError, ValueError, SafetensorError) as error:
-        raise InputError(f"the policy in {folder} cannot be read: {error}; train it again") from error
+    except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
+        raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
+    return Policy(weights, biases, card.observation, card.actions, card.grasp, card.trained)
 
 
-def _check_card(card: dict[str, Any], folder: Path) -> None:
-    """Refuse another format or another layout than this version's of the same name."""
-    if card["format"] != FORMAT:
-        raise InputError(f"{folder} has policy format {card['format']}; this version reads {FORMAT}: train it again")
-    layout = find_layout(card["observation"])
-    if card["layout"] != layout.name or card["parts"] != layout.card():
+def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Return weights and biases that fit together and a hand with as many joints as there are outputs."""
+    count = card.layers
+    if count < 1 or 2 * count != len(arrays):
+        raise InputError(f"layers is {count}, and {ACTOR} has {len(arrays)} arrays; it must have two for each layer")
+    shapes: dict[str, tuple[str | int, ...]] = {}
+    for k in range(count):
+        shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
+    for name in shapes:
+        if name not in arrays:
+            raise InputError(f"{ACTOR} has no array {name}")
+        if arrays[name].dtype.kind != "f" or not np.isfinite(arrays[name]).all():
+            raise InputError(f"{name} holds {arrays[name].dtype}, not finite throughout; it must hold finite numbers")
+    check_shapes(arrays, shapes, {})
+    inputs, outputs = len(arrays["0.weight"]), len(arrays[f"{count - 1}.bias"])
+    needed = card.interface.size(outputs)
+    if needed != inputs:
         raise InputError(
-            f"{folder} was trained on other observations than this version gives: train it again\n"
-            + both_layouts((card["layout"], card["parts"]), (layout.name, layout.card()))
+            f"it has {inputs} inputs and {outputs} outputs; layout {card.interface.layout} has {needed} numbers with a"
+            f" hand of {outputs} joints"
         )
-
-
-def both_layouts(theirs: tuple[str, Sequence[Sequence[Any]]], ours: tuple[str, Sequence[Sequence[Any]]]) -> str:
-    """Return two layouts, name and parts each, as lines one below the other."""
-    lines = []
-    for whose, (name, parts) in (("there", theirs), ("here", ours)):
-        told = ", ".join(f"{part[0]}: {part[1]} + {part[2]} for each joint" for part in parts)
-        lines.append(f"  {whose}: {name}: {told}")
-    return "\n".join(lines)
+    weights, biases = (tuple(arrays[f"{k}.{part}"].astype(float) for k in range(count)) for part in PARTS)
+    return weights, biases
 
 
 class PolicyController:

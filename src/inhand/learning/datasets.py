@@ -12,10 +12,10 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
-from itertools import islice, zip_longest
+from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -27,6 +27,7 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
+from inhand.tasks.cards import NEW, InterfaceCard, differences
 
 Floats = NDArray[np.float32]
 
@@ -36,8 +37,8 @@ MARK = f"{DATA}/{METADATA}"
 """The file that marks a folder as a dataset's."""
 OURS = "inhand"
 """Where our part of Minari's metadata is, and the namespace of our datasets."""
-FORMAT = 1
-"""Version of that part."""
+FORMAT = 2
+"""Version of that part; see `inhand.tasks.cards.NEW`."""
 PACKAGES = ("minari", "h5py")
 """What of the extra `rl` a dataset needs."""
 BLOCK = 256
@@ -50,10 +51,8 @@ class DatasetKind:
 
     hand: HandSpec
     """The hand."""
-    layout: str
-    """Name of the observations' layout, with its version."""
-    table: tuple[tuple[str, int], ...]
-    """Name and size of each part of an observation."""
+    interface: InterfaceCard
+    """How a controller sees and acts."""
     actions: str
     """What actions mean: angles or steps."""
     horizon: int
@@ -62,7 +61,7 @@ class DatasetKind:
     @property
     def size(self) -> int:
         """How many numbers an observation has."""
-        return sum(size for _, size in self.table)
+        return self.interface.size(self.hand.n_joints)
 
 
 @dataclass(frozen=True)
@@ -197,7 +196,7 @@ def read_head(folder: Path) -> DatasetHead:
     try:
         metadata = read_json(path.read_bytes())
         ours = metadata.get(OURS) if isinstance(metadata, dict) else None
-        return read_record(ours, _Entry, FORMAT).head
+        return read_record(ours, _Entry, FORMAT, NEW).head
     except InputError as error:
         raise InputError(
             f"{folder} is no dataset of `inhand record`: {error}; record it again, or read it with Minari"
@@ -208,7 +207,7 @@ def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
     """Refuse a dataset from which a controller of another kind is to learn.
 
     Raises:
-        InputError: the text tells every difference, and both layouts part by part.
+        InputError: the text tells every difference, observations part by part.
     """
     there = head.kind
     lines = []
@@ -219,26 +218,12 @@ def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
         lines.append(f"actions: {there.actions} there, {wanted.actions} here")
     if there.horizon != wanted.horizon:
         lines.append(f"horizon: {there.horizon} decisions there, {wanted.horizon} here")
-    if (there.layout, there.table) != (wanted.layout, wanted.table):
-        lines += _beside((there.layout, there.table), (wanted.layout, wanted.table))
+    lines += differences(there.interface, wanted.interface)
     if lines:
         raise InputError(
             f"dataset {head.dataset_id} is of another kind than what is to learn from it: record one with the settings"
             " here, or learn with those there\n" + "\n".join(f"  {line}" for line in lines)
         )
-
-
-Table = Sequence[tuple[str, int]]
-
-
-def _beside(there: tuple[str, Table], here: tuple[str, Table]) -> list[str]:
-    """Return two layouts as lines, part beside part; those that differ are marked."""
-    rows = [(f"observation {there[0]} there", f"{here[0]} here", there[0] == here[0])]
-    for one, other in zip_longest(there[1], here[1]):
-        left, right = (f"{part[1]:3d} {part[0]}" if part else "  -" for part in (one, other))
-        rows.append((left, right, one == other))
-    width = max(len(left) for left, _, _ in rows)
-    return [f"{' ' if same else '*'} {left:{width}} | {right}" for left, right, same in rows]
 
 
 class _Storage(Protocol):
@@ -293,7 +278,7 @@ def _metadata(head: DatasetHead) -> dict[str, Any]:
         "algorithm_name": head.expert,
         "author": {OURS},
         "description": f"{head.expert} moves {head.object.name} in the hand {kind.hand.name} along directions"
-        f" ({head.directions}); observations {kind.layout}, actions {kind.actions}, reward {head.reward};"
+        f" ({head.directions}); observations {kind.interface.layout}, actions {kind.actions}, reward {head.reward};"
         " infos hold what the expert wanted before noise pushed its hands",
         "requirements": [f"{OURS}=={head.versions[OURS]}"] if OURS in head.versions else [],
         OURS: table_of(_Entry(FORMAT, head)),

@@ -17,6 +17,7 @@ from inhand.learning.datasets import DatasetEpisode, DatasetHead, DatasetKind, F
 from inhand.learning.demonstrations import Episodes, Recipe, demonstrations
 from inhand.learning.starts import Noise, grid_of, plans_for
 from inhand.learning.worlds import Interface
+from inhand.tasks.cards import interface_card
 from inhand.tasks.observations import find_layout
 
 PLANNED_AT_ONCE = 8
@@ -97,8 +98,7 @@ class Transitions:
 
 def kind_of(hand: HandSpec, interface: Interface) -> DatasetKind:
     """Return the kind of dataset that a controller with a hand and an interface can learn from."""
-    layout = find_layout(interface.observation)
-    return DatasetKind(hand, layout.name, layout.table(hand), interface.actions, interface.horizon)
+    return DatasetKind(hand, interface_card(find_layout(interface.observation)), interface.actions, interface.horizon)
 
 
 def environment_spec(recording: Recording, asked: tuple[str, str, str]) -> str:

@@ -6,28 +6,44 @@ import json
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from inhand.control.policy import both_layouts
 from inhand.errors import InputError
 from inhand.folders import check_folder
 from inhand.hands.files import load_hand, load_object
-from inhand.learning.config import PRESETS, Learning, Training
+from inhand.learning.config import PRESETS, Training
 from inhand.learning.journal import Evaluation
 from inhand.learning.recording import Told
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
+from inhand.records import read_json, read_record, text_of
+from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.observations import find_layout
 from inhand.versions import versions
 
 MARK = "config.json"
 """The file that marks a folder as a training run's."""
-FORMAT = 1
-"""Version of the folder."""
+FORMAT = 2
+"""Version of the folder; see `inhand.tasks.cards.NEW`."""
 WORKING = ("checkpoint.npz", "ready.npz", "expert.rows", "agent.rows")
 """What only a run that is not finished needs."""
+
+
+@dataclass(frozen=True)
+class RunCard:
+    """What a run's folder says of itself."""
+
+    format: int
+    """Version of the folder."""
+    version: str
+    """Version of this package."""
+    interface: InterfaceCard
+    """How the controller sees and acts."""
+    config: Training
+    """What is trained, and how."""
+    versions: dict[str, str]
+    """Versions of what it runs on."""
 
 
 def train(
@@ -53,7 +69,7 @@ def train(
     if out.exists():
         shutil.rmtree(out)
     out.mkdir(parents=True)
-    (out / MARK).write_text(json.dumps(card_of(config), indent=1) + "\n")
+    (out / MARK).write_text(text_of(card_of(config)))
     return _go(config, out, told)
 
 
@@ -78,29 +94,20 @@ def read_config(out: Path) -> Training:
     """Return the configuration of a run's folder.
 
     Raises:
-        InputError: no run there, or one of another version or observation layout; the text shows both layouts.
+        InputError: no run there, or one of another version or observation layout; the text names what differs.
     """
     path = out / MARK
     if not path.is_file():
         raise InputError(f"no training run in {out}: it has no {MARK}; give the --out of a run of `inhand train`")
     try:
-        card = json.loads(path.read_text())
-        config = _config(card["config"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} is not a training run's configuration: {error}; train anew") from error
-    ours = card_of(config)
-    for what in ("format", "version"):
-        if card[what] != ours[what]:
-            raise InputError(
-                f"the run in {out} is of {what} {card[what]}, this is {ours[what]}: a run goes on only with the same;"
-                " train anew, or use the version that began it"
-            )
-    if card["layout"] != ours["layout"]:
+        card = read_record(read_json(path.read_bytes()), RunCard, FORMAT, NEW)
+        check_same(card.interface, card.config.interface.observation)
+        _check_version(card)
+    except InputError as error:
         raise InputError(
-            f"the run in {out} learned from other observations than this version gives: train anew\n"
-            + both_layouts(card["layout"], ours["layout"])
-        )
-    return config
+            f"the run in {out} cannot be gone on with: {error}. Train anew, or use the version that began it"
+        ) from error
+    return card.config
 
 
 def check(config: Training) -> None:
@@ -163,24 +170,14 @@ def _ready(config: Training, out: Path, told: Told) -> Ready:
     return ready
 
 
-def card_of(config: Training) -> dict[str, Any]:
+def _check_version(card: RunCard) -> None:
+    ours = card_of(card.config).version
+    if card.version != ours:
+        raise InputError(f"it is of version {card.version}, this is {ours}")
+
+
+def card_of(config: Training) -> RunCard:
     """Return what a run's folder says of itself."""
-    layout = find_layout(config.interface.observation)
     found = versions()
-    return {
-        "format": FORMAT,
-        "version": found["inhand"].partition(" ")[0],
-        "layout": [layout.name, layout.card()],
-        "config": asdict(config),
-        "versions": found,
-    }
-
-
-def _config(entry: dict[str, Any]) -> Training:
-    default = Training("")
-    parts: dict[str, Any] = {
-        name: type(getattr(default, name))(**entry[name]) for name in ("interface", "recipe", "noise")
-    }
-    learning = entry["learning"]
-    parts["learning"] = Learning(**(learning | {"hidden": tuple(learning["hidden"])}))
-    return Training(**(entry | parts))
+    interface = interface_card(find_layout(config.interface.observation))
+    return RunCard(FORMAT, found["inhand"].partition(" ")[0], interface, config, found)

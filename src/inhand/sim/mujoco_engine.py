@@ -84,10 +84,9 @@ class MujocoSimulator:
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
         self._mass = np.array([spec.mass for spec in objects])
-        self._acted = np.zeros(len(objects), dtype=bool)
+        self._acted, self._diverged = np.zeros((2, len(objects)), dtype=bool)
         self._height = np.array([spec.height / 2 for spec in objects])
         self._start = self._readings.qpos.copy()
-        self._diverged = np.zeros(len(objects), dtype=bool)
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state."""

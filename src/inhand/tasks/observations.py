@@ -73,20 +73,13 @@ class Layout:
         """Return how many numbers an observation has."""
         return sum(part.size(hand) for part in self.parts)
 
-    def card(self) -> list[list[str | int]]:
-        """Return what files say of the parts: name, numbers with every hand, numbers for each joint."""
-        return [[part.name, part.fixed, part.for_joint] for part in self.parts]
-
-    def table(self, hand: HandSpec) -> tuple[tuple[str, int], ...]:
-        """Return name and size of every part."""
-        return tuple((part.name, part.size(hand)) for part in self.parts)
-
 
 def observe(layout: Layout, state: State, aim: Aim, scene: Scene) -> Array:
     """Return the observations of a batch `(B, size)`, cut to [-1, 1]."""
     hand = scene.hand
     parts = [
-        (part.values(state, aim, scene) - _for(part.middle, hand)) / _for(part.half, hand) for part in layout.parts
+        (part.values(state, aim, scene) - numbers_for(part.middle, hand)) / numbers_for(part.half, hand)
+        for part in layout.parts
     ]
     return np.clip(np.concatenate(parts, axis=-1), -1.0, 1.0)
 
@@ -102,7 +95,8 @@ def find_layout(name: str) -> Layout:
     return LAYOUTS[name]
 
 
-def _for(given: OfHand, hand: HandSpec) -> Array:
+def numbers_for(given: OfHand, hand: HandSpec) -> Array:
+    """Return a scale or a middle with a hand."""
     return np.asarray(given(hand) if callable(given) else given)
 
 

@@ -1,7 +1,7 @@
 """Worlds put back to an earlier state go on as they did then, and the others as if nothing had happened."""
 
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import mujoco
 import numpy as np

@@ -194,7 +194,7 @@ class BulletSimulator:
             rows[index] = _read(self._engine, self._worlds[index], self.hand)
             self._forces[index] = 0.0
         self._diverged |= wild
-        return _state_from(rows, self.hand, self._time(), self._targets, self._forces, self._diverged.copy())
+        return _state_from(rows, self.hand, self._time(), (self._targets, self._forces), self._diverged.copy())
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -274,11 +274,12 @@ def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tu
 
 
 def _state_from(
-    rows: list[Reading], hand: HandSpec, time: Array, targets: Array, forces: Array, diverged: NDArray[np.bool_]
+    rows: list[Reading], hand: HandSpec, time: Array, kept: tuple[Array, Array], diverged: NDArray[np.bool_]
 ) -> State:
     joints, velocities, poses, object_velocities, links = (
         np.array(part, dtype=float) for part in zip(*rows, strict=True)
     )
+    targets, forces = kept
     gaps = links[..., 0]
     nearest = np.stack([gaps[:, place].argmin(axis=1) for place in hand.slices], axis=1)
     chosen = links[np.arange(len(rows))[:, None], nearest + [place.start for place in hand.slices]]

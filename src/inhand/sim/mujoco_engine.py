@@ -204,7 +204,7 @@ def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
     return batch
 
 
-def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], acted: NDArray[np.bool_]) -> State:
+def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], forces: Array) -> State:
     """Return the state, its arrays copied from the engine's so that a later step cannot change them."""
     n = hand.n_joints
     qpos, qvel = readings.qpos.copy(), readings.qvel.copy()

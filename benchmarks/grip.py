@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from inhand.control.catalogue import planned_grasp
-from inhand.control.controller import SUBSTEPS, Task
-from inhand.control.joint import JointPid
+from inhand.control.controller import Task
+from inhand.control.loop import run_worlds
 from inhand.control.phases import Grasp
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -16,9 +16,6 @@ from inhand.sim.engine import Simulator
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
-
-CLOSING_DECISIONS = 60
-"""Decisions for which the fingers close before anything is timed: 1.2 s."""
 
 
 def scene() -> tuple[HandSpec, ObjectSpec]:
@@ -43,11 +40,7 @@ def hold(simulator: Simulator) -> tuple[State, Array]:
     """
     task, grasp = task_right(simulator)
     origin = np.tile(simulator.hand.start_pose, (task.n_worlds, 1))
-    state = simulator.reset(origin, grasp.opened)
-    controller = JointPid(task, grasp.closed)
-    controller.begin(state)
-    for _ in range(CLOSING_DECISIONS):
-        state = simulator.step(controller.act(state), SUBSTEPS)
+    state = run_worlds(simulator, task, grasp, origin, None).states[-1]
     if not state.touching.all():
         raise RuntimeError("the grip does not hold; the benchmark would time falling objects")
     return state, state.targets

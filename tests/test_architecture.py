@@ -109,6 +109,18 @@ def test_few_files_take_part_in_one_control_step(name: str) -> None:
     assert len(seen) <= MOST_FILES, sorted(seen)
 
 
+def test_one_place_steps_simulators() -> None:
+    """Loops of their own would grip, hold and judge in their own way; a simulator is stepped with two arguments."""
+    found = {
+        (str(path.relative_to(SOURCE)), ast.unparse(node.func.value))
+        for path in FILES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "step"
+        if len(node.args) + len(node.keywords) == 2
+    }
+    assert found == {("control/loop.py", "simulator")}
+
+
 def configs() -> Iterator[tuple[str, str]]:
     """Give class and field of every setting in the project."""
     for path in FILES:

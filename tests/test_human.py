@@ -161,6 +161,18 @@ def test_one_frame_that_jumps_leaves_no_trace() -> None:
     np.testing.assert_array_equal(smooth(values), np.zeros((60, 2)))
 
 
+def test_the_windows_are_five_and_fifteen_rows_about_each_row() -> None:
+    step = np.repeat([[0.0], [1.0]], 30, axis=0)
+    ramp = np.clip(
+        (np.arange(60) - 22) / 15, 0.0, 1.0
+    )  # the mean of rows k - 7 to k + 7, of which those from 30 on are 1
+    np.testing.assert_allclose(smooth(step)[7:-7, 0], ramp[7:-7], atol=1e-12)
+    for frames, kept in ((2, 0.0), (3, 3 / 15)):
+        jump = np.zeros((60, 1))
+        jump[30 : 30 + frames] = 1.0
+        assert smooth(jump)[31, 0] == pytest.approx(kept)
+
+
 def test_a_steady_movement_is_smoothed_to_itself() -> None:
     line = np.linspace(0, 50, 60)[:, None] * [1.0, -0.5]
     for rows in (60, 20, 7, 3, 2, 1):

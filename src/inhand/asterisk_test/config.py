@@ -56,7 +56,7 @@ class AsteriskConfig:
     trials: int = 3
     """Trials for each direction, each with its own start noise."""
     seed: int = 0
-    """Seed of the start noise."""
+    """Seed of the start noise: with the direction and the trial's number it gives where an object starts."""
     noise_mm: float = 1.0
     """Standard deviation of the object's start in x and y [mm]."""
     noise_deg: float = 1.0

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import SUBSTEPS, Task
-from inhand.control.draws import check_draws
+from inhand.control.draws import check_draws, start_noise
 from inhand.control.loop import run_worlds
 from inhand.control.recording import cut_trials
 from inhand.control.trial import Passport, Trial
@@ -101,9 +99,8 @@ def simulate(
     simulator = _simulator(config, hand, [setup.object] * count, threads)
     paths = stacked([each.path.poses for each in setup.assignments])
     whole = stacked([whole_path(each.path) for each in setup.assignments])
-    rng = np.random.default_rng(config.seed)
-    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
-    start = hand.start_pose + spread * rng.standard_normal((count, 3))
+    whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in setup.assignments]
+    start = hand.start_pose + start_noise(config, whose)
     grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start)
     task = Task(hand, simulator.objects, paths, simulator.timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])

@@ -13,8 +13,9 @@ import tyro
 class TrainConfig:
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
-    preset: Literal["default", "thesis"] | None = None
-    """Training: default learns best, thesis as its chapter 3.3 has it. What is not given below is the preset's."""
+    preset: Literal["default", "thesis", "smoke"] | None = None
+    """Training: default learns best, thesis as its chapter 3.3 has it, smoke shows in seconds that all works. What is
+    not given below is the preset's."""
     hand: str | None = None
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str | None = None

@@ -66,6 +66,7 @@ class IkController:
         """Carry objects along the task's paths."""
         self.config = config or IkConfig()
         self._task, self._period = task, task.control_period
+        self.limit = np.zeros(task.n_worlds)
 
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""

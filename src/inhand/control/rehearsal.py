@@ -1,8 +1,9 @@
 """Grasps tried out in simulation: how a plan closes on the object, and which of several holds it best.
 
 A search on paper does not know what closing the fingers does: the object turns a little, a contact settles elsewhere.
-So the best few grasps of every path are closed in simulated worlds of their own and carry the object to where the grip
-that is measured there is predicted to end. Of those that keep it the one that goes farthest is taken.
+So the best few grasps of every path are closed in simulated worlds of their own, by the phases of every trial, and
+carry the object to where the grip that is measured there is predicted to end. Of those that keep it the one that goes
+farthest is taken.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.joint import JointPid
+from inhand.control.loop import run_worlds
+from inhand.control.phases import Grasp
+from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, rotate, transform
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.hands.hand import HandSpec
@@ -25,10 +28,6 @@ LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
 APPROACH = 5
 """Poses on the way from a path's start to where the object stands."""
-CLOSING = 30
-"""Decisions for which the fingers close."""
-CARRYING = 400
-"""Decisions after which the object must have come to where the grip was predicted to end: 8 s."""
 
 
 def closing_joints(
@@ -80,20 +79,8 @@ def best_plans(
     opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
     simulator = MujocoSimulator(hand, [spec] * len(each))
     task = Task(hand, simulator.objects, poses[owner] - poses[owner, :1], simulator.timestep)
-    state = simulator.reset(starts[owner], opened)
-    fingers = JointPid(task, closed)
-    fingers.begin(state)
-    for _ in range(CLOSING):
-        state = simulator.step(fingers.act(state), SUBSTEPS)
-    kept, done = state.touching.all(axis=-1) & ~state.diverged, np.zeros(len(each), dtype=bool)
     expert = IkController(task, config)
-    expert.begin(state)
-    for _ in range(CARRYING):
-        state = simulator.step(expert.act(state), SUBSTEPS)
-        kept = kept & (done | (state.touching.all(axis=-1) & ~state.diverged))
-        done = done | ~kept | expert.finished(state)
-        if done.all():
-            break
-    value = expert.limit - np.where(kept, 0.0, LOSS)
+    outcomes = np.array(run_worlds(simulator, task, Grasp(opened, closed), starts[owner], lambda _: expert).outcomes)
+    value = expert.limit - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
     return [each[number] for number in best]

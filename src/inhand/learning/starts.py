@@ -1,8 +1,8 @@
 """States in which episodes of learning start: the object held, a direction given, nothing moved yet.
 
-Placing and grasping take as long as carrying, so they are run once for a whole pool of starts, each with noise of its
-own; an episode starts from a row of the pool. Rows may also be taken in the middle of other episodes, so that a
-primitive can begin anywhere in the workspace.
+Placing and grasping take as long as carrying, so a trial's phases are run once for a whole pool of starts, each with
+noise of its own; an episode starts from a row of the pool. Rows may also be taken in the middle of other episodes, so
+that a primitive can begin anywhere in the workspace.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import GraspKind, direction_plans, rough_plan
-from inhand.control.controller import SUBSTEPS, Task
-from inhand.control.joint import JointPid
+from inhand.control.controller import Task
+from inhand.control.loop import run_worlds
+from inhand.control.phases import Grasp
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
 from inhand.errors import InputError
@@ -31,8 +32,6 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
 from inhand.tasks.routes import Routes
 
-CLOSING = 40
-"""Decisions for which the fingers close: 0.8 s."""
 GRID_DEG = 7.5
 """Spacing of the directions that grasps are planned for; one between them takes the nearest's [deg]."""
 
@@ -184,12 +183,8 @@ def _close(
     origin = np.tile(hand.start_pose, (count, 1))
     spread = np.array([noise.position, noise.position, noise.rotation])
     poses = origin + spread * rng.standard_normal((count, 3))
-    opened, closed = closing_joints(hand, spec, plans, origin, poses)
+    grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
     simulator = MujocoSimulator(hand, [spec] * count, threads=threads)
-    still = np.zeros((count, 2, 3))
-    fingers = JointPid(Task(hand, simulator.objects, still, simulator.timestep), closed)
-    state = simulator.reset(poses, opened)
-    fingers.begin(state)
-    for _ in range(CLOSING):
-        state = simulator.step(fingers.act(state), SUBSTEPS)
-    return Starts(simulator.snapshot(), state, np.zeros(count), np.full(count, np.inf))
+    task = Task(hand, simulator.objects, np.zeros((count, 1, 3)), simulator.timestep)
+    recording = run_worlds(simulator, task, grasp, poses, None)
+    return Starts(simulator.snapshot(), recording.states[-1], np.zeros(count), np.full(count, np.inf))

@@ -50,15 +50,16 @@ def read_human_file(path: Path, gaps: Gaps = "refuse") -> HumanTrial:
         gaps: What becomes of rows in which the marker was not seen.
 
     Raises:
-        InputError: unknown name, unit or row; the text gives the file name and, for a row, its line.
+        InputError: unknown name, unit or row; the text gives file name and line.
     """
     name = parse_human_name(path.name)
     rows, unseen = read_rows(path, gaps)
     unit = unit_of(path.name, name, tuple(rows.columns))
     check_unit(path.name, rows, unit)
-    raw_mm = np.column_stack([rows.columns["x"], rows.columns["y"]]) * unit.to_mm
+    raw_mm = np.column_stack([rows.columns[axis] for axis in "xy"]) * unit.to_mm
     rotation, signed = _rotation(rows, name, unit)
-    smoothed = _filtered(rows, np.column_stack([raw_mm - raw_mm[0], rotation]), unit)
+    from_start = raw_mm - raw_mm[0]
+    smoothed = _filtered(rows, np.column_stack([from_start, rotation]), unit)
     where = name.direction
     return HumanTrial(
         source=path.name,
@@ -72,7 +73,7 @@ def read_human_file(path: Path, gaps: Gaps = "refuse") -> HumanTrial:
         unit=unit.text,
         frame=rows.columns.get("frame", np.arange(len(raw_mm), dtype=float)),
         start_mm=raw_mm[0],
-        path_mm=raw_mm - raw_mm[0],
+        path_mm=from_start,
         rotation_deg=rotation,
         rotation_signed=signed,
         rotation_usable=unit.rotation_usable,

@@ -41,9 +41,7 @@ class HumanFolder:
 
 
 def read_human_file(path: Path, gaps: Gaps = "refuse") -> HumanTrial:
-    """Return one recorded trial.
-
-    Form of the name and columns tell the unit (docs/metrics.md); no unit is ever guessed.
+    """Return one recorded trial; name and columns tell its unit (docs/metrics.md), which is never guessed.
 
     Args:
         path: A CSV file named in one of the forms of `human_names.FORMS`.

@@ -83,10 +83,9 @@ class MujocoSimulator:
         read = {name: bind(name) for name in _KEPT}
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
-        self._mass = np.array([spec.mass for spec in objects])
+        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
         self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
         self._diverged = np.zeros(len(objects), dtype=bool)
-        self._height = np.array([spec.height / 2 for spec in objects])
         self._start = self._readings.qpos.copy()
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:

@@ -13,7 +13,7 @@ from compare_config import CompareConfig
 from compare_figure import Bar, compare_figure
 from compare_stats import Adaptation, Interval, Score, adaptations, scores
 from compare_study import ENOUGH, contestants, horizon_of, training_of
-from inhand.folders import write_json
+from inhand.control.trial import write_json
 from inhand.pages import again_lines, options, table_lines
 from inhand.plots.save import save_figure
 from inhand.versions import versions

@@ -22,9 +22,8 @@ from compare_config import CompareConfig
 from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.controller import SUBSTEPS
 from inhand.control.ik import IkConfig
-from inhand.control.trial import Passport
+from inhand.control.trial import Passport, write_json
 from inhand.errors import InputError
-from inhand.folders import write_json
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec

@@ -21,8 +21,17 @@ from inhand.asterisk_test.results import (
 )
 from inhand.asterisk_test.scenes import trial_path
 from inhand.asterisk_test.table import HEADER, failures, table_rows
-from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
-from inhand.folders import write_json
+from inhand.control.trial import (
+    DIVERGED,
+    LOST_CONTACT,
+    MANIPULATE,
+    NO_GRASP,
+    REACHED,
+    TIME_OUT,
+    Passport,
+    Trial,
+    write_json,
+)
 from inhand.geometry import spatial
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -74,8 +83,10 @@ def straight(
         targets=np.zeros((rows, 4)),
         gaps=gaps,
         contact_links=np.ones((rows, 2), dtype=np.int64),
-        finger_points=np.zeros((rows, 2, 2)),
-        object_points=np.zeros((rows, 2, 2)),
+        finger_points=np.zeros((rows, 2, 3)),
+        object_points=np.zeros((rows, 2, 3)),
+        forces=np.zeros((rows, 2, 3)),
+        penetration=np.zeros(rows),
         reference=np.column_stack([1e-3 * np.arange(60)[:, None] * primitive.unit, np.zeros(60)]),
     )
 

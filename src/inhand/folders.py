@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import math
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from inhand.errors import InputError
 
@@ -78,29 +73,3 @@ def _check_writable(out: Path) -> None:
             return
     except OSError as error:
         raise InputError(f"--out {out} cannot be written: {error.strerror}; give another folder") from error
-
-
-def write_json(content: dict[str, Any], path: Path) -> None:
-    """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(json.dumps(_finite(content), indent=2, default=_plain) + "\n", encoding="utf-8")
-    temporary.replace(path)
-
-
-def _plain(value: object) -> object:
-    """Return what JSON has no word for: NumPy's numbers as numbers, paths as texts."""
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Path):
-        return str(value)
-    raise TypeError(f"{type(value).__name__} has no place in JSON")
-
-
-def _finite(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

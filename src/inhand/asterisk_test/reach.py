@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 
 from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
+from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder, write_json
+from inhand.folders import check_folder, run_folder
 from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec

@@ -24,8 +24,8 @@ from inhand.asterisk_test.scenes import (
     turn_series,
 )
 from inhand.control.scenes import scene_at, start_scene
-from inhand.control.trial import Trial, file_name, write_trials
-from inhand.folders import check_folder, run_folder, write_json
+from inhand.control.trial import Trial, file_name, write_json, write_trials
+from inhand.folders import check_folder, run_folder
 from inhand.pages import Picture
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve

@@ -14,6 +14,7 @@ from inhand.asterisk_test.compatible import AsteriskMetrics, measure_asterisk
 from inhand.asterisk_test.labels import is_averaged, labels_of
 from inhand.asterisk_test.metrics import Metrics, measure, measure_human
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
+from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.user_metrics import measured
 from inhand.control.trial import DIVERGED, LOST, REACHED, Passport, Trial
@@ -51,6 +52,8 @@ class Result:
     """File or controller."""
     limit: float | None = None
     """How far the hand could carry the object [mm], or turn it [deg] where there is no direction; None for people."""
+    unseen: Unseen = ALL_SEEN
+    """Frames of a recording in which the camera did not see the object."""
     more: tuple[tuple[str, float], ...] = ()
     """Names and values of users' metrics."""
 
@@ -98,7 +101,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         original,
         passport.controller,
         _limit(passport),
-        measured(trial, metrics),
+        more=measured(trial, metrics),
     )
 
 
@@ -125,6 +128,7 @@ def result_of_human(trial: HumanTrial, *, compatible: bool = False) -> Result:
         labels,
         original,
         trial.source,
+        unseen=trial.unseen,
     )
 
 
@@ -172,6 +176,8 @@ def as_entry(result: Result) -> dict[str, Any]:
     }
     if result.more:
         entry["more"] = dict(result.more)
+    if result.unseen.frames:
+        entry["unseen"] = asdict(result.unseen)
     if result.compatible is not None:
         entry["asterisk_test"] = asdict(result.compatible)
     return entry

@@ -16,9 +16,9 @@ from inhand.cli.asterisk import simulated
 from inhand.cli.learning_config import EvaluateConfig
 from inhand.cli.terminal import print_table, say
 from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, notes_of
-from inhand.control.trial import write_trials
+from inhand.control.trial import write_json, write_trials
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder, write_json
+from inhand.folders import check_folder, run_folder
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import Compared, summary, write_evaluation
 from inhand.pages import options
@@ -84,6 +84,7 @@ def asterisk_of(config: EvaluateConfig, name: str, entry: ControllerEntry) -> As
         hand=config.hand or trained["hand"],
         object=config.object or trained["object"],
         controller=name,
+        engine=config.engine,
         human=config.human,
         trials=config.trials,
         seed=config.seed,

@@ -12,8 +12,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from inhand.control.scenes import scene_at
-from inhand.control.trial import write_trials
-from inhand.folders import check_folder, run_folder, write_json
+from inhand.control.trial import write_json, write_trials
+from inhand.folders import check_folder, run_folder
 from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure

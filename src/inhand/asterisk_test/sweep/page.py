@@ -12,7 +12,7 @@ import numpy as np
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Case, Sweep, kept_share, mean_fraction, median_fraction
-from inhand.folders import write_json
+from inhand.control.trial import write_json
 from inhand.geometry import Array
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_figure

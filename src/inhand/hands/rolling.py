@@ -111,7 +111,7 @@ def _follow(
     posture = POSTURE_GAIN * (rest - joints) if joints.shape[-1] > 2 else None
     step = damped_least_squares(jacobian, moved - contacts, DAMPING, posture)
     joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    return _seated(hand, finger, body, joints), (np.abs(step) < LARGEST_STEP).all(-1)
+    return _seated(hand, finger, body, joints), np.asarray((np.abs(step) < LARGEST_STEP).all(-1))
 
 
 def _seated(hand: HandSpec, finger: FingerSpec, body: list[Array], joints: Array) -> Array:

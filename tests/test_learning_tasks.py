@@ -123,7 +123,7 @@ def test_the_other_observations_are_every_number_over_its_scale() -> None:
         *(state.joint_angles[:, rank] / np.pi).T,
         *(state.joint_velocities[:, rank] / 4.0).T,
         *((state.targets - state.joint_angles)[:, rank] / 0.2).T,
-        *(np.concatenate([inverse_transform(state.pose, state.object_points[:, i]) for i in (0, 1)], 1) / 0.04).T,
+        *(np.concatenate([inverse_transform(state.pose, state.object_points[:, i, :2]) for i in (0, 1)], 1) / 0.04).T,
         *(state.gaps / 0.005).T,
     ]
     numbers = np.stack(columns, axis=1)

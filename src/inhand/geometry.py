@@ -31,6 +31,12 @@ def interpolate(wanted: ArrayLike, knots: Array, rows: Array) -> Array:
     return np.stack([np.interp(np.asarray(wanted, dtype=float), knots, column) for column in rows.T], axis=-1)
 
 
+def longest_run(flags: NDArray[np.bool_]) -> int:
+    """Return the length of the longest run of true flags `(T,)`."""
+    bounds = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return int(np.max(bounds[1::2] - bounds[::2], initial=0))
+
+
 def wrap_angle(angle: ArrayLike) -> Array:
     """Return angles [rad] moved into [-pi, pi)."""
     return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
@@ -96,6 +102,11 @@ def turn(quaternion: Array, vectors: Array) -> Array:
     a, b, c = np.moveaxis(vectors, -1, 0)
     p, q, r = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
     return np.stack([a + 2 * (y * r - z * q), b + 2 * (z * p - x * r), c + 2 * (x * q - y * p)], axis=-1)
+
+
+def inverse_quaternion(quaternion: Array) -> Array:
+    """Return the unit quaternions `(..., 4)` (w, x, y, z) that turn back."""
+    return np.asarray(quaternion * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def planar(pose: ArrayLike) -> Array:

@@ -48,7 +48,7 @@ def plan(config: SweepConfig) -> Plan:
     jobs = _jobs(config, config.out / CELLS)
     _make_cells_folder(config.out)
     there = [job for job in jobs if job.path.is_file()]
-    other = {job: found for job in there if (found := differences(read_cell(job.path)["settings"], job.settings))}
+    other = {job: found for job in there if (found := differences(read_cell(job.path).settings, job.settings))}
     if other and not config.overwrite:
         job, found = next(iter(other.items()))
         raise InputError(
@@ -91,6 +91,7 @@ def _asterisk(config: SweepConfig) -> AsteriskConfig:
         noise_mm=config.noise_mm,
         noise_deg=config.noise_deg,
         controller=config.controller,
+        engine=config.engine,
     )
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from inhand.asterisk_test.beside import load_beside
+from inhand.asterisk_test.beside import Beside, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
 from inhand.asterisk_test.report import Run
@@ -25,6 +26,18 @@ DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
 Simulate = Callable[[AsteriskConfig, Setup], tuple[Trial, ...]]
 """Runs a setup; the command line shows how far it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """What a run needs, checked."""
+
+    setup: Setup
+    """What is simulated."""
+    people: HumanFolder
+    """Human trials to follow or to set beside."""
+    beside: tuple[Beside, ...]
+    """Earlier runs to set beside."""
 
 
 def asterisk(
@@ -61,16 +74,12 @@ def asterisk(
     settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
     settings |= {"human": Path(settings["human"])} if settings.get("human") else {}
     settings["beside"] = tuple(Path(folder) for folder in settings.get("beside", ()))
-    return run_test(configured(AsteriskConfig, settings))
+    config = configured(AsteriskConfig, settings)
+    return finish(config, ready(config))
 
 
-def run_test(config: AsteriskConfig, run: Simulate = simulate, check: Callable[[], None] | None = None) -> Run:
-    """Return the finished run of a configuration.
-
-    Args:
-        config: what to run.
-        run: runs the checked setup.
-        check: looks at what else must be right before anything is simulated, such as the folder to write to.
+def ready(config: AsteriskConfig) -> Ready:
+    """Return everything that a run needs, looked at before anything is simulated or written.
 
     Raises:
         InputError: anything in the configuration that cannot be run.
@@ -78,13 +87,15 @@ def run_test(config: AsteriskConfig, run: Simulate = simulate, check: Callable[[
     people, beside = people_of(config), load_beside(config.beside)
     for name in config.metrics:
         METRICS.known(name)
-    setup = prepare(config, people.trials)
-    if check is not None:
-        check()
-    trials = run(config, setup)
+    return Ready(prepare(config, people.trials), people, beside)
+
+
+def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
+    """Simulate, measure, and return the finished run."""
+    trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
-    notes = (*people.notes, *notes_of(setup.controller, config.hand, config.object))
-    return Run(config, trials, results, people.trials, notes, beside)
+    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
+    return Run(config, trials, results, known.people.trials, notes, known.beside)
 
 
 def people_of(config: AsteriskConfig) -> HumanFolder:

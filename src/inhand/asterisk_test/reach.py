@@ -15,7 +15,7 @@ from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
@@ -23,10 +23,12 @@ from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
 from inhand.plots.save import save_figure
 from inhand.shown import Shown, frame, listed
-from inhand.tasks.primitives import parse_directions, with_twists
+from inhand.tasks.primitives import Primitive, parse_directions, with_twists
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
 
+FINEST_MM = 0.5
+"""Finest step that ends in minutes [mm]; 2 mm takes seconds."""
 MARK = "reach.json"
 """The file that marks a folder as one of a reach."""
 DEFAULT = ReachCommand()
@@ -87,19 +89,34 @@ class Reach(Shown):
             InputError: the folder holds something, or another reach and `overwrite` is off.
         """
         out = Path(folder)
-        check_folder(out, overwrite=overwrite, mark=MARK)
-        with run_folder(out) as part:
-            for twist in self.twists:
-                name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
-                save_figure(self.figure(twist), part / name)
-            content = {
-                "limits": [_entry(limit) for limit in self.limits],
-                "config": asdict(replace(self.config, out=out)),
-                "friction": self._friction,
-                "versions": versions(),
-            }
-            write_json(content, part / MARK)
+        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
+            replace(self, config=replace(self.config, out=out)).write(part)
         return out
+
+    def write(self, folder: Path) -> None:
+        """Write the same into a folder that is there."""
+        for twist in self.twists:
+            name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
+            save_figure(self.figure(twist), folder / name)
+        content = {
+            "limits": [_entry(limit) for limit in self.limits],
+            "config": asdict(self.config),
+            "friction": self._friction,
+            "versions": versions(),
+        }
+        write_json(content, folder / MARK)
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What a reach is computed from, checked."""
+
+    held: tuple[HandSpec, ObjectSpec]
+    """The hand and the object."""
+    assumed: ReachConfig
+    """Resolution, friction and bound of rotation."""
+    primitives: tuple[Primitive, ...]
+    """The directions."""
 
 
 def reach(
@@ -126,47 +143,57 @@ def reach(
     Raises:
         InputError: anything that cannot be computed; the text says what, and what is allowed.
     """
-    return compute_reach(
-        ReachCommand(
-            hand=HANDS.name_of(hand),
-            object=OBJECTS.name_of(object),
-            directions=listed(directions),
-            twist=twist,
-            friction=friction,
-            rotation_deg=rotation_deg,
-            resolution_mm=resolution_mm,
-        )
+    config = ReachCommand(
+        hand=HANDS.name_of(hand),
+        object=OBJECTS.name_of(object),
+        directions=listed(directions),
+        twist=twist,
+        friction=friction,
+        rotation_deg=rotation_deg,
+        resolution_mm=resolution_mm,
     )
+    return compute_reach(config, ready_reach(config))
 
 
-def compute_reach(
-    config: ReachCommand,
-    told: Callable[[str, int], None] | None = None,
-    check: Callable[[], None] | None = None,
-) -> Reach:
-    """Return the reach of a configuration.
-
-    Args:
-        config: what to compute.
-        told: told the name of each direction that is done, and how many there are.
-        check: looks at what else must be right before anything is computed, such as the folder to write to.
+def ready_reach(config: ReachCommand) -> Asked:
+    """Return what is asked for, looked at before anything is computed.
 
     Raises:
         InputError: anything in the configuration that cannot be computed.
     """
     held = load_hand(config.hand), load_object(config.object)
     assumed = ReachConfig(
-        resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
+        resolution=resolution_of(config), friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )
     primitives = parse_directions(config.directions)
     if config.twist:
         primitives = with_twists(primitives, config.twist)
     check_fit(*held)
-    if check is not None:
-        check()
-    start = start_grip(*held, assumed)
-    tell = None if told is None else lambda name: told(name, len(primitives))
-    return Reach(config, held, start, limits(*held, primitives, assumed, tell))
+    return Asked(held, assumed, primitives)
+
+
+def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int], None] | None = None) -> Reach:
+    """Return the reach; `told` is told the name of each direction that is done, and how many there are.
+
+    Raises:
+        InputError: nothing holds the object at the start.
+    """
+    held, count = asked.held, len(asked.primitives)
+    start = start_grip(*held, asked.assumed)
+    tell = None if told is None else lambda name: told(name, count)
+    return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell))
+
+
+def resolution_of(config: ReachCommand) -> float:
+    """Return the step along path and outline [m].
+
+    Raises:
+        InputError: a step that cannot be, or one that would take hours.
+    """
+    if not (np.isfinite(config.resolution_mm) and config.resolution_mm >= FINEST_MM):
+        hint = "half the step takes about four times as long"
+        raise InputError(f"--resolution-mm {config.resolution_mm:g}: give {FINEST_MM:g} or more; {hint}")
+    return config.resolution_mm / 1e3
 
 
 def _entry(limit: Limit) -> dict[str, Any]:

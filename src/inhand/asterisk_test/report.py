@@ -25,7 +25,7 @@ from inhand.asterisk_test.scenes import (
 )
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.pages import Picture
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
@@ -82,19 +82,22 @@ class Run(Shown):
             InputError: the folder holds something, or another run and `overwrite` is off.
         """
         out = Path(folder)
-        check_folder(out, overwrite=overwrite)
-        with run_folder(out) as part:
-            write_trials(self.trials, part)
-            write_report(self, part)
-            content = {
-                "trials": [as_entry(result) for result in self.results],
-                "directions": summary_of(self.results),
-                "config": asdict(replace(self.config, out=out)),
-                "versions": versions(),
-                "seed": self.config.seed,
-            }
-            write_json(content, part / "metrics.json")
+        with run_folder(out, overwrite=overwrite) as part:
+            replace(self, config=replace(self.config, out=out)).write(part)
         return out
+
+    def write(self, folder: Path) -> None:
+        """Write the same into a folder that is there."""
+        write_trials(self.trials, folder)
+        write_report(self, folder)
+        content = {
+            "trials": [as_entry(result) for result in self.results],
+            "directions": summary_of(self.results),
+            "config": asdict(self.config),
+            "versions": versions(),
+            "seed": self.config.seed,
+        }
+        write_json(content, folder / "metrics.json")
 
     @property
     def name(self) -> str:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from inhand.asterisk_test.asterisk import run_test
+from inhand.asterisk_test.asterisk import finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import Setup, simulate
 from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
 from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.trial import Trial
-from inhand.folders import check_folder
+from inhand.folders import run_folder
 
 
 def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, put the finished run in its place, and print its table."""
-    run = run_test(config, simulated, lambda: check_folder(config.out, overwrite=config.overwrite))
-    run.save(config.out, overwrite=config.overwrite)
+    known = ready(config)
+    with run_folder(config.out, overwrite=config.overwrite) as folder:
+        run = finish(config, known, simulated)
+        run.write(folder)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.beside)
     print_table(f"{run.name} on {config.object}, {config.hand}", header, rows)
     for sentence in failures(run.results):

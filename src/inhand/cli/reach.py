@@ -7,22 +7,20 @@ import itertools
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
-from inhand.asterisk_test.reach import MARK, compute_reach
+from inhand.asterisk_test.reach import MARK, compute_reach, ready_reach
 from inhand.cli.terminal import print_table, progress, say
-from inhand.folders import check_folder
+from inhand.folders import run_folder
 from inhand.tasks.reach import Limit
 
 
 def run_reach(config: ReachCommand) -> None:
     """Check everything, compute the limits, write JSON and figures, and print the table."""
-    with progress() as tell:
-        done = itertools.count(1)
-        found = compute_reach(
-            config,
-            lambda name, total: tell(name, next(done), total),
-            lambda: check_folder(config.out, overwrite=config.overwrite, mark=MARK),
-        )
-    found.save(config.out, overwrite=config.overwrite)
+    asked = ready_reach(config)
+    with run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder:
+        with progress() as tell:
+            done = itertools.count(1)
+            found = compute_reach(config, asked, lambda name, total: tell(name, next(done), total))
+        found.write(folder)
     print_table("Reach", ("Direction", "Limit"), [(f.primitive.name, _shown(f)) for f in found.limits])
     say(found.subtitle)
     say(f"Written to {config.out}: {MARK} and the figures")

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from inhand.cli.terminal import print_table, progress, say, trials_shown
-from inhand.folders import check_folder
+from inhand.folders import run_folder
 from inhand.tracing import tracing
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.report import MARK
-from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
+from inhand.tracing.run import TraceSetup, check_trace, prepare_trace, simulate_trace
 from inhand.tracing.table import faults, trace_rows, what_was_done
 from inhand.tracing.trace import Trace
 
 
 def run_trace(config: TraceConfig) -> None:
     """Check everything, simulate, measure, put the finished run in its place, and print its table."""
-    run = tracing.run_trace(
-        config, prepared, simulated, lambda: check_folder(config.out, overwrite=config.overwrite, mark=MARK)
-    )
-    run.save(config.out, overwrite=config.overwrite)
+    check_trace(config)
+    with run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder:
+        run = tracing.run_trace(config, prepared, simulated)
+        run.write(folder)
     header, rows = trace_rows(run.traces)
     print_table(f"{what_was_done(run.setup)}: {config.object}, {config.hand}", header, rows, numbers=2)
     for sentence in (*faults(run.setup, run.followed, run.traces), *run.notes):

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from inhand.control.scenes import scene_at
 from inhand.control.trial import write_json, write_trials
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
@@ -69,19 +69,22 @@ class TraceRun(Shown):
             InputError: the folder holds something, or another run and `overwrite` is off.
         """
         out = Path(folder)
-        check_folder(out, overwrite=overwrite, mark=MARK)
-        with run_folder(out) as part:
-            write_trials([each.trial for each in self.followed], part)
-            write_trace(self, part)
-            content = {
-                "trials": self._entries(),
-                "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
-                "config": asdict(replace(self.config, out=out)),
-                "versions": versions(),
-                "seed": self.config.seed,
-            }
-            write_json(content, part / MARK)
+        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
+            replace(self, config=replace(self.config, out=out)).write(part)
         return out
+
+    def write(self, folder: Path) -> None:
+        """Write the same into a folder that is there."""
+        write_trials([each.trial for each in self.followed], folder)
+        write_trace(self, folder)
+        content = {
+            "trials": self._entries(),
+            "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
+            "config": asdict(self.config),
+            "versions": versions(),
+            "seed": self.config.seed,
+        }
+        write_json(content, folder / MARK)
 
     def _entries(self) -> list[dict[str, Any]]:
         pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose

@@ -59,7 +59,6 @@ def run_trace(
     config: TraceConfig,
     prepare: Callable[[TraceConfig], TraceSetup] = prepare_trace,
     run: Simulate = simulate_trace,
-    check: Callable[[], None] | None = None,
 ) -> TraceRun:
     """Return the finished run of a configuration.
 
@@ -67,14 +66,11 @@ def run_trace(
         config: what to run.
         prepare: returns its setup.
         run: runs the checked setup.
-        check: looks at what else must be right before anything is simulated, such as the folder to write to.
 
     Raises:
         InputError: anything in the configuration that cannot be run.
     """
     setup = prepare(config)
-    if check is not None:
-        check()
     followed, traces = run(config, setup)
     notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
     return TraceRun(config, setup, followed, traces, notes)

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from commands import Call
+from inhand import __version__
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SCRIPT = Path(sys.executable).with_name("inhand")
@@ -281,3 +282,16 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
     code, out, err = in_a_process(sys.executable, "-c", HELP.format(words=words))
     assert (code, err) == (0, "")
     assert "usage: inhand" in out
+
+
+def test_the_version_is_told_by_the_command_and_by_the_module() -> None:
+    told = in_a_process(sys.executable, "-m", "inhand", "--version")
+    assert told == (0, f"inhand {__version__}\n", "")
+
+
+@pytest.mark.parametrize(("words", "text"), [(("help",), "asterisk"), (("help", "trace"), "--scale")])
+def test_help_is_a_word_too(words: tuple[str, ...], text: str, inhand: Call) -> None:
+    code, out, _ = inhand(*words)
+    assert code == 0
+    assert "usage: inhand" in out
+    assert text in out

@@ -38,7 +38,7 @@ def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) ->
     assert (code, err) == (0, "")
     for text in ("thesis-ik on cube_39", "Distance [mm]", "Of the plan", "Right", "Out", "all"):
         assert text in out
-    assert "recording: 5 of 5, " in out
+    assert "recording: 5 of 5" in out
     assert f"Dataset inhand/cube_39/thesis-ik-v0: {tmp_path / 'set'}" in out
     head, episodes = read_dataset(tmp_path / "set")
     assert (head.kind.interface.layout, head.kind.actions, head.kind.horizon) == ("thesis-1", "angles", 25)

@@ -12,11 +12,12 @@ from inhand.asterisk_test.people.human import HumanTrial, read_human_folder
 from inhand.asterisk_test.people.paths import human_path
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.control.draws import start_noise
 from inhand.control.trial import OUTCOMES, REACHED, Trial
 from inhand.errors import InputError
 from inhand.hands.names import CATALOGUE as HANDS
 from inhand.tasks.paths import straight_path
-from inhand.tasks.primitives import TRAIN, UNSEEN, primitive_at
+from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, primitive_at
 
 QUIET = AsteriskConfig(trials=1, noise_mm=0.0, noise_deg=0.0)
 
@@ -285,3 +286,29 @@ def test_progress_is_told() -> None:
     assert told[0] == ("reach Out", 1, 0)
     assert [step for *_, step in told[1:]] == list(range(1, len(told)))
     assert [*dict.fromkeys(phase for phase, *_ in told[1:])] == ["place", "grasp", "manipulate"]
+
+
+# Where trials start.
+
+
+def test_a_start_follows_from_seed_direction_and_trial_alone() -> None:
+    config = AsteriskConfig(controller="thesis-ik", directions="In", trials=1)
+    alone = run(config)[0]
+    beside = {(t.passport.primitive, t.passport.trial): t for t in run(replace(config, directions="cw,-90", trials=2))}
+    starts = {which: trial.object_pose[0] for which, trial in beside.items()}
+    assert starts["In", 1].tobytes() == alone.object_pose[0].tobytes()
+    assert len({start.tobytes() for start in starts.values()}) == 4
+
+
+def test_start_noise_is_paired_for_all_spellings_seeds_and_orders() -> None:
+    config = AsteriskConfig(noise_mm=1.0, noise_deg=1.0)
+    whose = [(p.angle_deg, p.rotation_deg, k) for p in (*TRAIN, *UNSEEN, *TURNS) for k in range(1, 6)]
+    noise = start_noise(config, whose)
+    assert noise[::-1].tobytes() == start_noise(config, whose[::-1]).tobytes()
+    assert len(np.unique(noise, axis=0)) == len(whose)
+    assert noise.std(axis=0) == pytest.approx([1e-3, 1e-3, np.deg2rad(1.0)], rel=0.2)
+    assert start_noise(config, [(270.0, 0.0, 1)]).tobytes() == start_noise(config, [(-90.0, 0.0, 1)]).tobytes()
+    for other in (replace(config, seed=1), replace(config, seed=2)):
+        assert not np.isclose(start_noise(other, whose), noise).any(axis=1).all()
+    wide = start_noise(replace(config, noise_mm=2.0), whose)
+    assert wide == pytest.approx(noise * (2.0, 2.0, 1.0))

@@ -40,6 +40,11 @@ def half_run(specs: list[ObjectSpec], targets: Array) -> MujocoSimulator:
     return simulator
 
 
+def unforced(state: State) -> State:
+    """Return a state without its forces, which belong to the step that led to it."""
+    return replace(state, forces=np.zeros_like(state.forces))
+
+
 def follow(simulator: MujocoSimulator, targets: Array) -> list[State]:
     return [simulator.step(row, 6) for row in targets]
 
@@ -59,7 +64,7 @@ def test_a_restored_batch_goes_on_as_it_did() -> None:
     kept, instant = simulator.snapshot(), simulator.measure()
     first = follow(simulator, targets[BEFORE:])
     simulator.restore(np.arange(4), kept, np.arange(4))
-    assert_same([instant], [simulator.measure()])
+    assert_same([unforced(instant)], [simulator.measure()])
     assert_same(first, follow(simulator, targets[BEFORE:]))
     assert np.abs(first[-1].object_pose - instant.object_pose).max() > 1e-3
 
@@ -95,7 +100,7 @@ def test_restoring_is_seen_by_measure_and_only_in_its_worlds() -> None:
     now = follow(simulator, targets[BEFORE:])[-1]
     simulator.restore(at(2), kept, at(2))
     mixed = simulator.measure()
-    assert_same([select(mixed, at(2))], [select(then, at(2))])
+    assert_same([select(mixed, at(2))], [unforced(select(then, at(2)))])
     assert_same([select(mixed, at(0, 1, 3))], [select(now, at(0, 1, 3))])
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,30 +22,6 @@ learns = pytest.mark.skipif(
 )
 
 
-@pytest.fixture
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the preset `thesis` a training of seconds: rough grips need no search, episodes take half a second."""
-    from inhand.learning import config
-
-    def preset() -> config.Training:
-        made = config.thesis()
-        return replace(
-            made,
-            interface=replace(made.interface, observation="grip", actions="steps", reward="progress", horizon=25),
-            recipe=replace(made.recipe, episodes=32, push=0.01),
-            learning=replace(made.learning, hidden=(16, 16), batch=16, imitation=1.0),
-            imitate=2000,
-            warm_up=1000,
-            worlds=10,
-            decisions=8,
-            updates=20,
-            evaluate_every=30,
-            trials=1,
-        )
-
-    monkeypatch.setitem(config.PRESETS, "thesis", preset)
-
-
 def opened(path: Path) -> tuple[int, int]:
     with Image.open(path) as picture:
         picture.load()
@@ -54,10 +29,9 @@ def opened(path: Path) -> tuple[int, int]:
 
 
 @learns
-@pytest.mark.usefixtures("small")
 def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call) -> None:
     run = tmp_path / "my run"
-    code, out, err = inhand("train", "--preset", "thesis", "--episodes", 60, "--seed", 2, "--out", run)
+    code, out, err = inhand("train", "--preset", "smoke", "--episodes", 60, "--seed", 2, "--out", run)
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert "recording demonstrations: 32 of 32" in lines
@@ -114,7 +88,6 @@ def check_evaluation(folder: Path) -> None:
 
 
 @learns
-@pytest.mark.usefixtures("small")
 def test_a_stopped_training_says_what_is_kept_and_goes_on(
     tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,7 +103,7 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
         return told
 
     monkeypatch.setattr(command.Watch, "evaluated", stop_at(30))
-    code, out, err = inhand("train", "--preset", "thesis", "--episodes", 60, "--out", run)
+    code, out, err = inhand("train", "--preset", "smoke", "--episodes", 60, "--out", run)
     assert (code, err) == (130, "")
     last, again = out.splitlines()[-2:]
     assert last.startswith("Stopped. Kept: the run up to episode 3")

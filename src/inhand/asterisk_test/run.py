@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import SUBSTEPS, Task
-from inhand.control.draws import check_draws
+from inhand.control.draws import check_draws, start_noise
 from inhand.control.loop import run_worlds
 from inhand.control.recording import cut_trials
 from inhand.control.trial import Passport, Trial
@@ -21,9 +19,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.bullet_engine import BulletSimulator
-from inhand.sim.engine import Simulator
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.paths import ReferencePath, stacked, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
 from inhand.tasks.reach import limits
@@ -98,24 +94,17 @@ def simulate(
     primitives = tuple(dict.fromkeys(each.primitive for each in setup.assignments))
     told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
     reach = {limit.primitive: limit.distance for limit in limits(hand, setup.object, primitives, progress=told)}
-    simulator = _simulator(config, hand, [setup.object] * count, threads)
+    simulator = make_simulator(config.engine, hand, [setup.object] * count, threads=threads)
     paths = stacked([each.path.poses for each in setup.assignments])
     whole = stacked([whole_path(each.path) for each in setup.assignments])
-    rng = np.random.default_rng(config.seed)
-    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
-    start = hand.start_pose + spread * rng.standard_normal((count, 3))
-    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start)
+    whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in setup.assignments]
+    start = hand.start_pose + start_noise(config, whose)
+    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
     task = Task(hand, simulator.objects, paths, simulator.timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
     manipulate = setup.controller.manipulate
     recording = run_worlds(simulator, task, grasp, start, manipulate, twists=twists, progress=progress)
     return cut_trials(recording, _passports(config, setup, simulator.timestep, reach), paths)
-
-
-def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec], threads: int) -> Simulator:
-    if config.engine == "bullet":
-        return BulletSimulator(hand, objects)
-    return MujocoSimulator(hand, objects, threads=threads)
 
 
 def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dict[Primitive, float]) -> list[Passport]:

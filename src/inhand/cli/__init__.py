@@ -1,6 +1,7 @@
 """The command line: `inhand` and a command.
 
 The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, view, hands and objects.
+`inhand help` and `inhand help trace` are other words for `--help`; `inhand --version` tells the version.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
 
@@ -14,6 +15,7 @@ from typing import Annotated
 
 import tyro
 
+from inhand import __version__
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.cli.learning_config import EvaluateConfig, TrainConfig
@@ -69,8 +71,15 @@ Command = (
 
 def main() -> None:
     """Run the console command `inhand`; bad input ends with its text and exit code 2, Ctrl-C with 130."""
+    words = sys.argv[1:]
+    if words[:1] in (["--version"], ["-V"]):
+        sys.stdout.write(f"inhand {__version__}\n")
+        return
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
     config: object = tyro.cli(
         Command,
+        args=words,
         prog="inhand",
         description="Structured in-hand manipulation: the Asterisk Test in simulation, beside people.",
         config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes),

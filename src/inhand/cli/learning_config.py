@@ -8,13 +8,16 @@ from typing import Literal
 
 import tyro
 
+from inhand.sim.names import MUJOCO, Engine
+
 
 @dataclass(frozen=True)
 class TrainConfig:
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
-    preset: Literal["default", "thesis"] | None = None
-    """Training: default learns best, thesis as its chapter 3.3 has it. What is not given below is the preset's."""
+    preset: Literal["default", "thesis", "smoke"] | None = None
+    """Training: default learns best, thesis as its chapter 3.3 has it, smoke shows in seconds that all works. What is
+    not given below is the preset's."""
     hand: str | None = None
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str | None = None
@@ -45,6 +48,8 @@ class EvaluateConfig:
     """Hand: a name of the laboratory's form or a TOML file; without it the one that the policy was trained with."""
     object: str | None = None
     """Object: a name, shape_SIZE in mm, or a TOML file; without it the one that the policy was trained with."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     trials: int = 3
     """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
     episodes: int = 100

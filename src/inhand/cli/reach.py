@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.asterisk_test.results import write_json
-from inhand.cli.terminal import print_table, say
+from inhand.cli.terminal import print_table, progress, say
 from inhand.folders import check_folder, run_folder
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
@@ -37,11 +37,9 @@ def run_reach(command: ReachCommand) -> None:
     check_fit(hand, spec)
     check_folder(command.out, overwrite=command.overwrite, mark=MARK)
     start = start_grip(hand, spec, config)
-    with Progress(
-        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
-    ) as bar:
-        row = bar.add_task("reach", total=len(primitives))
-        found = limits(hand, spec, primitives, config, lambda name: bar.update(row, advance=1, description=name))
+    with progress() as tell:
+        done = itertools.count(1)
+        found = limits(hand, spec, primitives, config, lambda name: tell(name, next(done), len(primitives)))
     subtitle = f"{command.hand}, {command.object}, {_assumed(command, hand.friction * spec.friction)}"
     with run_folder(command.out) as folder:
         for twist in dict.fromkeys(

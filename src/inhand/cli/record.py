@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
 
 from inhand.cli.record_config import RecordConfig
-from inhand.cli.terminal import print_table, say
+from inhand.cli.terminal import print_table, progress, say
 from inhand.errors import InputError
 from inhand.folders import check_folder, run_folder
 from inhand.geometry import Array
@@ -20,7 +19,7 @@ from inhand.hands.fit import check_fit
 from inhand.learning.datasets import MARK, DatasetEpisode, check_installed, write_dataset
 from inhand.learning.demonstrations import Episodes, Recipe
 from inhand.learning.environment_config import angles_of
-from inhand.learning.recording import Recording, Told, dataset_episodes, environment_spec, record
+from inhand.learning.recording import Recording, dataset_episodes, environment_spec, record
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.tasks.observations import find_layout
@@ -61,6 +60,10 @@ class Tally:
         """Number of those in which the object was lost."""
         return sum(int(each.sum()) for each in self.lost)
 
+    def words(self, what: str) -> str:
+        """Return what a part of the recording is called, with what has been lost so far."""
+        return WORDS[what] + (f", {self.drops} lost" if self.drops else "")
+
     def counted(self, batches: Iterable[Episodes]) -> Iterator[DatasetEpisode]:
         """Give the episodes of batches one by one, and keep count."""
         for batch in batches:
@@ -81,8 +84,9 @@ def run_record(config: RecordConfig) -> None:
     spec = environment_spec(recording, (config.hand, config.object, config.directions))
     tally = Tally()
     try:
-        with run_folder(out) as folder, _Bar(tally) as bar:
-            write_dataset(folder, tally.counted(record(recording, bar.told)), head, spec)
+        with run_folder(out) as folder, progress(spoken=True) as tell:
+            told = record(recording, lambda what, done, total: tell(tally.words(what), done, total))
+            write_dataset(folder, tally.counted(told), head, spec)
     except KeyboardInterrupt:
         say(f"Stopped after {tally.episodes} episodes; none of them is kept, half a dataset is no dataset")
         raise
@@ -149,47 +153,3 @@ def _cells(lost: Array, distance: Array, limit: Array) -> tuple[str, ...]:
     asked = limit > 0
     share = f"{np.mean(distance[asked] / limit[asked]):.3f}" if asked.any() else "-"
     return str(len(lost)), str(int(lost.sum())), f"{1e3 * distance.mean():.1f}", share
-
-
-class _Bar:
-    """Shows how far a recording is; where nobody watches, a line for each report."""
-
-    def __init__(self, tally: Tally) -> None:
-        self._tally = tally
-        self._progress = Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[more]}"),
-            TimeRemainingColumn(),
-            TextColumn("left"),
-            transient=True,
-            speed_estimate_period=600.0,
-        )
-        self._rows: dict[str, Any] = {}
-
-    def __enter__(self) -> _Bar:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    @property
-    def told(self) -> Told:
-        """What a recording tells."""
-        return self._told
-
-    def _told(self, what: str, done: int, total: int) -> None:
-        """Show how far a part of the recording is."""
-        if what not in self._rows:
-            self._rows[what] = self._progress.add_task(WORDS[what], total=total, more="")
-        row = self._rows[what]
-        self._progress.update(row, completed=done)
-        speed = self._progress.tasks[row].speed
-        more = f"{speed:.1f} episodes/s, " if what == "episodes" and speed else ""
-        more += f"{self._tally.drops} lost" if what == "episodes" else "directions"
-        self._progress.update(row, more=more)
-        if not self._progress.console.is_terminal:
-            say(f"{WORDS[what]}: {done} of {total}, {more}")

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import time
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.cells import read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.page import write_sweep
 from inhand.asterisk_test.sweep.summary import sweep_of
 from inhand.asterisk_test.sweep.sweep import Plan, computed, plan
-from inhand.cli.terminal import print_table, say
+from inhand.cli.terminal import print_table, progress, say
 from inhand.tasks.primitives import parse_directions
 
 SPEED_OVER_S = 3600.0
@@ -41,26 +39,12 @@ def run_sweep(config: SweepConfig) -> None:
 def _compute(found: Plan, at_a_time: int) -> None:
     """Compute the waiting cells and show how far it is; where nobody watches, one line for each cell."""
     total, done = len(found.jobs), len(found.jobs) - len(found.waiting)
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("cells,"),
-        TimeElapsedColumn(),
-        TextColumn("so far,"),
-        TimeRemainingColumn(),
-        TextColumn("left"),
-        speed_estimate_period=SPEED_OVER_S,
-        transient=True,
-    ) as bar:
-        watched = bar.console.is_terminal
-        row = bar.add_task("sweep", total=total, completed=done)
+    with progress(spoken=True, over_s=SPEED_OVER_S) as tell:
+        tell("cells", done, total)
         try:
             for job in computed(found.waiting, at_a_time):
                 done += 1
-                bar.update(row, completed=done, description=" with ".join(job.names))
-                if not watched:
-                    say(f"{done} of {total}: {' with '.join(job.names)}")
+                tell(" with ".join(job.names), done, total)
         except KeyboardInterrupt:
             say(f"{done} of {total} cells are computed; the same command goes on from there")
             raise

@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+Told = Callable[[str, int, int], None]
+"""Told what is being done, how far it is, and how far it has to go."""
 PIPED_WIDTH = 160
 """Columns of a table that is written to a file or a pipe."""
 
@@ -32,15 +34,48 @@ def say(text: str) -> None:
     Console(soft_wrap=True).print(text, markup=False, highlight=False)
 
 
+def bar(over_s: float = 600.0) -> Progress:
+    """Return the bar of every command: what is done, how far, for how long, and how much is left.
+
+    Args:
+        over_s: the time left is told from what was done in this time [s].
+    """
+    return Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[more]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        transient=True,
+        speed_estimate_period=over_s,
+    )
+
+
+@contextmanager
+def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Told]:
+    """Give what a command tells: what is being done, how far it is, and how far it has to go (0: nobody knows).
+
+    Args:
+        spoken: whether each telling is a line of its own where nobody watches.
+        over_s: as `bar` has it [s].
+    """
+    with bar(over_s) as shown:
+        row = shown.add_task("preparing", total=None, more="")
+
+        def tell(what: str, done: int, total: int) -> None:
+            if (total or None) != shown.tasks[row].total:
+                shown.reset(row, total=total or None)
+            more = f"{done} of {total}" if total else ""
+            shown.update(row, description=what, completed=done, more=more)
+            if spoken and not shown.console.is_terminal:
+                say(f"{what}: {more}")
+
+        yield tell
+
+
 @contextmanager
 def trials_shown(total: int) -> Iterator[Callable[[str, int, int], None]]:
     """Give what a simulation of trials tells its phase, the trials still running and its step, and show them."""
-    with Progress(
-        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), transient=True
-    ) as bar:
-        row = bar.add_task("searching contacts", total=total)
-
-        def show(phase: str, running: int, step: int) -> None:
-            bar.update(row, description=f"{phase}, step {step}, {running} trials running", completed=total - running)
-
-        yield show
+    with progress() as tell:
+        yield lambda phase, running, step: tell(f"{phase}, step {step}, trials done:", total - running, total)

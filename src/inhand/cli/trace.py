@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
 from inhand.asterisk_test.results import write_json
 from inhand.cli.asterisk import write_trials
-from inhand.cli.terminal import print_table, say, trials_shown
+from inhand.cli.terminal import print_table, progress, say, trials_shown
 from inhand.control.catalogue import notes_of
 from inhand.folders import check_folder, run_folder
 from inhand.tracing.config import TraceConfig
@@ -50,9 +48,8 @@ def run_trace(config: TraceConfig) -> None:
 
 def prepared(config: TraceConfig) -> TraceSetup:
     """Return a run's setup and show how the search for what the hand can reach goes."""
-    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), transient=True) as bar:
-        row = bar.add_task("checking the reach", total=None)
-        return prepare_trace(config, lambda text, _, __: bar.update(row, description=text))
+    with progress() as tell:
+        return prepare_trace(config, tell)
 
 
 def simulated(config: TraceConfig, setup: TraceSetup) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 
 from rich.console import Group
 from rich.live import Live
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from inhand.cli.learning_config import TrainConfig
-from inhand.cli.terminal import print_table, say
+from inhand.cli.terminal import bar, print_table, say
 from inhand.errors import InputError, needs_extra
 from inhand.learning.progress import HEADER, Evaluated, evaluation_rows, joined, read_learning
 from inhand.learning.report import write_training
@@ -104,15 +103,8 @@ class Watch:
     def __init__(self, training: Training, out: Path) -> None:
         """Show nothing yet."""
         self._training, self._out = training, out
-        self._bar = Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            TextColumn("{task.fields[left]}"),
-        )
-        self._row = self._bar.add_task("preparing", total=None, left="")
+        self._bar = bar()
+        self._row = self._bar.add_task("preparing", total=None, more="")
         self._live = Live(self._bar, transient=True)
         self._first: Counters | None = None
         self._before: Counters | None = None
@@ -130,7 +122,7 @@ class Watch:
     def prepared(self, what: str, done: int, total: int) -> None:
         """Show how far a part of the training is."""
         words = WORDS.get(what, what)
-        self._bar.update(self._row, description=words, completed=done, total=total)
+        self._bar.update(self._row, description=words, completed=done, total=total, more=f"{done} of {total}")
         if not self._live.console.is_terminal and what != "learning":  # evaluations tell of that
             say(f"{words}: {done} of {total}")
 
@@ -141,7 +133,7 @@ class Watch:
         line = ", ".join(part for part in (line_of(reached), self._speed(counters), left) if part)
         self._first, self._before = self._first or counters, counters
         done, total = counters.episodes, self._training.episodes
-        self._bar.update(self._row, description="learning", completed=done, total=max(done, total), left=left)
+        self._bar.update(self._row, description="learning", completed=done, total=max(done, total), more=left)
         if self._live.console.is_terminal:
             self._live.console.print(line, markup=False, highlight=False, soft_wrap=True)
             self._live.update(Group(_live_table(reached), self._bar))

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Protocol
 
 import numpy as np
 
 from inhand.errors import InputError
+from inhand.geometry import Array
+
+STEP_DEG = 1e-3
+"""Directions and rotations nearer than this to each other are one, and start alike [deg]."""
+AROUND = round(360 / STEP_DEG)
+"""Steps of a whole turn, after which directions repeat; it stands for no direction."""
 
 
 class Draws(Protocol):
@@ -36,3 +43,27 @@ def check_draws(config: Draws) -> None:
             raise InputError(f"{name} {value:g}: noise must be 0 or more")
     if config.seed < 0:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
+
+
+def start_noise(config: Draws, whose: Iterable[tuple[float | None, float, int]]) -> Array:
+    """Return how far each object's start is from where it should be `(B, 3)` [m, m, rad].
+
+    It follows from the seed, the direction and the trial's number alone, so that the same trial starts alike whatever
+    runs beside it, and runs of other hands, objects and controllers are paired with it.
+
+    Args:
+        config: seed and standard deviations.
+        whose: direction [deg] (None where there is none), rotation [deg] and number of each trial.
+    """
+    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
+    drawn = [
+        np.random.default_rng((config.seed, trial, *_numbers(angle, rotation))).standard_normal(3)
+        for angle, rotation, trial in whose
+    ]
+    return spread * np.array(drawn)
+
+
+def _numbers(angle_deg: float | None, rotation_deg: float) -> tuple[int, int]:
+    """Return whole numbers that stand for a direction and a rotation in a seed."""
+    angle = AROUND if angle_deg is None else round(angle_deg / STEP_DEG) % AROUND
+    return angle, round(rotation_deg / STEP_DEG) % 2**32  # a seed takes no negative number

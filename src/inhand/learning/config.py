@@ -1,4 +1,4 @@
-"""What is trained and how: one frozen configuration, and the two presets that return one."""
+"""What is trained and how: one frozen configuration, and the presets that return one."""
 
 from __future__ import annotations
 
@@ -147,5 +147,25 @@ def default() -> Training:
     )
 
 
-PRESETS = {"default": default, "thesis": thesis}
+def smoke() -> Training:
+    """Return a training of seconds that goes through every part and learns little."""
+    return Training(
+        "smoke",
+        interface=Interface("grip", "steps", "progress", horizon=25),
+        recipe=Recipe(episodes=32, push=0.01, midway=0.0, grasp="rough"),
+        learning=Learning(hidden=(16, 16), batch=16, imitation=1.0, reward_scale=0.01, follow=1e-4),
+        imitate=2000,
+        warm_up=1000,
+        episodes=60,
+        worlds=10,
+        decisions=8,
+        updates=20,
+        expert_share=0.5,
+        spread=0.02,
+        evaluate_every=30,
+        trials=1,
+    )
+
+
+PRESETS = {"default": default, "thesis": thesis, "smoke": smoke}
 """Presets by name."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from inhand.control.catalogue import ControllerEntry, find_controller
 from inhand.control.controller import SUBSTEPS
-from inhand.control.draws import check_draws
+from inhand.control.draws import check_draws, start_noise
 from inhand.control.policy import check_joints
 from inhand.control.trial import Passport
 from inhand.errors import InputError, near_matches
@@ -133,17 +133,17 @@ def simulate_trace(
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = setup.hand, setup.object
     scene = SceneSpec() if setup.task is None else setup.task.scene(held)
-    spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
-    noise = np.random.default_rng(config.seed).standard_normal((config.trials, 3))
+    noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
     found = follow(
         held,
         setup.controller,
         setup.plans,
-        setup.hand.start_pose + spread * noise,
+        setup.hand.start_pose + noise,
         _passports(config, setup, scene.timestep),
         scenes=scene,
         progress=progress,
         threads=threads,
+        engine=config.engine,
     )
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
@@ -202,6 +202,7 @@ def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[
             substeps=SUBSTEPS,
             timestep=timestep,
             versions=found,
+            engine=config.engine,
         )
         for number, plan in enumerate(setup.plans, start=1)
     ]

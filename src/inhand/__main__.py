@@ -1,0 +1,5 @@
+"""`python -m inhand`: the command line."""
+
+from inhand.cli import main
+
+main()

@@ -268,9 +268,10 @@ def kicked(spec: ObjectSpec, centre: Array, force: Array, torque: Array) -> tupl
     engine = load_pybullet()
     client = engine.connect(engine.DIRECT)
     world = build_world(engine, client, HAND, spec, SceneSpec(timestep=STEP, gravity=0.0))
-    base = np.array([0.0, 0.5, 0.5]) + [*world.middle, 0.0]
+    origin = np.array([0.0, 0.5, 0.5])
+    base = origin + np.array([*world.middle, 0.0])
     engine.resetBasePositionAndOrientation(world.object, base.tolist(), [0, 0, 0, 1], physicsClientId=client)
-    arm = np.array([0.0, 0.5, 0.5]) + centre - base
+    arm = origin + centre - base
     turning = torque + np.cross(arm, force)  # PyBullet takes both at the first piece
     engine.applyExternalForce(world.object, -1, force.tolist(), base.tolist(), engine.WORLD_FRAME, client)
     engine.applyExternalTorque(world.object, -1, turning.tolist(), engine.WORLD_FRAME, client)

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_bootstrap_knows_constants_spread_and_missing_values() -> None:
     assert np.isnan(bootstrap([np.array([np.nan])]).mean)
 
 
-def entry(name: str, task: str, seed: int, outcomes: list[str]) -> dict[str, object]:
+def entry(name: str, task: str, seed: int, outcomes: list[str]) -> dict[str, Any]:
     kind, _, trained = name.partition(", ")
     episodes = [{"outcome": o, "completion": float(o == "reached"), "rms_mm": 1.0} for o in outcomes]
     return {"contestant": {"kind": kind, "task": trained, "seed": seed}, "task": task, "episodes": episodes}
@@ -76,6 +77,15 @@ def test_scores_count_what_was_lost_and_what_was_done() -> None:
     assert (first.dropped, first.episodes) == (1, 4)
     assert first.done.mean == first.completion.mean == 0.5
     assert not second.trained
+
+
+def test_errors_are_those_of_the_episodes_that_kept_the_object() -> None:
+    mixed = entry("guided, key", "place", 0, ["lost contact", "reached", "stopped", "no grasp"])
+    for episode, rms in zip(mixed["episodes"], (90.0, 1.0, 2.0, 70.0), strict=True):
+        episode["rms_mm"] = rms
+    (score,) = scores([mixed])
+    assert score.error.mean == 1.5
+    assert score.error.high <= 2.0
 
 
 def test_adaptation_is_the_fewest_steps_that_were_enough() -> None:

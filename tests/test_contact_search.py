@@ -12,12 +12,13 @@ from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_transform, unit
 from inhand.hands.force_closure import force_closure
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, fingers_clear, plan_grasps
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, _grip_lines, fingers_clear, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.polygons import contact, separation
+from inhand.hands.rolling import Tracks
 from inhand.hands.shapes import link_polygons
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
@@ -42,6 +43,24 @@ def plans_for(hand: str, thing: str, *angles_deg: float) -> tuple[HandSpec, Obje
     spec = parse_hand_name(hand)
     found = plan_grasps(spec, OBJECTS[thing], poses_along(spec, *angles_deg))
     return spec, OBJECTS[thing], [group[0] for group in found]
+
+
+def contacts(points: list[tuple[float, float]], normals: list[tuple[float, float]]) -> Tracks:
+    """Return contacts that have not rolled yet."""
+    shape = (len(points), 1, 2)
+    kept = np.ones(shape[:2], dtype=bool)
+    return Tracks(np.reshape(points, shape), np.reshape(normals, shape), np.zeros((len(points), 1, 2)), kept)
+
+
+def test_a_grip_line_misses_the_middle_by_as_much_on_either_side() -> None:
+    left = contacts([(-0.02, y) for y in (-0.01, 0.0, 0.01)], [(-1, 0)] * 3)
+    right = contacts([(0.02, y) for y in (-0.01, 0.0, 0.01)], [(1, 0)] * 3)
+    tilt, offset = _grip_lines(left, right)
+    assert np.diag(offset) == pytest.approx([0.01, 0.0, 0.01])
+    assert offset == pytest.approx(offset[::-1, ::-1])
+    assert tilt == pytest.approx(tilt[::-1, ::-1])
+    assert np.diag(tilt) == pytest.approx([0.0, 0.0, 0.0])
+    assert tilt[0, 2] == pytest.approx(1 - np.cos(np.arctan2(0.02, 0.04)))
 
 
 def inside_cone(friction: float, normal: Array, force: Array) -> bool:

@@ -41,6 +41,12 @@ def test_limits_hold_on_the_safe_side() -> None:
     assert labels_of(path(), np.where(X < 0.035, 80.0, 0.0), 0.0) == frozenset()
 
 
+def test_the_end_is_the_last_tenth_of_the_rows_rounded_up() -> None:
+    # Of 101 rows the last 11 are the end: from row 90 on.
+    for row, label in ((89, frozenset()), (90, {"end deviated"}), (100, {"end deviated"})):
+        assert labels_of(path(np.where(np.arange(101) == row, 0.3, 0.0)), STILL, 0.0) == label, row
+
+
 def test_labels_turn_with_the_direction() -> None:
     left = path(np.where(X > 0.39, -0.3, 0.0)) * -1
     assert labels_of(left, STILL, 180.0) == {"end deviated"}

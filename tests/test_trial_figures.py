@@ -13,7 +13,7 @@ from inhand.plots.donut import DonutSeries, donut_figure
 from inhand.plots.path import TrialPath, orientation_ticks, path_figure
 from inhand.plots.radar import RadarSeries, draw_radar, radar_figure
 from inhand.plots.shapes import SceneOutline
-from inhand.plots.style import new_figure
+from inhand.plots.style import INK, new_figure
 
 NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
 NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}
@@ -119,6 +119,22 @@ def test_donut_turns_each_way_from_the_top() -> None:
     right = next(text for text in ax.texts if text.get_text() == "43°")
     left = next(text for text in ax.texts if text.get_text() == "44°")
     assert left.get_position()[0] < 0 < right.get_position()[0]
+
+
+def test_everything_of_a_way_lies_on_its_side_of_the_donut() -> None:
+    clockwise = DonutSeries("IK", 60.0, float("nan"), (50.0, 70.0), None, (80.0, 90.0))
+    counter = DonutSeries("IK", float("nan"), 60.0, None, (50.0, 70.0), (80.0, 90.0))
+    for one, side in ((clockwise, 1.0), (counter, -1.0)):
+        ax = donut_figure([one]).axes[0]
+        piece = [patch for patch in ax.patches if isinstance(patch, Wedge)][1]
+        assert side * np.cos(np.deg2rad(piece.theta1 + piece.theta2) / 2) > 0
+        (arc,) = [xy(line) for line in ax.lines if len(xy(line)) == 40]
+        assert (side * arc[:, 0] > 0).all()
+        (text,) = [text for text in ax.texts if text.get_text() == "60°" and text.get_color() == INK]
+        assert side * text.get_position()[0] > 0
+    limits = [xy(line) for line in ax.lines if line.get_zorder() == 3.5]
+    assert [float(np.sign(tick[0, 0])) for tick in limits] == [1.0, -1.0]
+    assert np.degrees(np.arctan2(limits[0][0, 0], limits[0][0, 1])) == pytest.approx(80.0)
 
 
 def test_donut_of_nothing_shows_its_scale() -> None:

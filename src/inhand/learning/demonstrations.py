@@ -20,6 +20,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Noise, Starts, expert_task, gripped, joined, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import actions_of
 
 BATCH = 512
@@ -81,6 +82,7 @@ def demonstrations(
     made: tuple[Recipe, Interface, Noise],
     rng: np.random.Generator,
     *,
+    engine: Engine = MUJOCO,
     progress: Callable[[int], None] | None = None,
 ) -> Iterator[Episodes]:
     """Give recorded episodes a batch at a time until all asked for are there.
@@ -91,6 +93,7 @@ def demonstrations(
         draw: draws directions [deg], as many as it is asked for.
         made: how demonstrations are made, what is seen, done and rewarded, and the noise of starts.
         rng: draws noise and starts.
+        engine: in which they are recorded.
         progress: told the number of recorded episodes, from time to time.
     """
     recipe, interface, noise = made
@@ -101,7 +104,7 @@ def demonstrations(
         again = 0 if kept is None else min(round(recipe.midway * count), len(kept))
         angles = draw(count - again)
         gripped_for = angles + recipe.grip_spread * rng.standard_normal(len(angles))
-        fresh = replace(gripped(*held, (plans, gripped_for), rng, noise), angle_deg=angles)
+        fresh = replace(gripped(*held, (plans, gripped_for), rng, noise, engine=engine), angle_deg=angles)
         if kept is not None and again:
             fresh = joined([fresh, kept.take(rng.choice(len(kept), again, replace=False), draw(again))])
         reach = reach_of(held, fresh)

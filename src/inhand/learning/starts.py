@@ -136,7 +136,7 @@ def gripped(
     engine: Engine = MUJOCO,
     threads: int = 0,
 ) -> Starts:
-    """Return starts with both fingers on the object; one whose grasp fails is drawn again.
+    """Return starts with all fingers of a hand on an object; one whose grasp fails is drawn again.
 
     Args:
         hand: the hand.
@@ -152,8 +152,7 @@ def gripped(
     """
     given, angles = grips
     plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
-    waiting, found = np.arange(len(angles)), []
-    places: list[NDArray[np.int64]] = []
+    waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
         starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), (engine, threads))
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import SUBSTEPS
-from inhand.control.loop import control_step, dropped
+from inhand.control.loop import control_step, dropped, sense
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -99,7 +99,7 @@ class ManipulationWorlds:
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts = starts
         self._pool = _asked(starts)
-        self._seen = observe(self.layout, starts.state, self._pool, Scene(self.hand, (spec,) * len(starts)))
+        self._seen = observe(self.layout, sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
         self._observation = np.empty((count, self._seen.shape[1]))
@@ -148,7 +148,7 @@ class ManipulationWorlds:
         decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
-        successor = observe(self.layout, after, self._aim, self.scene)
+        successor = observe(self.layout, sense(after), self._aim, self.scene)
         shift = self._shift(after, made)
         self._state, self._observation, self._last = after, successor, decision.action
         ended = np.flatnonzero(gone | truncated)

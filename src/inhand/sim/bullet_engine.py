@@ -37,9 +37,9 @@ VELOCITY_GAIN = 1.0
 
 MOST_WORLDS = 1000
 """Worlds in one process; PyBullet has 1,024 connections."""
-Reading = tuple[list[float], list[float], list[float], list[float], list[tuple[float, ...]], Array]
+Reading = tuple[list[float], list[float], list[float], list[float], list[tuple[float, ...]]]
 """Of one world: joint angles and velocities, object pose and velocity; of each link its distance to the object and
-the nearest points of both; of each finger its force on the object."""
+the nearest points of both."""
 
 
 class BulletSimulator:
@@ -84,6 +84,7 @@ class BulletSimulator:
         self._targets = np.zeros((len(self.objects), self.hand.n_joints))
         self._diverged = np.zeros(len(self.objects), dtype=bool)
         self._steps = np.zeros(len(self.objects), dtype=np.int64)
+        self._forces = np.zeros((len(self.objects), len(self.hand.fingers), 3))
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
@@ -96,6 +97,7 @@ class BulletSimulator:
         self._worlds = [self._begin(index) for index in range(len(self.objects))]
         self._diverged[:] = False
         self._steps[:] = 0
+        self._forces[:] = 0.0
         self._targets[:] = joint_angles
         return self.measure()
 
@@ -113,6 +115,8 @@ class BulletSimulator:
             for _ in range(substeps):
                 self._engine.stepSimulation(world.client)
         self._steps += substeps
+        for index, world in enumerate(self._worlds):
+            self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
         self._targets[:] = targets
         return self.measure()
 
@@ -128,7 +132,7 @@ class BulletSimulator:
         own = turn(inverse_quaternion(poses[:, 3:]), velocities[:, 3:])
         qvel = np.concatenate([speeds, velocities[:, :3], own], axis=1)
         qpos = np.concatenate([joints, poses], axis=1)
-        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel))
+        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel), self._forces.copy())
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot, of either engine; the other worlds are not touched.
@@ -146,7 +150,7 @@ class BulletSimulator:
             velocity = np.concatenate([speed[n : n + 3], turn(pose[3:], speed[n + 3 :])])
             _place(self._engine, self._worlds[world], pose, snapshot.qpos[row, :n], (velocity, speed[:n]))
         self._steps[worlds] = np.rint(snapshot.time[rows] / self.timestep)
-        self._targets[worlds] = snapshot.ctrl[rows]
+        self._targets[worlds], self._forces[worlds] = snapshot.ctrl[rows], snapshot.forces[rows]
         self._diverged[worlds] = False
 
     def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
@@ -191,8 +195,9 @@ class BulletSimulator:
         for index in np.flatnonzero(wild).tolist():
             self._worlds[index] = self._begin(index)
             rows[index] = _read(self._engine, self._worlds[index], self.hand)
+            self._forces[index] = 0.0
         self._diverged |= wild
-        return _state_from(rows, self.hand, self._time(), self._targets, self._diverged.copy())
+        return _state_from(rows, self.hand, self._time(), (self._targets, self._forces), self._diverged.copy())
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -239,8 +244,7 @@ def _read(engine: ModuleType, world: World, hand: HandSpec) -> Reading:
     links = [_distance(engine, world, link) for link in range(n)]
     arm = _arm(world, np.array([w, x, y, z]))
     pose, velocity = [*(position - arm), w, x, y, z], [*(linear - np.cross(angular, arm)), *angular]
-    forces = np.stack([_force(engine, world, place) for place in hand.slices])
-    return [j[0] for j in joints], [j[1] for j in joints], pose, velocity, links, forces
+    return [j[0] for j in joints], [j[1] for j in joints], pose, velocity, links
 
 
 def _force(engine: ModuleType, world: World, place: slice) -> Array:
@@ -272,10 +276,13 @@ def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tu
     return list(found or ())
 
 
-def _state_from(rows: list[Reading], hand: HandSpec, time: Array, targets: Array, diverged: NDArray[np.bool_]) -> State:
-    joints, velocities, poses, object_velocities, links, forces = (
+def _state_from(
+    rows: list[Reading], hand: HandSpec, time: Array, kept: tuple[Array, Array], diverged: NDArray[np.bool_]
+) -> State:
+    joints, velocities, poses, object_velocities, links = (
         np.array(part, dtype=float) for part in zip(*rows, strict=True)
     )
+    targets, forces = kept
     gaps = links[..., 0]
     nearest = np.stack([gaps[:, place].argmin(axis=1) for place in hand.slices], axis=1)
     chosen = links[np.arange(len(rows))[:, None], nearest + [place.start for place in hand.slices]]
@@ -291,6 +298,6 @@ def _state_from(rows: list[Reading], hand: HandSpec, time: Array, targets: Array
         finger_points=chosen[..., 1:4],
         object_points=chosen[..., 4:7],
         gaps=chosen[..., 0],
-        forces=forces,
+        forces=forces.copy(),
         diverged=diverged,
     )

@@ -36,7 +36,7 @@ class Readings:
     sensors: Array
 
 
-_KEPT = tuple(field.name for field in fields(Snapshot))
+_KEPT = tuple(field.name for field in fields(Snapshot) if field.name != "forces")
 
 
 class MujocoSimulator:
@@ -86,9 +86,9 @@ class MujocoSimulator:
         read = {name: bind(name) for name in _KEPT}
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
-        self._mass = np.array([spec.mass for spec in objects])
-        self._acted, self._diverged = np.zeros((2, len(objects)), dtype=bool)
-        self._height = np.array([spec.height / 2 for spec in objects])
+        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
+        self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
+        self._diverged = np.zeros(len(objects), dtype=bool)
         self._start = self._readings.qpos.copy()
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
@@ -103,7 +103,7 @@ class MujocoSimulator:
         self._readings.ctrl[:] = joint_angles
         self._start[:] = self._readings.qpos
         self._diverged[:] = False
-        self._acted[:] = False
+        self._forces[:] = 0.0
         return self.measure()
 
     def step(self, targets: Array, substeps: int) -> State:
@@ -116,12 +116,13 @@ class MujocoSimulator:
         check_targets(targets, len(self.objects), self.hand.n_joints)
         self._readings.ctrl[:] = targets
         self._stepper.step(nstep=substeps)
-        self._acted[:] = True
+        self._forces[:] = self._readings.forces.reshape(self._forces.shape)
         return self.measure()
 
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
-        return Snapshot(**{name: getattr(self._readings, name).copy() for name in _KEPT})
+        kept = {name: getattr(self._readings, name).copy() for name in _KEPT}
+        return Snapshot(**kept, forces=self._forces.copy())
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot; the other worlds are not touched.
@@ -137,7 +138,7 @@ class MujocoSimulator:
         for name in _KEPT:
             getattr(self._readings, name)[worlds] = getattr(snapshot, name)[rows]
         self._diverged[worlds] = False
-        self._acted[worlds] = False
+        self._forces[worlds] = snapshot.forces[rows]
 
     def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
@@ -154,7 +155,7 @@ class MujocoSimulator:
         self._put_back()
         self._measured_qpos[:] = self._readings.qpos
         self._meter.forward(stage=mujoco.mjtStage.mjSTAGE_POS)
-        return _state_from(self._readings, self.hand, self._diverged.copy(), self._acted)
+        return _state_from(self._readings, self.hand, self._diverged.copy(), self._forces.copy())
 
     def _put_back(self) -> None:
         """Find worlds that diverged and put them at rest where they were last reset to; their time goes on.
@@ -169,6 +170,7 @@ class MujocoSimulator:
             now.qpos[wild] = self._start[wild]
             now.qvel[wild] = 0.0
             now.qacc_warmstart[wild] = 0.0
+            self._forces[wild] = 0.0
 
 
 def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> None:
@@ -204,7 +206,7 @@ def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
     return batch
 
 
-def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], acted: NDArray[np.bool_]) -> State:
+def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], forces: Array) -> State:
     """Return the state, its arrays copied from the engine's so that a later step cannot change them."""
     n = hand.n_joints
     qpos, qvel = readings.qpos.copy(), readings.qvel.copy()
@@ -212,7 +214,6 @@ def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_],
     link_gaps = links[..., 0].copy()
     nearest = np.stack([link_gaps[:, place].argmin(axis=1) for place in hand.slices], axis=1)
     chosen = links[np.arange(len(qpos))[:, None], nearest + [place.start for place in hand.slices]]
-    forces = readings.forces.reshape(len(qpos), len(hand.fingers), 3)
     return State(
         time=readings.time.copy(),
         object_pose=qpos[:, n:],
@@ -225,7 +226,7 @@ def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_],
         finger_points=chosen[..., 1:4],
         object_points=chosen[..., 4:7],
         gaps=chosen[..., 0],
-        forces=np.where((acted & ~diverged)[:, None, None], forces, 0.0),
+        forces=forces,
         diverged=diverged,
     )
 

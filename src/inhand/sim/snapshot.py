@@ -27,6 +27,8 @@ class Snapshot:
     qacc_warmstart: Array
     """Accelerations from which the contact solver starts its next search `(B, n + 6)`; without them it ends at other
     last digits."""
+    forces: Array
+    """What was last measured of the fingers' forces on the object `(B, F, 3)` [N]; nothing depends on it."""
 
     @property
     def n_worlds(self) -> int:

@@ -160,8 +160,7 @@ def gripped(
         places.append(waiting[held])
         waiting = waiting[~held]
         if len(waiting) == 0:
-            order = np.argsort(np.concatenate(places), kind="stable")
-            whole = joined(found)
+            whole, order = joined(found), np.argsort(np.concatenate(places), kind="stable")
             return whole.take(order, whole.angle_deg[order])
     raise InputError(
         f"the grasp of {spec.name!r} with {hand.name!r} for direction {angles[waiting[0]]:g} deg failed ten times in a"

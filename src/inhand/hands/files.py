@@ -36,7 +36,7 @@ _POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "frictio
 
 
 def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
-    """Return the hand of a name (see `parse_hand_name`), a TOML file or `FILE.py:NAME`; a `HandSpec` is returned as it is.
+    """Return the hand of a name (see `parse_hand_name`), a TOML file or `FILE.py:NAME`; a `HandSpec` stays as it is.
 
     Raises:
         InputError: neither a hand name nor a readable hand file.

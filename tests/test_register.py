@@ -33,6 +33,13 @@ class NoController:
 """
 
 
+@pytest.fixture(autouse=True)
+def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a test registers is forgotten after it."""
+    for each in (CONTROLLERS, PATHS):
+        monkeypatch.setattr(each, "_added", {})
+
+
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
     path = tmp_path / f"own_{abs(hash(tmp_path))}.py"

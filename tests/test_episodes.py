@@ -21,6 +21,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
@@ -62,6 +63,7 @@ class Scripted:
     timestep: float = 0.004
     steps: int = 0
     hand: HandSpec = HAND
+    engine: Engine = "mujoco"
 
     @property
     def objects(self) -> tuple[ObjectSpec, ...]:
@@ -253,6 +255,14 @@ def test_a_phase_begins_once_with_the_state_that_the_one_before_left() -> None:
     run_script(one_world(1), phases)
     assert [each.begun for each in controllers] == [[0.0], [pytest.approx(0.06)]]
     assert [each.acted for each in controllers] == [3, 2]
+
+
+def test_a_grip_alone_closes_in_all_worlds_until_the_slowest_has() -> None:
+    contacts = np.ones((9, 3, 2), dtype=bool)
+    contacts[:, 1, 0] = False
+    recording = run_script(contacts, [Phase("grasp", lambda _: Counting((2, 2, 4)), 1.0, must_hold=True)])
+    assert recording.outcomes == (REACHED, NO_GRASP, REACHED)
+    np.testing.assert_array_equal(recording.last, [4, 4, 4])
 
 
 def test_a_second_manipulation_follows_the_first() -> None:

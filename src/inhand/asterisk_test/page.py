@@ -35,8 +35,9 @@ def page(
         "",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
         " Lateral (largest distance from the line, mm), Turn (largest rotation, deg), Contact (share of steps with both"
-        " fingers touching) and Gap (longest without, in simulation steps of 4 ms) are the worst trial's; Eff. is the"
-        " mean efficiency.",
+        " fingers touching), Gap (longest without, in simulation steps of 4 ms), Force (largest of a finger on the"
+        " object, N) and Overlap (deepest of a link and the object, mm) are the worst trial's; Eff. is the mean"
+        " efficiency.",
         "",
         *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
         "",

@@ -8,7 +8,7 @@ import numpy as np
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, averaged, by_direction, mean_fraction, result_of_human
+from inhand.asterisk_test.results import Result, averaged, by_direction, largest, mean_fraction, result_of_human
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, TIME_OUT
 from inhand.pages import NO_VERDICT, NOTHING
 
@@ -23,6 +23,8 @@ HEADER = (
     "Eff.",
     "Contact",
     "Gap",
+    "Force",
+    "Overlap",
     "Outcome",
 )
 
@@ -79,6 +81,7 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     metrics = [result.metrics for result in group]
     contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
     gaps = [m.longest_gap_steps for m in metrics if m.longest_gap_steps is not None]
+    force, overlap = largest(r.force_max_n for r in group), largest(r.penetration_max_mm for r in group)
     return (
         name,
         _reached(group),
@@ -89,6 +92,8 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
         f"{np.mean([m.efficiency for m in metrics]):.2f}",
         f"{min(contact):.3f}" if contact else NOTHING,
         f"{max(gaps)}" if gaps else NOTHING,
+        NOTHING if force is None else f"{force:.2f}",
+        NOTHING if overlap is None else f"{overlap:.2f}",
         f"{worst} {kept}/{len(group)}",
     )
 

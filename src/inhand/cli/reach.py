@@ -73,7 +73,7 @@ def resolution_of(command: ReachCommand) -> float:
     """
     if not (np.isfinite(command.resolution_mm) and command.resolution_mm >= FINEST_MM):
         raise InputError(
-            f"--resolution-mm {command.resolution_mm:g}: give {FINEST_MM:g} or more; all directions at {FINEST_MM:g} mm take"
+            f"--resolution-mm {command.resolution_mm:g}: give {FINEST_MM:g} or more; all directions at that take"
             f" about {FINEST_S:g} s"
         )
     return command.resolution_mm / 1e3

@@ -52,6 +52,15 @@ class _Verdicts:
         self.running = self.running & ~worlds
 
 
+def sense(state: State) -> State:
+    """Return what controllers see of the worlds: all there is, as it is.
+
+    Every controller decides on what this returns, in trials, in training and in environments; verdicts, rewards and
+    recordings read the state itself.
+    """
+    return state
+
+
 def control_step(
     simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int
 ) -> tuple[State, NDArray[np.int64]]:
@@ -117,7 +126,7 @@ def run_episodes(
         simulator: the worlds.
         task: what they have to do.
         phases: the slices of the episode; a world that finishes the last one has reached its end, unless that is a
-            grip, in which all worlds close until the slowest has.
+            grip, which is judged when all worlds have closed.
         start: the state the simulator was reset to.
         progress: told the phase, the worlds still running and the simulated step, after every step.
     """
@@ -141,7 +150,7 @@ def run_episodes(
             verdicts.end(~done, len(states) - 1, TIME_OUT)
         if not verdicts.running.any():
             break
-    verdicts.end(verdicts.running, len(states) - 1, TIME_OUT)
+    verdicts.end(verdicts.running, len(states) - 1, REACHED if phases[-1].must_hold else TIME_OUT)
     names = tuple(phase.name for phase in phases)
     return Recording(tuple(states), names, np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
 
@@ -151,10 +160,12 @@ def _run_phase(
 ) -> Iterator[tuple[State, NDArray[np.bool_]]]:
     """Give every state of a phase and which worlds are done, until all that run are done or time is up."""
     controller = phase.controller(task)
-    controller.begin(state)
+    seen = sense(state)
+    controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):
-        state, lost = control_step(simulator, controller.act(state), verdicts.lost, task.substeps)
-        done = controller.finished(state)
+        state, lost = control_step(simulator, controller.act(seen), verdicts.lost, task.substeps)
+        seen = sense(state)
+        done = controller.finished(seen)
         if phase.keep_contact:
             verdicts.lost = lost
             done = done & (lost == 0)

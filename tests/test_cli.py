@@ -67,7 +67,7 @@ def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
         ("Right", 0.0, 1),
         ("In'", -112.5, 1),
     ]
-    assert all(each["outcome"] == "reached" and each["distance_mm"] > 30 for each in content["trials"])
+    assert all(each["outcome"] == "end of grip" and each["distance_mm"] > 30 for each in content["trials"])
     assert all("mvt_eff" in each["asterisk_test"] for each in content["trials"])
     assert [each["direction"] for each in content["directions"]] == ["Right", "In'"]
     assert content["directions"][0]["distance_mm"]["mean"] == content["trials"][0]["distance_mm"]

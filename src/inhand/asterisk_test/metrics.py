@@ -48,8 +48,8 @@ class Metrics:
     """Discrete Frechet distance between the path and the straight segment of the same distance."""
     contact_fraction: float | None
     """Share of all rows in which both fingers touch; None for people."""
-    longest_gap_steps: int | None
-    """Longest run without both fingers touching [simulation steps]; None for people."""
+    longest_gap_s: float | None
+    """Longest time without both fingers touching [s]; None for people."""
 
 
 def measure(
@@ -59,7 +59,7 @@ def measure(
     *,
     target_rotation_deg: float = 0.0,
     contact: NDArray[np.bool_] | None = None,
-    substeps: int = 1,
+    row_s: float = 1.0,
 ) -> Metrics:
     """Return the primary metrics of one trial.
 
@@ -73,7 +73,7 @@ def measure(
         angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
         target_rotation_deg: Rotation to hold [deg]; plays no part in a trial that only rotates.
         contact: Whether the left and the right finger touch `(T, 2)`, or None for people.
-        substeps: Simulation steps per row, the unit of `longest_gap_steps`.
+        row_s: Time between two rows [s].
 
     Raises:
         InputError: arrays of the wrong shape or of different lengths, no row, or a value that is not finite.
@@ -87,8 +87,8 @@ def measure(
     held = np.all(contact, axis=1)
     rows = len(path) if held.all() else max(int(np.argmin(held)), 1)
     metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg)
-    gap = _longest_run(~held) * substeps
-    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_steps=gap)
+    gap = _longest_run(~held) * row_s
+    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_s=gap)
 
 
 def measure_human(trial: HumanTrial) -> Metrics:
@@ -121,7 +121,7 @@ def _measure_rows(path: Array, turn: Array, angle_deg: float | None, target_deg:
         efficiency=efficiency,
         frechet_mm=_frechet(path, float(along[-1]), angle_deg),
         contact_fraction=None,
-        longest_gap_steps=None,
+        longest_gap_s=None,
     )
 
 

@@ -36,7 +36,7 @@ from inhand.plots.save import save_figure
 from inhand.tasks.primitives import twisted_name
 
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
-COUNTED = "counted up to the first loss of contact"
+COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
 
@@ -199,7 +199,7 @@ def _donut(run: Run, figures: Path) -> Picture:
 
 
 def _radar(run: Run, figures: Path) -> Picture:
-    text = "Farthest progress [mm] and efficiency by direction"
+    text = "Mean distance [mm] and mean efficiency by direction"
     return _saved(both_radars(run), figures, _named(run, "radar"), text)
 
 

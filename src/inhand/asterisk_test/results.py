@@ -17,7 +17,7 @@ from inhand.asterisk_test.labels import is_averaged, labels_of
 from inhand.asterisk_test.metrics import Metrics, measure, measure_human
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.control.trial import DIVERGED, LOST, REACHED, Passport, Trial
+from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
 from inhand.tasks.primitives import twisted_name
@@ -65,12 +65,12 @@ class Result:
 
     @property
     def kept(self) -> bool:
-        """Whether it came to its end with the object in the hand."""
-        return self.outcome in {REACHED, RECORDED}
+        """Whether it carried the object and had it in the hand at the end; it says nothing of how far."""
+        return self.outcome in {*KEPT, RECORDED}
 
     @property
     def lost(self) -> bool:
-        """Whether the object was lost, or never held; a trial whose time ran out is neither kept nor lost."""
+        """Whether the object was lost, or never held; one that did not move, or whose time ran out, is neither."""
         return self.outcome in LOST
 
 
@@ -78,8 +78,8 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
     """Return the result of a simulated trial."""
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
-    target, angle = passport.rotation_deg, passport.angle_deg
-    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, substeps=passport.substeps)
+    target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.substeps * passport.timestep
+    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s)
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm

@@ -6,10 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from inhand.asterisk_test.metrics import measure_human
 from inhand.asterisk_test.people.hand_sizes import normalise
 from inhand.asterisk_test.people.human import read_human_file, read_human_folder
 from inhand.asterisk_test.people.human_filter import smooth
 from inhand.asterisk_test.people.human_names import parse_human_name
+from inhand.asterisk_test.people.human_rows import Gaps
+from inhand.asterisk_test.results import as_entry, result_of_human
 from inhand.errors import InputError
 from inhand.geometry import Array
 
@@ -172,7 +175,66 @@ def test_the_windows_are_five_and_fifteen_rows_about_each_row() -> None:
 
 def test_a_steady_movement_is_smoothed_to_itself() -> None:
     line = np.linspace(0, 50, 60)[:, None] * [1.0, -0.5]
-    np.testing.assert_allclose(smooth(line)[9:-9], line[9:-9])
+    for rows in (60, 20, 7, 3, 2, 1):
+        np.testing.assert_allclose(smooth(line[:rows]), line[:rows], atol=1e-12)
+
+
+def test_a_recording_that_stops_at_full_speed_ends_where_it_ended(tmp_path: Path) -> None:
+    points = np.linspace(0, 60, 31)[:, None] * [1.0, 0.0]
+    trial = read_human_file(write(tmp_path, "s_2v2_c_n_1.csv", "frame,x,y,rmag", mm_rows(points)))
+    assert measure_human(trial).distance_mm == pytest.approx(60, abs=1e-6)
+    rested = np.concatenate([points, np.tile([60.0, 0.0], (5, 1))])
+    assert smooth(rested).max() == pytest.approx(60)
+
+
+def test_one_frame_of_release_does_not_decide_where_a_trial_ended() -> None:
+    values = np.full((40, 1), 60.0)
+    values[-1] = 77.0
+    np.testing.assert_allclose(smooth(values), 60.0)
+
+
+UNSEEN = ["0,0,0,0", "1,2,0,1", "2,,,", "3, ,nan,", "4,8,0,4", "5,,,", "6,12,0,6", "7,,,"]
+"""Rows of a steady movement in which the marker was not seen four times, once at the end."""
+
+
+@pytest.mark.parametrize(("gaps", "frames"), [("drop", [0, 1, 4, 6]), ("fill", [0, 1, 2, 3, 4, 5, 6])])
+def test_frames_in_which_the_marker_was_not_seen(tmp_path: Path, gaps: Gaps, frames: list[int]) -> None:
+    trial = read_human_file(write(tmp_path, "s_2v2_c_n_1.csv", "frame,x,y,rmag", UNSEEN), gaps)
+    np.testing.assert_array_equal(trial.frame, frames)
+    np.testing.assert_allclose(trial.path_mm[:, 0], 2.0 * np.array(frames))
+    np.testing.assert_allclose(trial.rotation_deg, frames)
+    assert str(trial.unseen) == f"4 {'left out' if gaps == 'drop' else 'filled'}, longest 2"
+    entry = as_entry(result_of_human(trial))
+    assert entry["unseen"] == {"frames": 4, "longest": 2, "gaps": gaps}
+
+
+def test_frames_without_a_number_of_their_own_are_counted(tmp_path: Path) -> None:
+    rows = ["0,0,0,0", ",,,", "2,4,0,2"]
+    trial = read_human_file(write(tmp_path, "s_2v2_c_n_1.csv", "frame,x,y,rmag", rows), "fill")
+    np.testing.assert_allclose(trial.path_mm[:, 0], [0, 2, 4])
+
+
+def test_gaps_are_refused_by_default_and_say_what_to_do(tmp_path: Path) -> None:
+    path = write(tmp_path, "s_2v2_c_n_1.csv", "frame,x,y,rmag", UNSEEN)
+    text = r"line 4: x, y and rmag are empty, as in 4 of 8 rows: .*longest run 2.* --gaps drop.* --gaps fill"
+    for read in (read_human_file, lambda file: read_human_folder(file.parent)):
+        with pytest.raises(InputError, match=text):
+            read(path)
+    with pytest.raises(InputError, match="the marker was never seen"):
+        read_human_file(write(tmp_path, "s_2v2_c_n_1.csv", "frame,x,y,rmag", UNSEEN[2:4]), "drop")
+
+
+def test_a_stray_file_is_told_and_left_out_but_a_damaged_recording_is_not(tmp_path: Path) -> None:
+    stray = write(tmp_path, "notes.csv", "day,who", ["1,2"])
+    with pytest.raises(InputError, match=r"holds no recording: notes\.csv: the unit of this file is unknown"):
+        read_human_folder(tmp_path)
+    write(tmp_path, "s_2v2_c_n_1.csv", "frame,x,y,rmag", mm_rows(ramp(60)))
+    folder = read_human_folder(tmp_path)
+    assert [trial.source for trial in folder.trials] == ["s_2v2_c_n_1.csv"]
+    assert folder.notes == (f"{stray.name} left out: its name is not that of a recording",)
+    write(tmp_path, "s_2v2_c_n_2.csv", "frame,x,y,rmag", ["0,0,0,0", "1,zero,0,0"])
+    with pytest.raises(InputError, match=r"s_2v2_c_n_2\.csv, line 3: column x holds 'zero'"):
+        read_human_folder(tmp_path)
 
 
 def test_leading_zero_rows_and_a_frozen_tail_are_no_movement(tmp_path: Path) -> None:
@@ -214,7 +276,7 @@ def test_motionless_trials_are_no_copies_of_each_other(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "text"),
     [
-        (["0,0,0,0", "1,2.0"], r"line 3: 2 cells where the header names 4; the row is cut off"),
+        (["0,0,0,0", "1,2.0"], r"line 3: 2 cells where the header names 4; mend or remove the row"),
         (["0,0,0,0", "", "1,2,nan,0"], r"line 4: column y holds 'nan', not a finite number"),
         (["0,0,0,0", "1,2,,0"], r"line 3: column y holds '', not a finite number"),
         (["0,zero,0,0"], r"line 2: column x holds 'zero'"),
@@ -240,7 +302,7 @@ def test_bad_rows_are_refused_with_their_line(tmp_path: Path, rows: list[str], t
             "frame,x,rmag",
             r"line 1: no column y among frame, x, rmag; .* needs the columns x, y, rmag",
         ),
-        ("s_2v2_c_n_1.csv", "frame,x,x,y,rmag", r"line 1: column x is named twice"),
+        ("s_2v2_c_n_1.csv", "frame,x,x,y,rmag", r"line 1: column x is there twice"),
         (
             "s_2v2_c_n_1.csv",
             "frame,x,y,rmag,yaw",
@@ -259,9 +321,9 @@ def test_bad_columns_and_hands_are_refused(tmp_path: Path, name: str, header: st
 def test_empty_missing_and_binary_files_are_refused(tmp_path: Path) -> None:
     empty = tmp_path / "s_2v2_c_n_1.csv"
     empty.write_bytes(b"")
-    with pytest.raises(InputError, match=r"^s_2v2_c_n_1.csv is empty: record the trial again"):
+    with pytest.raises(InputError, match=r"^s_2v2_c_n_1.csv, line [01]: no column x and y and rmag among"):
         read_human_file(empty)
-    with pytest.raises(InputError, match="is not there: give the path of a recorded CSV file"):
+    with pytest.raises(InputError, match="there is no such file; give the path of"):
         read_human_file(tmp_path / "s_2v2_c_n_2.csv")
     empty.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="cannot be read as a CSV text file"):

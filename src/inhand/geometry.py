@@ -31,6 +31,12 @@ def interpolate(wanted: ArrayLike, knots: Array, rows: Array) -> Array:
     return np.stack([np.interp(np.asarray(wanted, dtype=float), knots, column) for column in rows.T], axis=-1)
 
 
+def longest_run(flags: NDArray[np.bool_]) -> int:
+    """Return the length of the longest run of true flags `(T,)`."""
+    bounds = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return int(np.max(bounds[1::2] - bounds[::2], initial=0))
+
+
 def wrap_angle(angle: ArrayLike) -> Array:
     """Return angles [rad] moved into [-pi, pi)."""
     return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)

@@ -105,7 +105,7 @@ def compat_average(paths: Sequence[Array], rotations_deg: Sequence[Array], angle
     """Return the mean path by the rule of the Asterisk Test software, to compare with published figures.
 
     All unfiltered rows of all trials together: the origin, then for t = linspace(0, 0.5, 25) the mean of the rows
-    with |x' - t| <= 0.024, where x' is progress (asterisk-test.md, Averages).
+    with |x' - t| <= 0.024, where x' is progress (docs/metrics.md, Averages).
 
     Args:
         paths: Unfiltered positions `(T_i, 2)` of each trial, normalised, from the trial's origin.

@@ -30,7 +30,7 @@ WINDOW_STEP = 0.01
 
 @dataclass(frozen=True)
 class AsteriskMetrics:
-    """Metrics of one trial, normalised (asterisk-test.md, Metrics). NaN where one is not defined."""
+    """Metrics of one trial, normalised (docs/metrics.md, Metrics). NaN where one is not defined."""
 
     dist: float
     """How far the target line is followed; rotation only: largest angle turned [deg]."""

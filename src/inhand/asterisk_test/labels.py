@@ -25,7 +25,7 @@ LEFT_OUT = frozenset({DEVIATED, END_DEVIATED, ROTATION_DEVIATED})
 
 @dataclass(frozen=True)
 class LabelRules:
-    """Limits of the labels in normalised units; the defaults are the Asterisk Test's (asterisk-test.md)."""
+    """Limits of the labels in normalised units; the defaults are the Asterisk Test's (docs/metrics.md)."""
 
     movement: float = 0.1
     """Least progress of a trial that moved."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from inhand import geometry
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
-from inhand.geometry import Array, interpolate
+from inhand.geometry import Array, interpolate, longest_run
 
 TARGET_POINTS = 100
 """Points on the straight segment of the Frechet distance, as in the Asterisk Test."""
@@ -22,7 +22,7 @@ PATH_PIECES = 300
 
 @dataclass(frozen=True)
 class Metrics:
-    """Metrics of one trial in mm and degrees (asterisk-test.md, Metrics).
+    """Metrics of one trial in mm and degrees (docs/metrics.md, Metrics).
 
     A trial that only rotates has no direction: its distances are 0, its lateral values and its Frechet distance
     describe how far the object drifted from its start, and its rotation is what it turned.
@@ -87,7 +87,7 @@ def measure(
     held = np.all(contact, axis=1)
     rows = len(path) if held.all() else max(int(np.argmin(held)), 1)
     metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg)
-    gap = _longest_run(~held) * row_s
+    gap = longest_run(~held) * row_s
     return replace(metrics, contact_fraction=float(held.mean()), longest_gap_s=gap)
 
 
@@ -148,12 +148,6 @@ def _frechet(path: Array, distance: float, angle_deg: float | None) -> float:
 def _share(part: float, whole: float) -> float:
     """Return part / whole, at most 1 (rounding can pass it), and 0 where the whole is 0."""
     return min(part / whole, 1.0) if whole != 0.0 else 0.0
-
-
-def _longest_run(flags: NDArray[np.bool_]) -> int:
-    """Return the length of the longest run of true flags `(T,)`."""
-    bounds = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
-    return int(np.max(bounds[1::2] - bounds[::2], initial=0))
 
 
 def _check_rest(rows: int, contact: NDArray[np.bool_] | None, angle_deg: float | None, target_deg: float) -> None:

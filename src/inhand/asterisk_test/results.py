@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -16,10 +15,13 @@ from inhand.asterisk_test.compatible import AsteriskMetrics, measure_asterisk
 from inhand.asterisk_test.labels import is_averaged, labels_of
 from inhand.asterisk_test.metrics import Metrics, measure, measure_human
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
+from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
+from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
+from inhand.records import text_of
 from inhand.tasks.primitives import twisted_name
 
 RECORDED = "recorded"
@@ -52,6 +54,8 @@ class Result:
     """File or controller."""
     limit: float | None = None
     """How far the hand could carry the object [mm], or turn it [deg] where there is no direction; None for people."""
+    unseen: Unseen = ALL_SEEN
+    """Frames of a recording in which the camera did not see the object."""
 
     @property
     def reached(self) -> float:
@@ -123,6 +127,7 @@ def result_of_human(trial: HumanTrial, *, compatible: bool = False) -> Result:
         labels,
         original,
         trial.source,
+        unseen=trial.unseen,
     )
 
 
@@ -168,6 +173,8 @@ def as_entry(result: Result) -> dict[str, Any]:
         "labels": None if result.labels is None else list(result.labels),
         "source": result.source,
     }
+    if result.unseen.frames:
+        entry["unseen"] = asdict(result.unseen)
     if result.compatible is not None:
         entry["asterisk_test"] = asdict(result.compatible)
     return entry
@@ -205,25 +212,5 @@ def _limit_entry(result: Result) -> dict[str, float | None]:
 
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(json.dumps(_finite(content), indent=2, default=_plain) + "\n", encoding="utf-8")
-    temporary.replace(path)
-
-
-def _plain(value: object) -> object:
-    """Return what JSON has no word for: NumPy's numbers as numbers, paths as texts."""
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Path):
-        return str(value)
-    raise TypeError(f"{type(value).__name__} has no place in JSON")
-
-
-def _finite(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    with in_place(path) as temporary:
+        temporary.write_text(text_of(content, indent=2), encoding="utf-8")

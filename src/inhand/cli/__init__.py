@@ -11,7 +11,7 @@ import sys
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
@@ -32,6 +32,9 @@ class MetricsConfig:
     """Trial files, human files, folders of runs, or folders of human files."""
     json: Path | None = None
     """Write the numbers to this file too; it holds the same `trials` list as a run's metrics.json."""
+    gaps: Literal["refuse", "drop", "fill"] = "refuse"
+    """Frames in which the camera did not see the object have empty rows: refuse the recording, drop them, or fill them
+    with a line between their neighbours. The table says how many they were."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ def _run(config: object) -> None:
     elif isinstance(config, MetricsConfig):
         from inhand.cli.metrics import run_metrics
 
-        run_metrics(config.files, config.json)
+        run_metrics(config.files, config.json, config.gaps)
     elif isinstance(config, ViewConfig):
         from inhand.cli.view import run_view
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from inhand.asterisk_test.people.human import read_human_file, read_human_folder
+from inhand.asterisk_test.people.human_rows import Gaps
 from inhand.asterisk_test.results import Result, as_entry, result_of_human, result_of_trial, write_json
 from inhand.cli.terminal import print_table, say
 from inhand.control.trial import Trial, load_trial
@@ -14,11 +15,11 @@ from inhand.versions import versions
 
 HEADER = (
     "File", "Direction", "Distance [mm]", "Lateral max [mm]", "Rotation max [deg]", "Efficiency", "Frechet [mm]",
-    "Labels",
+    "Labels", "Not seen [frames]",
 )  # fmt: skip
 
 
-def run_metrics(files: Sequence[Path], json: Path | None) -> None:
+def run_metrics(files: Sequence[Path], json: Path | None, gaps: Gaps) -> None:
     """Print a table of the files' metrics and, if asked, write them to a JSON file that is not there yet.
 
     Raises:
@@ -30,26 +31,27 @@ def run_metrics(files: Sequence[Path], json: Path | None) -> None:
         raise InputError(f"--json {json} exists; give another name, or remove it first")
     measured: list[tuple[str, Result]] = []
     for path in files:
-        measured += _measured(path)
-    rows = [_row(name, result) for name, result in measured]
-    print_table("Metrics", HEADER, rows, numbers=2)
+        measured += _measured(path, gaps)
+    rows = [(*_row(name, result), str(result.unseen) or "-") for name, result in measured]
+    shown = len(HEADER) if any(result.unseen.frames for _, result in measured) else len(HEADER) - 1
+    print_table("Metrics", HEADER[:shown], [row[:shown] for row in rows], numbers=2)
     if json is not None:
         write_json({"trials": [as_entry(result) for _, result in measured], "versions": versions()}, json)
         say(f"Written to {json}")
 
 
-def _measured(path: Path) -> list[tuple[str, Result]]:
+def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
     if (path / "trials").is_dir():
-        return [found for trial in sorted((path / "trials").glob("*.npz")) for found in _measured(trial)]
+        return [found for trial in sorted((path / "trials").glob("*.npz")) for found in _measured(trial, gaps)]
     if path.is_dir():
-        folder = read_human_folder(path)
+        folder = read_human_folder(path, gaps)
         for note in folder.notes:
             say(note)
         return [(trial.source, result_of_human(trial, compatible=True)) for trial in folder.trials]
     if path.suffix == ".npz":
         return [(path.name, result_of_trial(_of_primitive(path), compatible=True))]
     if path.suffix == ".csv":
-        return [(path.name, result_of_human(read_human_file(path), compatible=True))]
+        return [(path.name, result_of_human(read_human_file(path, gaps), compatible=True))]
     raise InputError(f"{path} is neither a .npz trial, nor a .csv human file, nor a folder; give one of these")
 
 

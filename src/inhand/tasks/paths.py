@@ -50,7 +50,7 @@ def stacked(paths: Sequence[Array]) -> Array:
 def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.001) -> ReferencePath:
     """Return the path straight along a primitive.
 
-    A translation that holds a twist has the twist before it (asterisk-test.md). A primitive that only rotates has its
+    A translation that holds a twist has the twist before it (docs/metrics.md). A primitive that only rotates has its
     angle as progress, in steps of one degree, and ignores `length` and `step`.
 
     Args:

@@ -7,20 +7,18 @@ are mirrored, or turned and stretched (1.8.0), and gives the shapes sorted by ki
 from __future__ import annotations
 
 import copy
-import csv
-import math
 import re
 import warnings
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TextIO
 from xml.etree.ElementTree import Element, ParseError
 
 import numpy as np
 
-from inhand.errors import InputError, near_matches
+from inhand.columns import Header, read_columns
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tracing.drawing import COARSE, Drawing, curve_points, unit_drawing
 
@@ -42,8 +40,7 @@ UNREADABLE = {
 }
 """Elements that show something which is not read, and what to do about each."""
 REQUIRED = ("x_mm", "y_mm")
-COLUMNS = (*REQUIRED, "theta_deg")
-"""Columns of a CSV file."""
+"""Columns that a CSV file must have."""
 
 
 def read_svg(path: Path) -> Drawing:
@@ -76,18 +73,14 @@ def read_csv(path: Path) -> Drawing:
         InputError: no such file, no text, a column that is missing, unknown or there twice, fewer than two
             way-points, or a row that is cut off or holds something that is no finite number.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            columns = _columns(file)
-    except FileNotFoundError as error:
+    found = read_columns(path, f"drawing {path}", Header(REQUIRED, optional=("theta_deg",)))
+    columns, count = found.columns, len(found.columns["x_mm"])
+    if count < 2:
         raise InputError(
-            f"drawing {path}: there is no such file; give the path of a .csv file that is there"
-        ) from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"drawing {path} cannot be read as a CSV text file ({error}): export it again") from error
-    except InputError as error:
-        raise InputError(f"drawing {path}, {error}") from error
-    theta = np.radians(columns["theta_deg"]) if "theta_deg" in columns else np.zeros(len(columns["x_mm"]))
+            f"drawing {path}, line {found.lines[-1]}: the file ends with {count} way-point{'s' * (count != 1)}; a"
+            " drawing needs two or more: add the missing ones"
+        )
+    theta = np.radians(columns["theta_deg"]) if "theta_deg" in columns else np.zeros(count)
     poses = np.column_stack([columns["x_mm"] / 1e3, columns["y_mm"] / 1e3, theta])
     return Drawing(path.stem, poses, sized=True)
 
@@ -224,53 +217,3 @@ def _points(place: Callable[[Array], object], matrix: Array, shares: Array) -> A
     with np.errstate(over="ignore", invalid="ignore"):
         places = np.asarray(place(shares), dtype=complex)
         return np.asarray(np.column_stack([places.real, places.imag]) @ matrix[:2, :2].T + matrix[:2, 2])
-
-
-def _columns(file: TextIO) -> dict[str, Array]:
-    """Return each column `(N,)` of a CSV file by its name; complaints start with the line."""
-    reader = csv.reader(file)
-    header = [column.strip() for column in next(reader, [])]
-    _check_header(header)
-    rows = [_numbers(reader.line_num, header, row) for row in reader if row]
-    if len(rows) < 2:
-        raise InputError(
-            f"line {reader.line_num}: the file ends with {len(rows)} way-point{'s' * (len(rows) != 1)}; a drawing needs"
-            " two or more: add the missing ones"
-        )
-    table = np.array(rows)
-    return {column: table[:, i] for i, column in enumerate(header)}
-
-
-def _check_header(header: list[str]) -> None:
-    """Complain about the columns' names."""
-    missing = [column for column in REQUIRED if column not in header]
-    if missing:
-        raise InputError(
-            f"line 1: no column {' and '.join(missing)} among {', '.join(header) or '(nothing)'}; it needs the columns"
-            f" {', '.join(REQUIRED)} and may have theta_deg, with commas between: name them in the first line"
-        )
-    for column in header:
-        if column not in COLUMNS:
-            raise InputError(
-                f"line 1: unknown column {column!r}{near_matches(column, COLUMNS)}; allowed are {', '.join(COLUMNS)}:"
-                " rename or remove it"
-            )
-        if header.count(column) > 1:
-            raise InputError(f"line 1: column {column} is there twice; keep one of them")
-
-
-def _numbers(line: int, header: list[str], row: list[str]) -> list[float]:
-    """Return the numbers of one row, or complain about it."""
-    if len(row) != len(header):
-        raise InputError(f"line {line}: {len(row)} cells where the header names {len(header)}; mend or remove the row")
-    return [_number(line, column, cell) for column, cell in zip(header, row, strict=True)]
-
-
-def _number(line: int, column: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"line {line}: column {column} holds {cell!r}, not a finite number; mend or remove the row")
-    return value

@@ -9,7 +9,7 @@ import similaritymeasures
 from numpy.typing import NDArray
 
 from inhand.control.trial import LOST, REACHED
-from inhand.geometry import TURN_ARM, Array, interpolate, planar, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, interpolate, longest_run, planar, way_along, wrap_angle
 from inhand.sim.walls import Wall, clearance
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan, distance_to
@@ -166,7 +166,4 @@ def _pushed(followed: Followed, wall: Wall) -> float:
     """Return the longest time for which the object touched a wall, held by both fingers [s]."""
     trial = followed.trial
     near = clearance(wall, trial.passport.object, planar(trial.object_pose)) <= TOUCHES
-    flags = np.concatenate([[False], near & trial.touching.all(axis=-1), [False]]).astype(int)
-    bounds = np.flatnonzero(np.diff(flags))
-    longest = int(np.max(bounds[1::2] - bounds[::2], initial=0))
-    return longest * trial.passport.substeps * trial.passport.timestep
+    return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.substeps * trial.passport.timestep

@@ -16,9 +16,10 @@ import numpy as np
 from inhand.asterisk_test.people.duplicates import leave_out_duplicates
 from inhand.asterisk_test.people.human_filter import smooth
 from inhand.asterisk_test.people.human_names import HumanName, parse_human_name
-from inhand.asterisk_test.people.human_rows import Rows, read_rows
+from inhand.asterisk_test.people.human_rows import Gaps, read_rows
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.human_units import Unit, check_unit, unit_of
+from inhand.columns import Columns
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.directions import ROTATION_SIGNS
@@ -39,24 +40,24 @@ class HumanFolder:
     """What was left out and why, one sentence each."""
 
 
-def read_human_file(path: Path) -> HumanTrial:
-    """Return one recorded trial.
-
-    Form of the name and columns tell the unit (asterisk-test.md, Files); no unit is ever guessed.
+def read_human_file(path: Path, gaps: Gaps = "refuse") -> HumanTrial:
+    """Return one recorded trial; name and columns tell its unit (docs/metrics.md), which is never guessed.
 
     Args:
         path: A CSV file named in one of the forms of `human_names.FORMS`.
+        gaps: What becomes of rows in which the marker was not seen.
 
     Raises:
-        InputError: unknown name, unit or row; the text gives the file name and, for a row, its line.
+        InputError: unknown name, unit or row; the text gives file name and line.
     """
     name = parse_human_name(path.name)
-    rows = read_rows(path)
+    rows, unseen = read_rows(path, gaps)
     unit = unit_of(path.name, name, tuple(rows.columns))
     check_unit(path.name, rows, unit)
-    raw_mm = np.column_stack([rows.columns["x"], rows.columns["y"]]) * unit.to_mm
+    raw_mm = np.column_stack([rows.columns[axis] for axis in "xy"]) * unit.to_mm
     rotation, signed = _rotation(rows, name, unit)
-    smoothed = _filtered(rows, np.column_stack([raw_mm - raw_mm[0], rotation]), unit)
+    from_start = raw_mm - raw_mm[0]
+    smoothed = _filtered(rows, np.column_stack([from_start, rotation]), unit)
     where = name.direction
     return HumanTrial(
         source=path.name,
@@ -70,24 +71,27 @@ def read_human_file(path: Path) -> HumanTrial:
         unit=unit.text,
         frame=rows.columns.get("frame", np.arange(len(raw_mm), dtype=float)),
         start_mm=raw_mm[0],
-        path_mm=raw_mm - raw_mm[0],
+        path_mm=from_start,
         rotation_deg=rotation,
         rotation_signed=signed,
         rotation_usable=unit.rotation_usable,
         filtered_mm=smoothed[:, :2],
         filtered_rotation_deg=smoothed[:, 2],
         moving=_moving(raw_mm if where else np.column_stack([raw_mm, rotation])),
+        unseen=unseen,
     )
 
 
-def read_human_folder(folder: Path) -> HumanFolder:
+def read_human_folder(folder: Path, gaps: Gaps = "refuse") -> HumanFolder:
     """Return every recorded trial of a folder, each recording once.
 
-    A recording that lies there twice under two names, cropped or smoothed differently, would count twice in
-    every mean: the shorter copy is left out with a note (`sub1` trial 1 is `josh` trial 1).
+    A CSV file whose name is none of a recording is left out with a note; a recording that cannot be read is not, for a
+    mean without it would be another. A recording that lies there twice under two names, cropped or smoothed
+    differently, would count twice in every mean: the shorter copy is left out with a note (`sub1` trial 1 is `josh`
+    trial 1).
 
     Raises:
-        InputError: the folder is missing or holds no CSV file, or one of its files cannot be used.
+        InputError: the folder is missing or holds no recording, or one of its recordings cannot be used.
     """
     if not folder.is_dir():
         raise InputError(f"folder {folder} is not there: give the folder that holds the recorded CSV files")
@@ -96,10 +100,24 @@ def read_human_folder(folder: Path) -> HumanFolder:
         inside = sorted({each.parent.name for each in folder.glob("*/*.csv")})
         hint = f"its folders {', '.join(inside)} do: give one of them" if inside else "give one that does"
         raise InputError(f"folder {folder} holds no CSV file; {hint}")
-    return HumanFolder(*leave_out_duplicates([read_human_file(each) for each in files]))
+    stray = {each: text for each in files if (text := _stray(each))}
+    if len(stray) == len(files):
+        raise InputError(f"folder {folder} holds no recording: {next(iter(stray.values()))}")
+    notes = tuple(f"{each.name} left out: its name is not that of a recording" for each in stray)
+    trials, copies = leave_out_duplicates([read_human_file(each, gaps) for each in files if each not in stray])
+    return HumanFolder(trials, notes + copies)
 
 
-def _rotation(rows: Rows, name: HumanName, unit: Unit) -> tuple[Array, bool]:
+def _stray(path: Path) -> str:
+    """Return why a file's name is not that of a recording; empty if it is."""
+    try:
+        parse_human_name(path.name)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _rotation(rows: Columns, name: HumanName, unit: Unit) -> tuple[Array, bool]:
     """Return the rotation `(T,)` [deg] and whether its sign is known: the files hold sizes, the label the sign."""
     size = rows.columns["rmag"]
     if not unit.rotation_usable:
@@ -111,7 +129,7 @@ def _rotation(rows: Rows, name: HumanName, unit: Unit) -> tuple[Array, bool]:
     return size, False
 
 
-def _filtered(rows: Rows, values: Array, unit: Unit) -> Array:
+def _filtered(rows: Columns, values: Array, unit: Unit) -> Array:
     """Return position and rotation `(T, 3)` without jitter; made-up paths, which have none, stay as they are."""
     columns = rows.columns
     own = "f_x" in columns and "f_y" in columns

@@ -1,94 +1,86 @@
-"""Rows of a recorded file as columns of numbers; every complaint names the file and the line."""
+"""Rows of a recorded file, and what becomes of those in which the camera did not see the object."""
 
 from __future__ import annotations
 
-import csv
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from inhand.columns import Columns, Header, read_columns
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import interpolate, longest_run
 
 REQUIRED = ("x", "y", "rmag")
+FRAME = "frame"
+"""Name of the column that numbers the frames; in the files of 2020 and of the camera it has none."""
+Gaps = Literal["refuse", "drop", "fill"]
+"""What becomes of empty rows: the file is refused, they are left out, or a line is drawn over them."""
 
 
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """The numbers of one recorded file."""
+@dataclass(frozen=True)
+class Unseen:
+    """Frames in which the camera did not see the object."""
 
-    columns: dict[str, Array]
-    """Each column `(T,)` by its name; the first column of the 2020 files has no name and is called `frame`."""
-    lines: tuple[int, ...]
-    """Line of the file on which each row ends."""
+    frames: int = 0
+    """How many."""
+    longest: int = 0
+    """The longest run of them."""
+    gaps: Gaps = "refuse"
+    """What became of them."""
+
+    def __str__(self) -> str:
+        """Say it in a few words; empty where the object was always seen."""
+        done = "left out" if self.gaps == "drop" else "filled"
+        return f"{self.frames} {done}, longest {self.longest}" if self.frames else ""
 
 
-def read_rows(path: Path) -> Rows:
-    """Return the columns of a recorded CSV file, whatever their order.
+ALL_SEEN = Unseen()
+"""Of a recording without gaps, and of a simulation."""
+
+
+def read_rows(path: Path, gaps: Gaps = "refuse") -> tuple[Columns, Unseen]:
+    """Return the columns of a recorded CSV file, whatever their order, and how often the object was not seen.
+
+    A row without x, y and rmag is a frame in which the marker was not seen. Filled ones lie on the line between their
+    neighbours; before the first row that was seen and after the last there is nothing to draw a line to, so these are
+    always left out.
 
     Raises:
         InputError: the file cannot be read as text, is empty, lacks a column, or has a row that is cut off, not
-            numeric or not finite; the text gives the file name and the line.
+            numeric, not finite or, with `refuse`, empty; the text gives the file name and the line.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            return _parse(path.name, file)
-    except FileNotFoundError as error:
-        raise InputError(f"{path} is not there: give the path of a recorded CSV file") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path.name} cannot be read as a CSV text file ({error}): export it again") from error
-
-
-def _parse(name: str, file: TextIO) -> Rows:
-    reader = csv.reader(file)
-    header = _header(name, next(reader, []))
-    values: list[list[float]] = []
-    lines: list[int] = []
-    for row in reader:
-        if row:
-            values.append(_numbers(f"{name}, line {reader.line_num}", header, row))
-            lines.append(reader.line_num)
-    if not values:
-        raise InputError(f"{name} holds a header but no rows: record the trial again, or remove the file")
-    table = np.array(values)
-    return Rows({column: table[:, i] for i, column in enumerate(header)}, tuple(lines))
-
-
-def _header(name: str, row: list[str]) -> list[str]:
-    """Return the column names, or complain about the first line."""
-    if not row:
-        raise InputError(f"{name} is empty: record the trial again, or remove the file")
-    header = [column.strip() or "frame" for column in row]
-    missing = [column for column in REQUIRED if column not in header]
-    if missing:
+    found = read_columns(path, path.name, Header(REQUIRED, unnamed=FRAME, may_be_empty=True))
+    if not len(found.columns["x"]):
+        raise InputError(f"{path.name} holds a header but no rows: record the trial again, or remove the file")
+    seen = ~np.isnan(found.columns["x"])
+    unseen = Unseen(int((~seen).sum()), longest_run(~seen), gaps)
+    if not unseen.frames:
+        return found, unseen
+    where = f"{path.name}, line {found.lines[int(np.argmin(seen))]}"
+    if gaps == "refuse":
         raise InputError(
-            f"{name}, line 1: no column {' and '.join(missing)} among {', '.join(header)}; a recorded trial needs"
-            f" the columns {', '.join(REQUIRED)}"
+            f"{where}: x, y and rmag are empty, as in {unseen.frames} of {len(seen)} rows: the marker was not seen"
+            f" (longest run {unseen.longest}). Leave them out with `inhand metrics --gaps drop`, or draw a line over"
+            " them with --gaps fill"
         )
-    twice = sorted({column for column in header if header.count(column) > 1})
-    if twice:
-        raise InputError(f"{name}, line 1: column {', '.join(twice)} is named twice; keep one of them")
-    return header
+    if not seen.any():
+        raise InputError(f"{where}: the marker was never seen; record the trial again")
+    return _mended(found, seen, fill=gaps == "fill"), unseen
 
 
-def _numbers(where: str, header: list[str], row: list[str]) -> list[float]:
-    """Return the numbers of one row, or complain about it."""
-    if len(row) != len(header):
-        raise InputError(
-            f"{where}: {len(row)} cells where the header names {len(header)}; the row is cut off or damaged,"
-            " mend or remove it"
-        )
-    return [_number(where, column, cell) for column, cell in zip(header, row, strict=True)]
-
-
-def _number(where: str, column: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{where}: column {column} holds {cell!r}, not a finite number; mend or remove the row")
-    return value
+def _mended(found: Columns, seen: NDArray[np.bool_], *, fill: bool) -> Columns:
+    """Return the rows that were seen and, to fill, those between them on the line over their frames."""
+    rows = np.flatnonzero(seen)
+    kept = np.arange(rows[0], rows[-1] + 1) if fill else rows
+    columns = {name: values[kept] for name, values in found.columns.items()}
+    if fill:
+        number = np.arange(float(len(seen)))
+        frame = found.columns.get(FRAME, number)
+        frame = frame if (np.diff(frame) > 0).all() else number
+        table = np.column_stack([values[rows] for values in found.columns.values()])
+        filled = interpolate(frame[kept], frame[rows], table)
+        columns = dict(zip(found.columns, filled.T, strict=True))
+    return Columns(columns, tuple(found.lines[row] for row in kept))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.geometry import Array
 
 
@@ -47,3 +48,5 @@ class HumanTrial:
     """Rotation `(T,)` smoothed the same way [deg]."""
     moving: tuple[int, int]
     """First row and one past the last row of the movement, without leading zero rows and a frozen tail."""
+    unseen: Unseen = ALL_SEEN
+    """Frames in which the camera did not see the object, and what became of them."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from inhand.asterisk_test.people.hand_sizes import hand_size_mm
 from inhand.asterisk_test.people.human_names import HumanName
-from inhand.asterisk_test.people.human_rows import Rows
+from inhand.columns import Columns
 from inhand.errors import InputError
 from inhand.geometry import Array
 
@@ -60,7 +60,7 @@ def unit_of(file_name: str, name: HumanName, columns: tuple[str, ...]) -> Unit:
     return Unit("metres, degrees", np.full(2, 1000.0)) if camera else Unit("mm, degrees", np.ones(2))
 
 
-def check_unit(file_name: str, rows: Rows, unit: Unit) -> None:
+def check_unit(file_name: str, rows: Columns, unit: Unit) -> None:
     """Refuse values that cannot be in the unit assumed.
 
     Raises:
@@ -86,7 +86,7 @@ def check_unit(file_name: str, rows: Rows, unit: Unit) -> None:
         )
 
 
-def _refuse_above(file_name: str, rows: Rows, values: Array, largest: float, what: str) -> None:
+def _refuse_above(file_name: str, rows: Columns, values: Array, largest: float, what: str) -> None:
     worst = int(np.argmax(values))
     if values[worst] > largest:
         raise InputError(

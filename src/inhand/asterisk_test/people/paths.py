@@ -27,7 +27,7 @@ def human_path(trial: HumanTrial, *, step: float = 0.001, keep_rotation: bool = 
     From the filtered rows up to the one of farthest progress (what follows is release): in bins around each
     waypoint the median of the rows' lateral part, gaps filled linearly, then a mean over neighbours that keeps
     the start. So a person who walks the object to and fro leaves one point per step, and dwelling counts once.
-    The lateral part of recordings is uncertain by up to 14 mm (asterisk-test.md).
+    The lateral part of recordings is uncertain by up to 14 mm (docs/metrics.md).
 
     Args:
         trial: The recording.

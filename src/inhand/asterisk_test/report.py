@@ -19,6 +19,7 @@ from inhand.asterisk_test.scenes import (
     compatible_curve,
     human_curves,
     radar_series,
+    target_of,
     trial_path,
     turn_series,
 )
@@ -223,16 +224,15 @@ def _replay(run: Run, figures: Path) -> Picture:
     first = min(trial.manipulation.start, len(trial.time) - 1)
     origin = trial.object_pose[first, :2]
     trail = 1e3 * (trial.object_pose[list(rows), :2] - origin)
-    target = 1e3 * trial.reference[:, :2]
-    along = np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)
     write_replay(
         [scene_at(trial, row, origin) for row in rows],
         trail,
         figures / "replay.gif",
         title=f"{result.direction}, trial {result.trial}",
         target_angle_deg=trial.passport.angle_deg,
-        target_path_mm=target[along],
+        target_path_mm=target_of(trial, result),
         contact=trial.touching[list(rows)],
+        frame_s=FRAME_STEPS * trial.passport.substeps * trial.passport.timestep,
     )
     return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 

@@ -24,6 +24,8 @@ from inhand.hands.hand import FINGER_NAMES
 from inhand.records import text_of
 from inhand.tasks.primitives import twisted_name
 
+BENT_MM = 0.1
+"""A reference path that leaves the line along its direction by more is not straight [mm]: guessed."""
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
 
@@ -57,6 +59,9 @@ class Result:
     unseen: Unseen = ALL_SEEN
     """Frames of a recording in which the camera did not see the object."""
 
+    bent: bool = False
+    """Whether its reference path is not the straight line along the direction."""
+
     @property
     def reached(self) -> float:
         """Counted distance [mm], or the angle turned at the end where there is no direction [deg]."""
@@ -83,7 +88,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
     target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.substeps * passport.timestep
-    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s)
+    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference)
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
@@ -101,6 +106,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
         original,
         passport.controller,
         _limit(passport),
+        angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
     )
 
 

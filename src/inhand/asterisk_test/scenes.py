@@ -11,7 +11,7 @@ from inhand.asterisk_test.people.hand_sizes import hand_size_mm, normalise
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, averaged, result_of_human
 from inhand.control.trial import Trial
-from inhand.geometry import rotate
+from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import DonutSeries
@@ -89,21 +89,27 @@ def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[Pat
     return curves
 
 
+def target_of(trial: Trial, result: Result) -> Array:
+    """Return the reference that a figure draws `(M, 2)` [mm]: a bent one whole, a straight one as far as it was gone."""
+    target = 1e3 * trial.reference[:, :2]
+    if result.bent:
+        return target
+    return target[np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)]
+
+
 def trial_path(trial: Trial, result: Result) -> TrialPath:
     """Return one trial as its path figure takes it."""
     path, rotation, touching = trial.manipulated_path()
     angle = trial.passport.angle_deg or 0.0
-    target = 1e3 * trial.reference[:, :2]
-    along = rotate(np.full(len(target), -np.deg2rad(angle)), target)[:, 0]
-    shown = max(result.metrics.max_distance_mm, 10.0)
     return TrialPath(
         name=trial.passport.primitive,
         angle_deg=angle,
         points_mm=path,
         rotation_deg=rotation,
         contact=touching,
+        step_s=trial.passport.substeps * trial.passport.timestep,
         fingers=FINGER_NAMES,
-        target_mm=target[along <= shown],
+        target_mm=target_of(trial, result),
         target_rotation_deg=trial.passport.rotation_deg,
         failed=result.lost,
     )

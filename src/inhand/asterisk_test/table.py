@@ -19,6 +19,7 @@ HEADER = (
     "Of limit",
     "Human [mm]",
     "Lateral",
+    "Off path",
     "Turn",
     "Eff.",
     "Contact",
@@ -104,6 +105,7 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     outcomes = [result.outcome for result in group]
     worst = min(outcomes, key=WORST_FIRST.index)
     metrics = [result.metrics for result in group]
+    off = [r.metrics.path_max_mm for r in group if r.bent and r.metrics.path_max_mm is not None]
     contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
     gaps = [m.longest_gap_s for m in metrics if m.longest_gap_s is not None]
     return (
@@ -112,6 +114,7 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
         *_limit(group),
         _reached(human),
         f"{max(m.lateral_max_mm for m in metrics):.1f}",
+        f"{max(off):.1f}" if off else NOTHING,
         f"{max(m.rotation_max_deg for m in metrics):.1f}",
         f"{np.mean([m.efficiency for m in metrics]):.2f}",
         f"{min(contact):.3f}" if contact else NOTHING,

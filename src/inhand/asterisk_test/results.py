@@ -210,7 +210,7 @@ def _limit_entry(result: Result) -> dict[str, float | None]:
     return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}
 
 
-def write_json(content: dict[str, Any], path: Path) -> None:
+def write_json(content: object, path: Path) -> None:
     """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
     with in_place(path) as temporary:
         temporary.write_text(text_of(content, indent=2), encoding="utf-8")

@@ -22,7 +22,7 @@ TURN = np.array([0.0, 2, 4, 6, 3])
 SPIN = np.array([(0, 0, 0), (0.01, 0, 10), (0.02, 0.01, 20), (0.01, 0.01, 18)])
 FIELDS = (
     "distance_mm max_distance_mm lateral_max_mm lateral_rms_mm rotation_max_deg rotation_final_deg arc_length_mm"
-    " efficiency frechet_mm contact_fraction longest_gap_s"
+    " efficiency frechet_mm contact_fraction longest_gap_s path_max_mm path_rms_mm"
 )
 COORDINATE = st.integers(-100_000, 100_000).map(lambda each: each / 1000)
 PATHS = st.integers(2, 25).flatmap(lambda rows: arrays(np.float64, (rows, 2), elements=COORDINATE))
@@ -179,7 +179,7 @@ def test_unbroken_contact_changes_nothing_and_none_at_all_leaves_the_start() -> 
     assert astuple(held)[:9] == astuple(measure(PATH, TURN, 0.0))[:9]
     assert (held.contact_fraction, held.longest_gap_s) == (1.0, 0)
     lost = measure(PATH, TURN, 0.0, contact=np.zeros((5, 2), dtype=bool))
-    assert astuple(lost) == (*(0.0,) * 9, 0.0, 5.0)
+    assert astuple(lost) == (*(0.0,) * 9, 0.0, 5.0, None, None)
 
 
 @settings(max_examples=60, deadline=None)

@@ -318,3 +318,22 @@ def test_results_do_not_change_their_trial(make: Callable[[], Trial]) -> None:
     result_of_trial(trial, compatible=True)
     np.testing.assert_array_equal(trial.object_pose, again.object_pose)
     np.testing.assert_array_equal(trial.gaps, again.gaps)
+
+
+def test_errors_of_a_bent_path_are_taken_from_it_and_not_from_the_line() -> None:
+    turn = np.linspace(0.0, np.pi / 2, 43)
+    bow = np.column_stack([0.06 * (np.cos(turn) - 1), 0.06 * np.sin(turn), np.zeros(43)])
+    trial = straight(mm=40)
+    pose = bow[[0, 0, *range(41)]] + np.array([0.0, 0.0936, 0.0])
+    bent = result_of_trial(replace(trial, object_pose=spatial(pose, 0.05), reference=bow))
+    assert bent.bent
+    assert bent.metrics.lateral_max_mm > 50
+    assert bent.metrics.path_max_mm == pytest.approx(0.0, abs=1e-6)
+    assert bent.metrics.path_rms_mm == pytest.approx(0.0, abs=1e-6)
+    off = result_of_trial(replace(trial, object_pose=spatial(pose, 0.05), reference=bow * (2.0, 1.0, 1.0)))
+    assert off.metrics.path_max_mm is not None
+    assert off.metrics.path_max_mm > 5
+    rows = [dict(zip(HEADER, row, strict=True)) for row in table_rows([bent], [])]
+    assert rows[0]["Off path"] == "0.0"
+    assert not result_of_trial(trial).bent
+    assert table_rows([result_of_trial(trial)], [])[0][HEADER.index("Off path")] == "-"

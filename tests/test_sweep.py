@@ -7,6 +7,7 @@ import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,12 +16,14 @@ from PIL import Image
 
 from inhand import cli
 from inhand.asterisk_test.sweep import tables
+from inhand.asterisk_test.sweep.cells import CellFile, read_cell
 from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
 from inhand.asterisk_test.sweep.page import command
 from inhand.asterisk_test.sweep.summary import kept_share, mean_fraction, median_fraction, sweep_of
 from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
 from inhand.plots.heatmap import HeatMap, heatmap_figure
+from inhand.records import table_of, text_of
 from inhand.tasks.primitives import parse_directions
 
 STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"
@@ -163,7 +166,7 @@ def test_a_folder_of_other_files_and_a_damaged_cell_are_refused(tmp_path: Path) 
         plan(config)
 
 
-def entry(direction: str, reached: float, outcome: str = "reached") -> dict[str, object]:
+def entry(direction: str, reached: float, outcome: str = "reached") -> dict[str, Any]:
     """Return a trial of a cell's file, its limit 100 mm."""
     lost = None if outcome == "reached" else "left"
     return {
@@ -172,10 +175,27 @@ def entry(direction: str, reached: float, outcome: str = "reached") -> dict[str,
     }  # fmt: skip
 
 
-def cell(hand: str, thing: str, *trials: dict[str, object], reason: str | None = None) -> dict[str, object]:
+def cell(hand: str, thing: str, *trials: dict[str, Any], reason: str | None = None) -> CellFile:
     """Return the content of a cell's file."""
-    found = {"hand": hand, "object": thing, "reason": reason, "seconds": 30.0, "cpu_seconds": 20.0}
-    return found | {"trials": list(trials)}
+    return CellFile(hand, thing, reason, 30.0, 20.0, list(trials), {})
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"seconds": "1"}, "seconds is '1'; it must be a number"),
+        ({"reason": 1}, "reason is 1; it must be a text or null"),
+        ({"trials": [1]}, r"trials[0] is 1; it must be a table"),
+        ({"more": 1}, "more is a field that this version does not know"),
+    ],
+)
+def test_a_cell_says_which_field_is_wrong(tmp_path: Path, change: dict[str, Any], text: str) -> None:
+    path = tmp_path / "cell.json"
+    path.write_text(text_of(cell("a", "x", entry("In", 1.0))))
+    assert read_cell(path) == cell("a", "x", entry("In", 1.0))
+    path.write_text(text_of(table_of(cell("a", "x")) | change))
+    with pytest.raises(InputError, match=rf"is no cell of a sweep: {re.escape(text)}.*; remove it"):
+        read_cell(path)
 
 
 def test_best_hands_means_and_shares_are_those_of_the_cases() -> None:

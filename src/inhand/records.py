@@ -92,7 +92,7 @@ def _complaint(error: str, entry: object, kind: object) -> str:
     if message.startswith("Invalid enum value"):
         allowed = get_args(reduce(lambda outer, step: get_type_hints(outer)[step], steps, kind))
         return f"{field} is {held}; it must be {' or '.join(map(str, allowed))}"
-    return f"{field}: {message}"
+    return f"{field}: {message}" if field else message
 
 
 def _inside(outer: object, step: str) -> object:

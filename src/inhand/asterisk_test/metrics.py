@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from inhand import geometry
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
-from inhand.geometry import Array, interpolate, longest_run
+from inhand.geometry import Array, distance_to, interpolate, longest_run
 
 TARGET_POINTS = 100
 """Points on the straight segment of the Frechet distance, as in the Asterisk Test."""

@@ -34,7 +34,8 @@ def page(
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
-        " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight), Turn (largest rotation, deg), Contact (share of steps with both"
+        " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
+        " Turn (largest rotation, deg), Contact (share of steps with both"
         " fingers touching) and Gap (longest time without) are the worst trial's; Eff. is the mean efficiency."
         " Outcome is the worst, and how many trials had it.",
         "",

@@ -88,7 +88,10 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
     target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.substeps * passport.timestep
-    metrics = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference)
+    reference = 1e3 * trial.reference[:, :2]
+    metrics = measure(
+        path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference
+    )
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
@@ -106,7 +109,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
         original,
         passport.controller,
         _limit(passport),
-        angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
+        bent=angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
     )
 
 
@@ -216,7 +219,7 @@ def _limit_entry(result: Result) -> dict[str, float | None]:
     return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}
 
 
-def write_json(content: dict[str, Any], path: Path) -> None:
+def write_json(content: object, path: Path) -> None:
     """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
     with in_place(path) as temporary:
         temporary.write_text(text_of(content, indent=2), encoding="utf-8")

@@ -90,11 +90,12 @@ def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[Pat
 
 
 def target_of(trial: Trial, result: Result) -> Array:
-    """Return the reference that a figure draws `(M, 2)` [mm]: a bent one whole, a straight one as far as it was gone."""
-    target = 1e3 * trial.reference[:, :2]
+    """Return the reference that a figure draws `(M, 2)` [mm]: a bent one whole, a straight one as far as it came."""
+    target: Array = 1e3 * trial.reference[:, :2]
     if result.bent:
         return target
-    return target[np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)]
+    shown: Array = target[np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)]
+    return shown
 
 
 def trial_path(trial: Trial, result: Result) -> TrialPath:

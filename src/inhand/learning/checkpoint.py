@@ -9,6 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from inhand.folders import in_place
 from inhand.learning.ddpgfd import Learner
 
 FORMAT = 1
@@ -28,11 +29,9 @@ def save_checkpoint(path: Path, learner: Learner, arrays: dict[str, Any], told: 
     generators = {name: value for name, value in arrays.items() if isinstance(value, dict)}
     plain = {name: value for name, value in arrays.items() if name not in generators}
     head = json.dumps({"format": FORMAT, "generators": generators, "told": told})
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as file:
+    with in_place(path) as temporary, temporary.open("wb") as file:
         named = {f"learner.{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)}
         np.savez(file, allow_pickle=False, head=np.array(head), **named, **plain)
-    temporary.replace(path)
 
 
 def load_checkpoint(path: Path, like: Learner) -> tuple[Learner, dict[str, Any], dict[str, Any]]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from inhand.control.catalogue import direction_plans
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.grasp_search import GraspPlan
@@ -209,10 +210,8 @@ def save_ready(ready: Ready, path: Path) -> None:
             arrays[f"{name}.routes"] = starts.routes.poses
         for part, kind in ((starts.snapshot, Snapshot), (starts.state, State)):
             arrays |= {f"{name}.{kind.__name__}.{f.name}": getattr(part, f.name) for f in fields(kind)}
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as file:
+    with in_place(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
-    temporary.replace(path)
 
 
 def load_ready(config: Training, path: Path) -> Ready:

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array, perpendicular, rotate, unit
+from inhand.geometry import Array, perpendicular, unit
 from inhand.plots.asterisk import CROSS_POINTS, add_legend
 from inhand.plots.curves import true_runs
 from inhand.plots.shapes import FAINT, Extent, SceneOutline, check_points, draw_scene, extent_of, show_extent
@@ -59,8 +59,6 @@ class TrialPath:
     """Object rotation `(N,)` from the start [deg], counter-clockwise."""
     contact: NDArray[np.bool_] | None = None
     """Whether each finger touched at each step `(T, F)`; T may differ from N."""
-    step_s: float = 0.02
-    """Time between two steps [s]."""
     fingers: tuple[str, ...] = ()
     """Names of the fingers; empty means finger 1, finger 2 and so on."""
     target_mm: Array | None = None
@@ -69,6 +67,8 @@ class TrialPath:
     """The rotation to hold [deg]."""
     failed: bool = False
     """Whether the contact was lost."""
+    step_s: float = 0.02
+    """Time between two steps [s]."""
 
     def __post_init__(self) -> None:
         """Check the shapes once, where the trial is made."""

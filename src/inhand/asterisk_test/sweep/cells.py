@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import signal
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from inhand.control.catalogue import find_controller
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.records import read_json, read_record, table_of
 from inhand.tasks.primitives import parse_directions
 
 LONGEST = 60
@@ -39,12 +39,32 @@ class Job:
     """Its file."""
 
 
+@dataclass(frozen=True)
+class CellFile:
+    """What the file of a cell holds."""
+
+    hand: str
+    """Name of the hand."""
+    object: str
+    """Name of the object."""
+    reason: str | None
+    """Why it could not be run, None where it ran."""
+    seconds: float
+    """How long it took [s]."""
+    cpu_seconds: float
+    """Processor time it took [s]."""
+    trials: list[dict[str, Any]]
+    """Its trials, as `as_entry` gives them."""
+    settings: dict[str, Any]
+    """Everything they depend on."""
+
+
 def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: Mapping[str, str], folder: Path) -> Job:
     """Return the job of a run of one hand with one object, whose file lies in a folder."""
     settings: dict[str, Any] = {
-        "hand": asdict(hand),
-        "object": asdict(spec),
-        "directions": [asdict(primitive) for primitive in parse_directions(config.directions)],
+        "hand": hand,
+        "object": spec,
+        "directions": parse_directions(config.directions),
         "trials": config.trials,
         "seed": config.seed,
         "noise_mm": config.noise_mm,
@@ -56,7 +76,7 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
     if policy is not None:
         settings["policy"] = policy.digest
     path = folder / f"{_plain(hand.name)}__{_plain(spec.name)}.json"
-    return Job(config, (hand.name, spec.name), json.loads(json.dumps(settings)), path)
+    return Job(config, (hand.name, spec.name), table_of(settings), path)
 
 
 def compute(job: Job, parent: int) -> Job:
@@ -80,32 +100,21 @@ def compute(job: Job, parent: int) -> Job:
         entries = [as_entry(result_of_trial(trial)) for trial in trials]
     except (InputError, RuntimeError) as error:  # RuntimeError: the engine itself gave up
         reason = str(error)
-    content = {
-        "hand": job.names[0],
-        "object": job.names[1],
-        "reason": reason,
-        "seconds": time.perf_counter() - clock,
-        "cpu_seconds": time.process_time() - cpu,
-        "trials": entries,
-        "settings": job.settings,
-    }
-    write_json(content, job.path)
+    times = time.perf_counter() - clock, time.process_time() - cpu
+    write_json(CellFile(*job.names, reason, *times, entries, job.settings), job.path)
     return job
 
 
-def read_cell(path: Path) -> dict[str, Any]:
+def read_cell(path: Path) -> CellFile:
     """Return the content of a cell's file.
 
     Raises:
         InputError: the file is no cell.
     """
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        if {"hand", "object", "reason", "seconds", "cpu_seconds", "trials", "settings"} <= set(content):
-            return content
-    except (OSError, ValueError, TypeError) as error:
+        return read_record(read_json(path.read_bytes()), CellFile)
+    except (OSError, InputError) as error:
         raise InputError(f"{path} is no cell of a sweep: {error}; remove it to have it computed again") from error
-    raise InputError(f"{path} is no cell of a sweep; remove it to have it computed again")
 
 
 def differences(there: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from inhand.asterisk_test.sweep.cells import CellFile
 from inhand.control.trial import KEPT
 from inhand.geometry import Array
 from inhand.tasks.primitives import Primitive
@@ -80,7 +81,7 @@ class Sweep:
         return tuple(case for cell in self.cells for case in cell.cases)
 
 
-def sweep_of(contents: Iterable[Mapping[str, Any]], primitives: Sequence[Primitive]) -> Sweep:
+def sweep_of(contents: Iterable[CellFile], primitives: Sequence[Primitive]) -> Sweep:
     """Return the sweep that the contents of its cells' files make up, directions clockwise from Out, turns last."""
     directions = [each.name for each in sorted(primitives, key=_clockwise)]
     cells = tuple(_cell(content) for content in contents)
@@ -143,13 +144,12 @@ def _known(values: Iterable[float]) -> Array:
     return finite
 
 
-def _cell(content: Mapping[str, Any]) -> Cell:
-    hand, thing = content["hand"], content["object"]
+def _cell(content: CellFile) -> Cell:
     groups: dict[str, list[Mapping[str, Any]]] = {}
-    for entry in content["trials"]:
+    for entry in content.trials:
         groups.setdefault(entry["direction"], []).append(entry)
-    cases = tuple(_case(hand, thing, entries) for entries in groups.values())
-    return Cell(hand, thing, content["reason"], content["seconds"], content["cpu_seconds"], cases)
+    cases = tuple(_case(content.hand, content.object, entries) for entries in groups.values())
+    return Cell(content.hand, content.object, content.reason, content.seconds, content.cpu_seconds, cases)
 
 
 def _case(hand: str, thing: str, entries: Sequence[Mapping[str, Any]]) -> Case:

@@ -47,7 +47,7 @@ def plan(config: SweepConfig) -> Plan:
     folder = _cells_folder(config.out)
     jobs = _jobs(config, folder)
     there = [job for job in jobs if job.path.is_file()]
-    other = {job: found for job in there if (found := differences(read_cell(job.path)["settings"], job.settings))}
+    other = {job: found for job in there if (found := differences(read_cell(job.path).settings, job.settings))}
     if other and not config.overwrite:
         job, found = next(iter(other.items()))
         raise InputError(

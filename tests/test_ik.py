@@ -93,7 +93,7 @@ def moved_point(state: State, finger: int, joints: Array) -> Array:
         np.array([*joint_positions(spec, angles)[link], angles[: link + 1].sum()])
         for angles in (state.joint_angles[0, place], joints)
     )
-    return transform(after, inverse_transform(before, state.finger_points[0, finger]))
+    return transform(after, inverse_transform(before, state.finger_xy[0, finger]))
 
 
 @pytest.mark.parametrize("finger", [0, 1])
@@ -106,7 +106,7 @@ def test_the_grip_torques_do_the_work_of_the_grip_force(finger: int, grip: tuple
         controller.begin(state)
         commands.append(controller.act(state))
     torque = HAND.stiffness * (commands[1] - commands[0])[0, HAND.slices[finger]]
-    line = state.finger_points[0, 1 - finger] - state.finger_points[0, finger]
+    line = state.finger_xy[0, 1 - finger] - state.finger_xy[0, finger]
     force = line / np.linalg.norm(line)
     for joint in range(2):
         step = np.zeros(2)

@@ -92,11 +92,11 @@ class IkController:
         if config.push:
             wanted[:, :2] -= (wanted[:, :2] * self._ahead).sum(axis=-1, keepdims=True) * self._ahead
         targets = state.joint_angles.copy()
-        line = state.finger_points[:, 1] - state.finger_points[:, 0]
+        line = state.finger_xy[:, 1] - state.finger_xy[:, 0]
         line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
         for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
             angles = state.joint_angles[:, place]
-            point = state.finger_points[:, i]
+            point = state.finger_xy[:, i]
             jacobian = link_jacobian(joint_positions(finger, angles)[:, :-1], point, state.contact_links[:, i])
             arm = point - pose[:, :2]
             step = _carried(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
@@ -144,7 +144,7 @@ def _carried(motion: Array, arm: Array) -> Array:
 
 def _towards(state: State, finger: int) -> Array:
     """Return the unit vectors from a finger to the object `(B, 2)`, zero where they touch."""
-    way = state.object_points[:, finger] - state.finger_points[:, finger]
+    way = state.object_xy[:, finger] - state.finger_xy[:, finger]
     return np.asarray(way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9))
 
 

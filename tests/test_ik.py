@@ -179,6 +179,18 @@ def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]
     np.testing.assert_allclose(limit, np.round(limit / 0.001) * 0.001, atol=1e-9)
 
 
+@pytest.mark.parametrize(("links", "stiffness"), [((0.045, 0.04), 4.0), ((0.04, 0.036), 4.0), ((0.072, 0.072), 15.0)])
+def test_a_hand_that_presses_hard_does_not_stand_still(links: tuple[float, ...], stiffness: float) -> None:
+    """Short links and stiff servos sink deeper into the object when they close; their grip goes as far all the same."""
+    left, right = (replace(finger, links=links) for finger in HAND.fingers)
+    hand = replace(HAND, left=left, right=right, stiffness=stiffness, torque=2.0)
+    config = AsteriskConfig(directions="Out,In-Right", trials=1)
+    setup = replace(prepare(config), hand=hand)
+    for result in (result_of_trial(trial) for trial in simulate(config, setup)):
+        assert result.kept
+        assert result.reached > 0.7 * (result.limit or np.inf)
+
+
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:
     task, state = grip
     limits = np.stack([follow_limit(task, state, share, margin=(0.0, 0.0)) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])

@@ -78,7 +78,8 @@ class IkController:
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         self._start = state.pose if self._task.start is None else self._task.start
         self._rest = state.joint_angles
-        self._progress = np.zeros(n)
+        self.progress = np.zeros(n)
+        """How far the set point has gone along each path `(B,)` [m]."""
         self._speed = np.zeros(n)
         self._held = np.zeros(n)
         self._integral = np.zeros((n, 3))
@@ -116,15 +117,15 @@ class IkController:
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
         config, period = self.config, self._period
-        before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
+        before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self.progress)))
         behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
-        room = np.maximum(self.limit - self._progress, 0.0)
+        room = np.maximum(self.limit - self.progress, 0.0)
         brake = np.sqrt(2 * config.acceleration * room)
         speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
         self._speed = np.minimum(self._speed + config.acceleration * period, speed)
-        self._progress = np.minimum(self._progress + self._speed * period, self.limit)
+        self.progress = np.minimum(self.progress + self._speed * period, self.limit)
         self._held = np.where(room < 2e-4, self._held + period, 0.0)
-        reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
+        reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self.progress)))
         error = reference - pose
         error[:, 2] = wrap_angle(error[:, 2])
         limit = np.array(config.integral_limit)

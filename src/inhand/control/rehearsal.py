@@ -85,6 +85,6 @@ def best_plans(
     task = Task(hand, simulator.objects, poses[owner] - poses[owner, :1], simulator.timestep)
     expert = IkController(task, config)
     outcomes = np.array(run_worlds(simulator, task, Grasp(opened, closed), starts[owner], lambda _: expert).outcomes)
-    value = expert.limit - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
+    value = expert.progress - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
     return [each[number] for number in best]

@@ -63,6 +63,8 @@ def test_both_engines_measure_the_same_at_rest(hand: HandSpec, name: str) -> Non
         tolerance = 5e-4 if field.name == "link_gaps" else 3e-4  # PyBullet rounds corners by 1 mm
         if name == "cylinder_40" and field.name.endswith("_points"):
             tolerance = 1.4e-3  # the witness's cylinder has sides, half of 2.6 mm to either side of the nearest point
+        if field.name.endswith("_points"):
+            expected, found = expected[..., :2], found[..., :2]  # upright faces are as near at any height
         np.testing.assert_allclose(found, expected, atol=tolerance, err_msg=field.name)
 
 

@@ -99,8 +99,8 @@ def test_gaps_are_those_of_the_outlines(spec: ObjectSpec, pose: tuple[float, flo
     for side in range(2):
         link = links[2 * side + state.contact_links[0, side]]
         np.testing.assert_allclose(state.gaps[0, side], apart(link, body), atol=2e-6)
-        assert from_edges(state.object_points[0, side], body) < 2e-6
-        assert from_edges(state.finger_points[0, side], link) < 2e-6
+        assert from_edges(state.object_xy[0, side], body) < 2e-6
+        assert from_edges(state.finger_xy[0, side], link) < 2e-6
 
 
 def from_edges(point: Array, corners: Array) -> float:
@@ -212,7 +212,7 @@ def test_a_finger_rolls_along_a_notch_and_stays_off_the_other_piece() -> None:
     simulator = MujocoSimulator(HAND, [spec])
     state = gripped(simulator, spec, 0.2)[-1]
     path = path + state.pose[0] - START  # closing the fingers has moved it a little
-    starts = Starts(inverse_transform(state.pose, state.object_points[:, 0]), state.joint_angles[:, place], pieces)
+    starts = Starts(inverse_transform(state.pose, state.object_xy[:, 0]), state.joint_angles[:, place], pieces)
     tracks = roll(HAND, HAND.left, starts, path[None])
     for k in np.flatnonzero(tracks.held[0]):
         link = link_polygons(HAND, HAND.left, tracks.joints[0, k])[-1]

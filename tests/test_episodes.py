@@ -21,6 +21,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
@@ -32,7 +33,7 @@ CUBE = OBJECTS["cube_39"]
 def state_with(touching: NDArray[np.bool_], time: float = 0.0, diverged: NDArray[np.bool_] | None = None) -> State:
     """Return a state of which only the contacts `(B, 2)`, the time and what diverged `(B,)` mean anything."""
     n = len(touching)
-    points = np.tile([[-0.0195, 0.0936], [0.0195, 0.0936]], (n, 1, 1))
+    points = np.tile([[-0.0195, 0.0936, 0.05], [0.0195, 0.0936, 0.05]], (n, 1, 1))
     return State(
         time=np.full(n, time),
         object_pose=spatial(np.tile([0, 0.0936, 0], (n, 1)), CUBE.height / 2),
@@ -45,6 +46,7 @@ def state_with(touching: NDArray[np.bool_], time: float = 0.0, diverged: NDArray
         finger_points=points,
         object_points=points,
         gaps=np.where(touching, 0.0, 0.001),
+        forces=np.zeros_like(points),
         diverged=np.zeros(n, dtype=bool) if diverged is None else diverged,
     )
 
@@ -79,6 +81,22 @@ class Scripted:
         self.steps += 1
         diverged = np.array([self.steps >= self.diverging.get(world, np.inf) for world in range(len(row))])
         return state_with(row, self.steps * substeps * self.timestep, diverged)
+
+    def measure(self) -> State:
+        """Give no state between rows."""
+        raise NotImplementedError
+
+    def snapshot(self) -> Snapshot:
+        """Keep nothing."""
+        raise NotImplementedError
+
+    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+        """Go back to nothing."""
+        raise NotImplementedError
+
+    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
+        """Push nothing."""
+        raise NotImplementedError
 
 
 @dataclass

@@ -13,7 +13,7 @@ import json
 import platform
 import tempfile
 from collections.abc import Callable, Iterable
-from dataclasses import fields, replace
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 
@@ -45,8 +45,13 @@ def _digest(arrays: Iterable[np.ndarray]) -> str:
 
 
 def _trial_arrays(trials: Iterable[Trial]) -> list[np.ndarray]:
-    names = [f.name for f in fields(Trial) if f.name not in {"passport", "outcome", "phases"}]
-    return [np.asarray(getattr(trial, name)) for trial in trials for name in names]
+    """Return what a trial's motion is; of points the planar view."""
+    plain = ("phase", "time", "object_pose", "joint_angles", "targets", "gaps", "contact_links")
+    found = []
+    for trial in trials:
+        found += [np.asarray(getattr(trial, name)) for name in plain]
+        found += [trial.finger_points[..., :2], trial.object_points[..., :2], trial.reference]
+    return found
 
 
 def _trials() -> Golden:

@@ -93,7 +93,7 @@ def moved_point(state: State, finger: int, joints: Array) -> Array:
         np.array([*joint_positions(spec, angles)[link], angles[: link + 1].sum()])
         for angles in (state.joint_angles[0, place], joints)
     )
-    return transform(after, inverse_transform(before, state.finger_points[0, finger]))
+    return transform(after, inverse_transform(before, state.finger_xy[0, finger]))
 
 
 @pytest.mark.parametrize("finger", [0, 1])
@@ -106,7 +106,7 @@ def test_the_grip_torques_do_the_work_of_the_grip_force(finger: int, grip: tuple
         controller.begin(state)
         commands.append(controller.act(state))
     torque = HAND.stiffness * (commands[1] - commands[0])[0, HAND.slices[finger]]
-    line = state.finger_points[0, 1 - finger] - state.finger_points[0, finger]
+    line = state.finger_xy[0, 1 - finger] - state.finger_xy[0, finger]
     force = line / np.linalg.norm(line)
     for joint in range(2):
         step = np.zeros(2)
@@ -177,6 +177,18 @@ def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]
     assert (limit > 0.02).all()
     assert (limit <= task.progress[:, -1]).all()
     np.testing.assert_allclose(limit, np.round(limit / 0.001) * 0.001, atol=1e-9)
+
+
+@pytest.mark.parametrize(("links", "stiffness"), [((0.045, 0.04), 4.0), ((0.04, 0.036), 4.0), ((0.072, 0.072), 15.0)])
+def test_a_hand_that_presses_hard_does_not_stand_still(links: tuple[float, ...], stiffness: float) -> None:
+    """Short links and stiff servos sink deeper into the object when they close; their grip goes as far all the same."""
+    left, right = (replace(finger, links=links) for finger in HAND.fingers)
+    hand = replace(HAND, left=left, right=right, stiffness=stiffness, torque=2.0)
+    config = AsteriskConfig(directions="Out,In-Right", trials=1)
+    setup = replace(prepare(config), hand=hand)
+    for result in (result_of_trial(trial) for trial in simulate(config, setup)):
+        assert result.kept
+        assert result.reached > 0.7 * (result.limit or np.inf)
 
 
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:

@@ -142,7 +142,7 @@ def mirrored(state: State) -> State:
     flip = np.array([1.0, 1.0, -1.0, -1.0])
 
     def points(array: Array) -> Array:
-        return np.asarray(array[:, ::-1] * (-1.0, 1.0))
+        return np.asarray(array[:, ::-1] * (-1.0, 1.0, 1.0))
 
     pose = state.object_pose
     return replace(
@@ -157,6 +157,7 @@ def mirrored(state: State) -> State:
         finger_points=points(state.finger_points),
         object_points=points(state.object_points),
         gaps=state.gaps[:, ::-1],
+        forces=points(state.forces),
     )
 
 

@@ -86,8 +86,10 @@ def straight(
         targets=np.zeros((rows, 4)),
         gaps=gaps,
         contact_links=np.ones((rows, 2), dtype=np.int64),
-        finger_points=np.zeros((rows, 2, 2)),
-        object_points=np.zeros((rows, 2, 2)),
+        finger_points=np.zeros((rows, 2, 3)),
+        object_points=np.zeros((rows, 2, 3)),
+        forces=np.zeros((rows, 2, 3)),
+        penetration=np.zeros(rows),
         reference=np.column_stack([1e-3 * np.arange(60)[:, None] * primitive.unit, np.zeros(60)]),
     )
 

@@ -56,6 +56,25 @@ def test_rolling_contacts_stay_on_the_object_in_the_simulator(hand_name: str, ob
         assert state.link_gaps[:, place.start : place.stop - 1].min() > 0  # inner links stay off the object
 
 
+@pytest.mark.parametrize("depth", [0.0008, -0.0008], ids=["pressed in", "a little off"])
+def test_a_finger_that_presses_hard_rolls_like_one_that_touches(depth: float) -> None:
+    """Engines let contacts sink in, the deeper the shorter the links and the stiffer the servos."""
+    hand = parse_hand_name(HAND_NAMES[0])
+    finger, poses = hand.left, path(hand, -np.pi / 2)[None]
+    face = np.array([[-0.0195, 0.0]])
+    points = transform(poses[:, 0], face)
+    joints = [
+        touch(hand, finger, points + shift, np.array([[-1.0, 0.0]])).joints for shift in ([0.0, 0.0], [depth, 0.0])
+    ]
+    touching, pressed = (roll(hand, finger, Starts(face, angles, (polygon(CUBE),)), poses) for angles in joints)
+    assert touching.held.sum() > 5
+    assert abs(int(pressed.held.sum()) - int(touching.held.sum())) <= 1
+    assert np.abs(joints[1] - joints[0]).max() > 0.005
+    np.testing.assert_allclose(pressed.points[:, :5], touching.points[:, :5], atol=2.5e-3)  # one corner of the cap
+    body = transform(poses[:, :1, None], polygon(CUBE))
+    assert np.abs(separation(link_polygons(hand, finger, pressed.joints[:, :1])[-1], body)).max() < 1e-4
+
+
 @every_hand
 @SIDES
 def test_held_contacts_lie_on_both_outlines(hand_name: str, side: int) -> None:

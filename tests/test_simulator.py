@@ -143,8 +143,8 @@ def _check_distances(hand: HandSpec, state: State, model: mujoco.MjModel, data: 
         nearest = int(np.argmin(gaps))
         assert state.contact_links[0, f] == nearest
         np.testing.assert_allclose(state.gaps[0, f], gaps[nearest], atol=1e-9)
-        np.testing.assert_allclose(state.finger_points[0, f], ends[nearest, :2], atol=1e-9)
-        np.testing.assert_allclose(state.object_points[0, f], ends[nearest, 3:5], atol=1e-9)
+        np.testing.assert_allclose(state.finger_points[0, f], ends[nearest, :3], atol=1e-9)
+        np.testing.assert_allclose(state.object_points[0, f], ends[nearest, 3:], atol=1e-9)
 
 
 def test_same_inputs_give_the_same_bytes() -> None:
@@ -207,7 +207,7 @@ def test_a_state_is_frozen_and_has_its_shapes_and_views() -> None:
     joints = {"joint_angles", "joint_velocities", "targets", "link_gaps"}
     expected = {"time": (7,), "object_pose": (7, 7), "object_velocity": (7, 6), "contact_links": (7, 2), "gaps": (7, 2)}
     expected |= {"diverged": (7,)}
-    expected |= dict.fromkeys(joints, (7, 5)) | dict.fromkeys(("finger_points", "object_points"), (7, 2, 2))
+    expected |= dict.fromkeys(joints, (7, 5)) | dict.fromkeys(("finger_points", "object_points", "forces"), (7, 2, 3))
     assert shapes == expected
     assert state.n_worlds == 7
     np.testing.assert_allclose(state.pose, pose, atol=1e-12)

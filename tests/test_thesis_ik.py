@@ -41,9 +41,10 @@ def holding(contacts: Array, pose: Array) -> State:
         targets=joints[None],
         link_gaps=np.zeros((1, 4)),
         contact_links=np.array([[1, 1]]),
-        finger_points=(points - 5e-5 * normals)[None],
-        object_points=points[None],
+        finger_points=np.pad(points - 5e-5 * normals, ((0, 0), (0, 1)))[None],
+        object_points=np.pad(points, ((0, 0), (0, 1)))[None],
         gaps=np.zeros((1, 2)),
+        forces=np.zeros((1, 2, 3)),
         diverged=np.zeros(1, dtype=bool),
     )
 
@@ -62,7 +63,7 @@ def where_points_go(state: State, targets: Array) -> Array:
             np.array([*joint_positions(finger, joints)[1], joints.sum()])
             for joints in (state.joint_angles[0, place], targets[0, place])
         )
-        moved.append(transform(after, inverse_transform(before, state.finger_points[0, i])))
+        moved.append(transform(after, inverse_transform(before, state.finger_xy[0, i])))
     return np.stack(moved)
 
 
@@ -111,10 +112,10 @@ def test_a_lost_finger_moves_towards_the_centre_and_the_path_waits(finger: int) 
     for _ in range(5):
         reached = where_points_go(lost, controller.act(lost))
         assert not controller.finished(lost)[0]
-    away = CENTRE - held.finger_points[0, finger]
-    step = reached[finger] - held.finger_points[0, finger]
+    away = CENTRE - held.finger_xy[0, finger]
+    step = reached[finger] - held.finger_xy[0, finger]
     np.testing.assert_allclose(step, EXACT.recovery * away / np.linalg.norm(away), atol=2e-6)
-    np.testing.assert_allclose(reached[1 - finger], held.object_points[0, 1 - finger], atol=2e-6)
+    np.testing.assert_allclose(reached[1 - finger], held.object_xy[0, 1 - finger], atol=2e-6)
 
 
 def test_it_finishes_with_its_last_waypoint() -> None:
@@ -136,6 +137,6 @@ def test_damping_shortens_the_step_but_not_its_direction() -> None:
         config = ThesisIkConfig(damping=damping, iterations=1)
         controller = following(np.array([(0, 0, 0), (0.0, 0.003, 0)]), config)
         controller.begin(state)
-        steps.append((where_points_go(state, controller.act(state)) - state.finger_points[0])[0])
+        steps.append((where_points_go(state, controller.act(state)) - state.finger_xy[0])[0])
     assert 0.0025 < steps[0][1] < 0.0035
     assert 0 < steps[1][1] < 0.9 * steps[0][1]

@@ -70,8 +70,10 @@ def followed_of(
         targets=np.zeros((rows, 4)),
         gaps=gaps,
         contact_links=np.ones((rows, 2), dtype=np.int64),
-        finger_points=np.zeros((rows, 2, 2)),
-        object_points=np.zeros((rows, 2, 2)),
+        finger_points=np.zeros((rows, 2, 3)),
+        object_points=np.zeros((rows, 2, 3)),
+        forces=np.zeros((rows, 2, 3)),
+        penetration=np.zeros(rows),
         reference=plan.poses() - START,
     )
     way = float(plan.way[-1]) if come is None else come

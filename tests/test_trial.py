@@ -56,8 +56,10 @@ def made_trial(hand: str = HANDS[0], thing: str = "cube_39", rows: int = 12) -> 
         targets=rng.normal(size=(rows, spec.n_joints)),
         gaps=np.tile([0.0, 2 * CONTACT_TOLERANCE], (rows, 1)),
         contact_links=rng.integers(0, 2, (rows, 2)),
-        finger_points=rng.normal(size=(rows, 2, 2)),
-        object_points=rng.normal(size=(rows, 2, 2)),
+        finger_points=rng.normal(size=(rows, 2, 3)),
+        object_points=rng.normal(size=(rows, 2, 3)),
+        forces=rng.normal(size=(rows, 2, 3)),
+        penetration=1e-4 * rng.random(rows),
         reference=np.column_stack([np.zeros(5), 1e-3 * np.arange(5), np.zeros(5)]),
     )
 
@@ -204,7 +206,7 @@ def head_is_no_json(path: Path) -> None:
 
 
 HEADS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
-    (lambda head: head.update(format=2), "it has format 2; this version reads 1"),
+    (lambda head: head.update(format=3), "it has format 3; this version reads 2"),
     (lambda head: head.update(passport={}), "passport has no field hand"),
     (lambda head: head.update(passport=[]), "passport is []; it must be a table"),
     (lambda head: head.update(outcome="won"), "outcome is 'won'; it must be reached or lost contact or no grasp"),

@@ -104,6 +104,11 @@ def turn(quaternion: Array, vectors: Array) -> Array:
     return np.stack([a + 2 * (y * r - z * q), b + 2 * (z * p - x * r), c + 2 * (x * q - y * p)], axis=-1)
 
 
+def inverse_quaternion(quaternion: Array) -> Array:
+    """Return the unit quaternions `(..., 4)` (w, x, y, z) that turn back."""
+    return np.asarray(quaternion * np.array([1.0, -1.0, -1.0, -1.0]))
+
+
 def planar(pose: ArrayLike) -> Array:
     """Return the planar view `(..., 3)` of full poses `(..., 7)` (position [m], quaternion w x y z)."""
     pose = np.asarray(pose, dtype=float)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from inhand.sim.names import MUJOCO, Engine
+
 
 @dataclass(frozen=True)
 class ReachCommand:
@@ -41,7 +43,7 @@ class AsteriskConfig:
     """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     controller: str = "ik"
     """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
-    engine: Literal["mujoco", "bullet"] = "mujoco"
+    engine: Engine = MUJOCO
     """Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
     paths: Literal["straight", "human"] = "straight"
     """Reference paths: straight lines, or paths extracted from the human trials of --human."""

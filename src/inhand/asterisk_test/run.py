@@ -20,9 +20,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.bullet_engine import BulletSimulator
-from inhand.sim.engine import Simulator
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.paths import ReferencePath, stacked, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
 from inhand.tasks.reach import limits
@@ -97,24 +95,18 @@ def simulate(
     primitives = tuple(dict.fromkeys(each.primitive for each in setup.assignments))
     told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
     reach = {limit.primitive: limit.distance for limit in limits(hand, setup.object, primitives, progress=told)}
-    simulator = _simulator(config, hand, [setup.object] * count, threads)
+    simulator = make_simulator(config.engine, hand, [setup.object] * count, threads=threads)
     paths = stacked([each.path.poses for each in setup.assignments])
     whole = stacked([whole_path(each.path) for each in setup.assignments])
     whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in setup.assignments]
     start = hand.start_pose + start_noise(config, whose)
-    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start)
+    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
     task = Task(hand, simulator.objects, paths, simulator.timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
     manipulate = setup.controller.manipulate
     recording = run_worlds(simulator, task, grasp, start, manipulate, twists=twists, progress=progress)
     trials = cut_trials(recording, _passports(config, setup, simulator.timestep, reach), paths)
     return tuple(ended(trial) for trial in trials)
-
-
-def _simulator(config: AsteriskConfig, hand: HandSpec, objects: Sequence[ObjectSpec], threads: int) -> Simulator:
-    if config.engine == "bullet":
-        return BulletSimulator(hand, objects)
-    return MujocoSimulator(hand, objects, threads=threads)
 
 
 def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dict[Primitive, float]) -> list[Passport]:

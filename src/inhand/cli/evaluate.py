@@ -82,6 +82,7 @@ def asterisk_of(config: EvaluateConfig, name: str, entry: ControllerEntry) -> As
         hand=config.hand or trained["hand"],
         object=config.object or trained["object"],
         controller=name,
+        engine=config.engine,
         human=config.human,
         trials=config.trials,
         seed=config.seed,

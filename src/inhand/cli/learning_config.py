@@ -8,6 +8,8 @@ from typing import Literal
 
 import tyro
 
+from inhand.sim.names import MUJOCO, Engine
+
 
 @dataclass(frozen=True)
 class TrainConfig:
@@ -46,6 +48,8 @@ class EvaluateConfig:
     """Hand: a name of the laboratory's form or a TOML file; without it the one that the policy was trained with."""
     object: str | None = None
     """Object: a name, shape_SIZE in mm, or a TOML file; without it the one that the policy was trained with."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     trials: int = 3
     """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
     episodes: int = 100

@@ -32,12 +32,15 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.touch import touch
+from inhand.sim.names import MUJOCO
 
 
 class Planner(Protocol):
     """Chooses a grasp for every path."""
 
-    def __call__(self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
+    def __call__(
+        self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
+    ) -> Grasp:
         """Return a grasp for every path of object poses `(P, S, 3)` in the palm frame.
 
         Args:
@@ -45,6 +48,7 @@ class Planner(Protocol):
             spec: the object.
             poses: the paths.
             starts: where each path's object stands `(P, 3)`; None where its path starts.
+            engine: the engine that the grasp will hold in.
         """
 
 
@@ -70,6 +74,8 @@ def planned_grasp(
     poses: Array,
     starts: Array | None = None,
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
+    *,
+    engine: str = MUJOCO,
 ) -> Grasp:
     """Return the grasps of the contact search, tried out in simulation; equal paths are searched once.
 
@@ -78,17 +84,17 @@ def planned_grasp(
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(hand, spec, distinct, config[0])
     starts = poses[:, 0] if starts is None else starts
-    best = best_plans((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1])
+    best = best_plans((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1], engine=engine)
     return Grasp(*closing_joints(hand, spec, best, poses[:, 0], starts))
 
 
-def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array) -> list[GraspPlan]:
+def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = MUJOCO) -> list[GraspPlan]:
     """Return for every path `(P, S, 3)` the planned grasp that is best where the object stands exactly at its start.
 
     One plan serves every trial of a direction, which is what a learned controller trains and runs with.
     """
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
-    best = best_plans((hand, spec), plan_grasps(hand, spec, distinct), distinct, distinct[:, 0])
+    best = best_plans((hand, spec), plan_grasps(hand, spec, distinct), distinct, distinct[:, 0], engine=engine)
     return [best[k] for k in index]
 
 
@@ -103,13 +109,15 @@ def rough_plan(hand: HandSpec, spec: ObjectSpec) -> GraspPlan:
     return GraspPlan(contacts, normals, _sides(hand, spec, half), 1)
 
 
-def rough_grasp(hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None) -> Grasp:
+def rough_grasp(
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
+) -> Grasp:
     """Return the same grasp for every path and start: both fingers on the middle of the object's sides (thesis 3.2).
 
     Raises:
         InputError: a finger does not reach its side.
     """
-    del starts
+    del starts, engine
     half, count = float(polygon(spec)[:, 0].max()), len(poses)
     opened, closed = (_sides(hand, spec, half + away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
     return Grasp(np.tile(opened, (count, 1)), np.tile(closed, (count, 1)))
@@ -218,12 +226,12 @@ def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
 
 
 def learned_grasp(
-    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, policy: Policy
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, policy: Policy, engine: str = MUJOCO
 ) -> Grasp:
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts
     rough = policy.grasp == "rough"
-    plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses)
+    plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
     return Grasp(*closing_joints(hand, spec, plans, poses[:, 0], starts))
 
 

@@ -32,7 +32,7 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[
     bodies = stacked_pieces(task.objects)
     tracks = []
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
-        points = inverse_transform(start, state.object_points[:, i])
+        points = inverse_transform(start, state.object_xy[:, i])
         tracks.append(roll(hand, finger, Starts(points, state.joint_angles[:, place], bodies), poses))
     left, right = tracks
     friction = np.array([friction_share * hand.friction * spec.friction for spec in task.objects])

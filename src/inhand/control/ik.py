@@ -78,7 +78,8 @@ class IkController:
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         self._start = state.pose if self._task.start is None else self._task.start
         self._rest = state.joint_angles
-        self._progress = np.zeros(n)
+        self.progress = np.zeros(n)
+        """How far the set point has gone along each path `(B,)` [m]."""
         self._speed = np.zeros(n)
         self._held = np.zeros(n)
         self._integral = np.zeros((n, 3))
@@ -92,11 +93,11 @@ class IkController:
         if config.push:
             wanted[:, :2] -= (wanted[:, :2] * self._ahead).sum(axis=-1, keepdims=True) * self._ahead
         targets = state.joint_angles.copy()
-        line = state.finger_points[:, 1] - state.finger_points[:, 0]
+        line = state.finger_xy[:, 1] - state.finger_xy[:, 0]
         line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
         for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
             angles = state.joint_angles[:, place]
-            point = state.finger_points[:, i]
+            point = state.finger_xy[:, i]
             jacobian = link_jacobian(joint_positions(finger, angles)[:, :-1], point, state.contact_links[:, i])
             arm = point - pose[:, :2]
             step = _carried(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
@@ -116,15 +117,15 @@ class IkController:
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
         config, period = self.config, self._period
-        before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
+        before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self.progress)))
         behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
-        room = np.maximum(self.limit - self._progress, 0.0)
+        room = np.maximum(self.limit - self.progress, 0.0)
         brake = np.sqrt(2 * config.acceleration * room)
         speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
         self._speed = np.minimum(self._speed + config.acceleration * period, speed)
-        self._progress = np.minimum(self._progress + self._speed * period, self.limit)
+        self.progress = np.minimum(self.progress + self._speed * period, self.limit)
         self._held = np.where(room < 2e-4, self._held + period, 0.0)
-        reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self._progress)))
+        reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self.progress)))
         error = reference - pose
         error[:, 2] = wrap_angle(error[:, 2])
         limit = np.array(config.integral_limit)
@@ -144,7 +145,7 @@ def _carried(motion: Array, arm: Array) -> Array:
 
 def _towards(state: State, finger: int) -> Array:
     """Return the unit vectors from a finger to the object `(B, 2)`, zero where they touch."""
-    way = state.object_points[:, finger] - state.finger_points[:, finger]
+    way = state.object_xy[:, finger] - state.finger_xy[:, finger]
     return np.asarray(way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9))
 
 

@@ -19,6 +19,8 @@ _STATE_FIELDS = (
     "contact_links",
     "finger_points",
     "object_points",
+    "forces",
+    "penetration",
 )
 
 

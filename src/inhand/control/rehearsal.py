@@ -22,7 +22,8 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import make_simulator
+from inhand.sim.names import MUJOCO
 
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
@@ -63,6 +64,8 @@ def best_plans(
     poses: Array,
     starts: Array,
     config: IkConfig | None = None,
+    *,
+    engine: str = MUJOCO,
 ) -> list[GraspPlan]:
     """Return for every path the plan that carries its object farthest in simulation.
 
@@ -72,15 +75,16 @@ def best_plans(
         poses: the paths `(P, S, 3)`.
         starts: where each path's object stands `(P, 3)`.
         config: numbers of the expert that will carry the object.
+        engine: the engine that it will be carried in.
     """
     hand, spec = held
     owner = np.repeat(np.arange(len(plans)), [len(group) for group in plans])
     each = [plan for group in plans for plan in group]
     opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
-    simulator = MujocoSimulator(hand, [spec] * len(each))
+    simulator = make_simulator(engine, hand, [spec] * len(each))
     task = Task(hand, simulator.objects, poses[owner] - poses[owner, :1], simulator.timestep)
     expert = IkController(task, config)
     outcomes = np.array(run_worlds(simulator, task, Grasp(opened, closed), starts[owner], lambda _: expert).outcomes)
-    value = expert.limit - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
+    value = expert.progress - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
     return [each[number] for number in best]

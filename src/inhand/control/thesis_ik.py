@@ -58,11 +58,11 @@ class ThesisIkController:
         expected_pose = self._start + self._task.paths[self._worlds, self._step]
         targets = state.joint_angles.copy()
         for i, place in enumerate(hand.slices):
-            current = inverse_transform(pose, state.object_points[:, i])
+            current = inverse_transform(pose, state.object_xy[:, i])
             expected = transform(expected_pose, current)
-            way = pose[:, :2] - state.finger_points[:, i]
+            way = pose[:, :2] - state.finger_xy[:, i]
             inward = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
-            recovered = state.finger_points[:, i] + self.config.recovery * inward
+            recovered = state.finger_xy[:, i] + self.config.recovery * inward
             goal = np.where(touching[:, i, None], expected, recovered)
             targets[:, place] = self._solve(state, i, goal)
         return targets
@@ -77,7 +77,7 @@ class ThesisIkController:
         finger, place = self._task.hand.fingers[index], self._task.hand.slices[index]
         link = state.contact_links[:, index]
         angles = state.joint_angles[:, place]
-        local = _on_link(joint_positions(finger, angles), angles, link, state.finger_points[:, index])
+        local = _on_link(joint_positions(finger, angles), angles, link, state.finger_xy[:, index])
         for _ in range(self.config.iterations):
             joints = joint_positions(finger, angles)
             point = _from_link(joints, angles, link, local)

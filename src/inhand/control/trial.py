@@ -17,7 +17,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import CONTACT_TOLERANCE
 
-FORMAT = 1
+FORMAT = 2
 """Version of the file's layout."""
 MANIPULATE = "manipulate"
 """Name of the phase that metrics measure (thesis 3.4)."""
@@ -102,13 +102,17 @@ class Trial:
     targets: Array
     """Commanded joint angles `(T, n)` [rad]."""
     gaps: Array
-    """Distance of each finger to the object `(T, 2)` [m]."""
+    """Distance of each finger to the object `(T, F)` [m]."""
     contact_links: NDArray[np.int64]
-    """Link of each finger nearest to the object `(T, 2)`."""
+    """Link of each finger nearest to the object `(T, F)`."""
     finger_points: Array
-    """Nearest points of the fingers `(T, 2, 2)` [m]."""
+    """Nearest points of the fingers `(T, F, 3)` [m]."""
     object_points: Array
-    """Nearest points of the object `(T, 2, 2)` [m]."""
+    """Nearest points of the object `(T, F, 3)` [m]."""
+    forces: Array
+    """Force of each finger on the object during the physics step before each row `(T, F, 3)` [N]."""
+    penetration: Array
+    """Deepest overlap of a link and the object `(T,)` [m]."""
     reference: Array
     """The reference path `(S, 3)` relative to the start of manipulation, in palm axes [m, m, rad]."""
 
@@ -130,7 +134,7 @@ class Trial:
 
     @property
     def touching(self) -> NDArray[np.bool_]:
-        """Whether each finger touches the object `(T, 2)`."""
+        """Whether each finger touches the object `(T, F)`."""
         return self.gaps <= CONTACT_TOLERANCE
 
     def manipulated_path(self) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -142,7 +146,7 @@ class Trial:
         rows = self.manipulation
         pose = planar(self.object_pose[rows])
         if len(pose) == 0:
-            return np.zeros((1, 2)), np.zeros(1), np.zeros((1, 2), dtype=bool)
+            return np.zeros((1, 2)), np.zeros(1), np.zeros((1, self.gaps.shape[1]), dtype=bool)
         before = planar(self.object_pose[self.grasped])[2]
         rotation = np.rad2deg(np.unwrap(pose[:, 2]) - pose[0, 2] + wrap_angle(pose[0, 2] - before))
         return 1e3 * (pose[:, :2] - pose[0, :2]), rotation, self.touching[rows]
@@ -154,13 +158,15 @@ _SHAPES: dict[str, tuple[str | int, ...]] = {
     "object_pose": ("T", 7),
     "joint_angles": ("T", "n"),
     "targets": ("T", "n"),
-    "gaps": ("T", 2),
-    "contact_links": ("T", 2),
-    "finger_points": ("T", 2, 2),
-    "object_points": ("T", 2, 2),
+    "gaps": ("T", "F"),
+    "contact_links": ("T", "F"),
+    "finger_points": ("T", "F", 3),
+    "object_points": ("T", "F", 3),
+    "forces": ("T", "F", 3),
+    "penetration": ("T",),
     "reference": ("S", 3),
 }
-"""Shapes of a trial's arrays: T rows, n joints, S way-points."""
+"""Shapes of a trial's arrays: T rows, n joints, F fingers, S way-points."""
 _WHOLE = ("phase", "contact_links")
 """Those of whole numbers."""
 
@@ -208,7 +214,7 @@ def _read_trial(path: Path) -> Trial:
     head = read_record(read_json(str(read_arrays(path, {"head": "text"})["head"])), _Head, FORMAT)
     arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in _SHAPES})
     hand = head.passport.hand
-    check_shapes(arrays, _SHAPES, {"n": hand.n_joints})
+    check_shapes(arrays, _SHAPES, {"n": hand.n_joints, "F": len(hand.fingers)})
     links = min(len(finger.links) for finger in hand.fingers)
     for name, count in (("phase", len(head.phases)), ("contact_links", links)):
         values = arrays[name]

@@ -76,6 +76,7 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
     rows = np.arange(count)
     body = _placed(starts.bodies, rows, poses[:, 0])
     contacts = transform(poses[:, 0], starts.points)
+    joints = _seated(hand, finger, body, joints)
     gap, _, facing, clear = _touch(hand, finger, joints, body)
     held = clear & (gap > -TOLERANCE)
     _record(tracks, (rows, 0), poses[:, 0], (contacts, facing, joints, held))
@@ -110,7 +111,11 @@ def _follow(
     posture = POSTURE_GAIN * (rest - joints) if joints.shape[-1] > 2 else None
     step = damped_least_squares(jacobian, moved - contacts, DAMPING, posture)
     joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    kept = (np.abs(step) < LARGEST_STEP).all(-1)
+    return _seated(hand, finger, body, joints), np.asarray((np.abs(step) < LARGEST_STEP).all(-1))
+
+
+def _seated(hand: HandSpec, finger: FingerSpec, body: list[Array], joints: Array) -> Array:
+    """Return joint angles `(K, n)` whose last link rests on the object, where it stood a little off or pressed in."""
     for _ in range(CORRECTIONS):
         places = joint_positions(finger, joints)
         tip = link_polygon(hand, finger, (joints, places), len(finger.links) - 1)
@@ -118,7 +123,7 @@ def _follow(
         jacobian = point_jacobian(places[..., :-1, :], contacts)
         step = damped_least_squares(jacobian, -gap[..., None] * normals, DAMPING)
         joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-    return joints, np.asarray(kept)
+    return joints
 
 
 def _record(

@@ -84,7 +84,7 @@ def failure_of(trial: Trial, result: Result) -> Failure:
         end=end,
         limit_mm=result.limit if result.angle_deg is not None else None,
         outline=scene_at(trial, row, origin),
-        contacts_mm=1e3 * (trial.finger_points[row] - origin),
+        contacts_mm=1e3 * (trial.finger_points[row, :, :2] - origin),
         held=(bool(touching[end, 0]), bool(touching[end, 1])),
     )
 

@@ -24,8 +24,10 @@ from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.engine import Simulator
+from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.names import MUJOCO
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
@@ -158,7 +160,7 @@ def gripped(
     )
 
 
-def taken(simulator: MujocoSimulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
+def taken(simulator: Simulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
     """Return what some worlds of a running batch look like now, as starts."""
     return Starts(simulator.snapshot().take(worlds), select(state, worlds), angle_deg, np.full(len(worlds), np.inf))
 
@@ -184,7 +186,7 @@ def _close(
     spread = np.array([noise.position, noise.position, noise.rotation])
     poses = origin + spread * rng.standard_normal((count, 3))
     grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
-    simulator = MujocoSimulator(hand, [spec] * count, threads=threads)
+    simulator = make_simulator(MUJOCO, hand, [spec] * count, threads=threads)
     task = Task(hand, simulator.objects, np.zeros((count, 1, 3)), simulator.timestep)
     recording = run_worlds(simulator, task, grasp, poses, None)
     return Starts(simulator.snapshot(), recording.states[-1], np.zeros(count), np.full(count, np.inf))

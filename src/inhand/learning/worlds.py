@@ -15,7 +15,8 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Starts
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import make_simulator
+from inhand.sim.names import MUJOCO
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.actions import Actions, targets_of
@@ -94,7 +95,7 @@ class ManipulationWorlds:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
         self.hand, spec = held
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
-        self.simulator = MujocoSimulator(self.hand, [spec] * count, threads=threads)
+        self.simulator = make_simulator(MUJOCO, self.hand, [spec] * count, threads=threads)
         self.scene = Scene(self.hand, self.simulator.objects)
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts = starts

@@ -20,12 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array, spatial, turn
+from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
-from inhand.sim.engine import check_start, check_substeps, check_targets
+from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
 from inhand.sim.model import FAR, SceneSpec, scene_of_each
+from inhand.sim.snapshot import Snapshot, check_restore
 from inhand.sim.state import State, ran_away
 
 POSITION_GAIN = 0.1
@@ -33,6 +34,8 @@ POSITION_GAIN = 0.1
 VELOCITY_GAIN = 1.0
 """Share of its speed that a servo takes away in one physics step (PyBullet's default)."""
 
+MOST_WORLDS = 1000
+"""Worlds in one process; PyBullet has 1,024 connections."""
 Reading = tuple[list[float], list[float], list[float], list[float], list[tuple[float, ...]]]
 """Of one world: joint angles and velocities, object pose and velocity; of each link its distance to the object and
 the nearest points of both."""
@@ -47,14 +50,14 @@ class BulletSimulator:
 
     def __init__(
         self,
-        hand: HandSpec,
+        hand: HandSpec | Sequence[HandSpec],
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
     ) -> None:
         """Open a connection for each object; it closes with the simulator.
 
         Args:
-            hand: the hand of every world.
+            hand: the hand of every world, or one for each; their numbers may differ, not their joints.
             objects: the object of each world; shapes, sizes and masses may differ.
             scenes: what surrounds them, one for all or one for each world.
 
@@ -64,16 +67,21 @@ class BulletSimulator:
         self._scenes = scene_of_each(objects, scenes)
         if any(scene.walls for scene in self._scenes):
             raise InputError("walls with the engine 'bullet', which has none here: use the engine 'mujoco'")
-        self.hand = hand
+        if len(objects) > MOST_WORLDS:
+            raise InputError(f"{len(objects)} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
+        self._hands = hand_of_each(hand, len(objects))
+        self.hand = self._hands[0]
         self.objects = tuple(objects)
         self.timestep = self._scenes[0].timestep
         self._engine = load_pybullet()
         self._clients = [self._engine.connect(self._engine.DIRECT) for _ in objects]
         weakref.finalize(self, _disconnect, self._engine, self._clients)
         self._worlds: list[World] = []
-        self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, hand.n_joints))
+        self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, self.hand.n_joints))
+        self._targets = np.zeros((len(self.objects), self.hand.n_joints))
         self._diverged = np.zeros(len(self.objects), dtype=bool)
-        self._steps = 0
+        self._steps = np.zeros(len(self.objects), dtype=np.int64)
+        self._forces = np.zeros((len(self.objects), len(self.hand.fingers), 3))
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
@@ -85,8 +93,10 @@ class BulletSimulator:
         self._starts = object_pose.copy(), joint_angles.copy()
         self._worlds = [self._begin(index) for index in range(len(self.objects))]
         self._diverged[:] = False
-        self._steps = 0
-        return self._measure(joint_angles)
+        self._steps[:] = 0
+        self._forces[:] = 0.0
+        self._targets[:] = joint_angles
+        return self.measure()
 
     def step(self, targets: Array, substeps: int) -> State:
         """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
@@ -96,30 +106,95 @@ class BulletSimulator:
         """
         check_substeps(substeps)
         check_targets(targets, len(self.objects), self.hand.n_joints)
-        if not self._worlds:
-            raise InputError("step() before reset(): place objects and joints with reset() first")
-        for world, wanted in zip(self._worlds, targets, strict=True):
-            _command(self._engine, world, self.hand, wanted)
+        self._check_begun()
+        for world, hand, wanted in zip(self._worlds, self._hands, targets, strict=True):
+            _command(self._engine, world, hand, wanted)
             for _ in range(substeps):
                 self._engine.stepSimulation(world.client)
         self._steps += substeps
-        return self._measure(targets)
+        for index, world in enumerate(self._worlds):
+            self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
+        self._targets[:] = targets
+        return self.measure()
+
+    def snapshot(self) -> Snapshot:
+        """Return positions, velocities and targets of all worlds.
+
+        The contacts that PyBullet remembers are not part of it, so a world that goes back goes on alike, and not byte
+        for byte as it does in MuJoCo.
+        """
+        self._check_begun()
+        rows = [_read(self._engine, world, self.hand) for world in self._worlds]
+        joints, speeds, poses, velocities = (np.array(part) for part in list(zip(*rows, strict=True))[:4])
+        own = turn(inverse_quaternion(poses[:, 3:]), velocities[:, 3:])
+        qvel = np.concatenate([speeds, velocities[:, :3], own], axis=1)
+        qpos = np.concatenate([joints, poses], axis=1)
+        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel), self._forces.copy())
+
+    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+        """Put worlds `(K,)` back to rows `(K,)` of a snapshot, of either engine; the other worlds are not touched.
+
+        Raises:
+            InputError: worlds or rows that are not there, a world named twice, or a hand of another number of joints.
+        """
+        n = self.hand.n_joints
+        check_restore(worlds, len(self.objects), snapshot, rows, n)
+        if not self._worlds:
+            self.reset(np.zeros((len(self.objects), 3)), np.zeros((len(self.objects), n)))
+        for world, row in zip(worlds.tolist(), rows.tolist(), strict=True):
+            self._worlds[world] = self._built(world)
+            pose, speed = snapshot.qpos[row, n:], snapshot.qvel[row]
+            velocity = np.concatenate([speed[n : n + 3], turn(pose[3:], speed[n + 3 :])])
+            _place(self._engine, self._worlds[world], pose, snapshot.qpos[row, :n], (velocity, speed[:n]))
+        self._steps[worlds] = np.rint(snapshot.time[rows] / self.timestep)
+        self._targets[worlds], self._forces[worlds] = snapshot.ctrl[rows], snapshot.forces[rows]
+        self._diverged[worlds] = False
+
+    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
+        """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
+
+        Raises:
+            InputError: worlds that are not there, impulses of another shape or not finite, or nothing was reset yet.
+        """
+        check_impulse(worlds, len(self.objects), impulse)
+        self._check_begun()
+        for index, each in zip(worlds.tolist(), impulse, strict=True):
+            world = self._worlds[index]
+            linear, angular = self._engine.getBaseVelocity(world.object, physicsClientId=world.client)
+            faster = (np.array(linear) + each / self.objects[index].mass).tolist()
+            self._engine.resetBaseVelocity(world.object, faster, angular, physicsClientId=world.client)
+
+    def _time(self) -> Array:
+        """Return the simulated time of every world `(B,)` [s]."""
+        return np.asarray(self._steps * self.timestep, dtype=float)
+
+    def _check_begun(self) -> None:
+        if not self._worlds:
+            raise InputError("step() before reset(): place objects and joints with reset() first")
+
+    def _built(self, index: int) -> World:
+        """Build one world anew."""
+        spec, hand = self.objects[index], self._hands[index]
+        return build_world(self._engine, self._clients[index], hand, spec, self._scenes[index])
 
     def _begin(self, index: int) -> World:
         """Build one world anew, at rest where it was last reset to."""
-        spec, (poses, angles) = self.objects[index], self._starts
-        world = build_world(self._engine, self._clients[index], self.hand, spec, self._scenes[index])
-        _place(self._engine, world, spatial(poses[index], spec.height / 2), angles[index])
+        poses, angles = self._starts
+        world = self._built(index)
+        _place(self._engine, world, spatial(poses[index], self.objects[index].height / 2), angles[index])
         return world
 
-    def _measure(self, targets: Array) -> State:
+    def measure(self) -> State:
+        """Return the state of the present instant, worlds that diverged put back first."""
+        self._check_begun()
         rows = [_read(self._engine, world, self.hand) for world in self._worlds]
         wild = ran_away(*(np.array(part) for part in list(zip(*rows, strict=True))[:4]))
         for index in np.flatnonzero(wild).tolist():
             self._worlds[index] = self._begin(index)
             rows[index] = _read(self._engine, self._worlds[index], self.hand)
+            self._forces[index] = 0.0
         self._diverged |= wild
-        return _state_from(rows, self.hand, self._steps * self.timestep, targets, self._diverged.copy())
+        return _state_from(rows, self.hand, self._time(), (self._targets, self._forces), self._diverged.copy())
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -127,12 +202,21 @@ def _disconnect(engine: ModuleType, clients: list[int]) -> None:
         engine.disconnect(client)
 
 
-def _place(engine: ModuleType, world: World, pose: Array, joint_angles: Array) -> None:
-    """Put the object at a full pose `(7,)` and the joints at angles `(n,)` [rad], all at rest."""
-    position, quaternion = pose[:3] + _arm(world, pose[3:]), [*pose[4:], pose[3]]  # PyBullet's end with w
+def _place(
+    engine: ModuleType, world: World, pose: Array, joint_angles: Array, speeds: tuple[Array, Array] | None = None
+) -> None:
+    """Put the object at a full pose `(7,)` and the joints at angles `(n,)` [rad].
+
+    `speeds` are the object's velocity `(6,)` and the joints' `(n,)`; without them all are at rest.
+    """
+    arm = _arm(world, pose[3:])
+    position, quaternion = pose[:3] + arm, [*pose[4:], pose[3]]  # PyBullet's end with w
     engine.resetBasePositionAndOrientation(world.object, position, quaternion, physicsClientId=world.client)
-    for joint, angle in enumerate(joint_angles):
-        engine.resetJointState(world.hand, joint, angle, 0.0, physicsClientId=world.client)
+    velocity, turning = (np.zeros(6), np.zeros(len(joint_angles))) if speeds is None else speeds
+    linear = velocity[:3] + np.cross(velocity[3:], arm)
+    engine.resetBaseVelocity(world.object, linear.tolist(), velocity[3:].tolist(), physicsClientId=world.client)
+    for joint, (angle, speed) in enumerate(zip(joint_angles, turning, strict=True)):
+        engine.resetJointState(world.hand, joint, angle, speed, physicsClientId=world.client)
 
 
 def _command(engine: ModuleType, world: World, hand: HandSpec, targets: Array) -> None:
@@ -160,18 +244,27 @@ def _read(engine: ModuleType, world: World, hand: HandSpec) -> Reading:
     return [j[0] for j in joints], [j[1] for j in joints], pose, velocity, links
 
 
+def _force(engine: ModuleType, world: World, place: slice) -> Array:
+    """Return the force `(3,)` [N] of the links of a finger on the object during the last physics step."""
+    total = np.zeros(3)
+    for point in engine.getContactPoints(world.hand, world.object, physicsClientId=world.client) or ():
+        if place.start <= point[3] < place.stop:  # all parts act on the hand, bodyA
+            total -= point[9] * np.array(point[7]) + point[10] * np.array(point[11]) + point[12] * np.array(point[13])
+    return total
+
+
 def _arm(world: World, quaternion: Array) -> Array:
     """Return the way `(3,)` [m] from the object's origin to the centre of mass that PyBullet places and reports."""
     return turn(quaternion, np.array([*world.middle, 0.0]))
 
 
 def _distance(engine: ModuleType, world: World, link: int) -> tuple[float, ...]:
-    """Return a link's distance to the object [m] and the nearest points x, y of link and object [m]."""
+    """Return a link's distance to the object [m] and the nearest points of link and object [m]."""
     found = [point for part in object_parts(world) for point in _closest(engine, world, link, part)]
     if not found:
-        return FAR, 0.0, 0.0, 0.0, 0.0
+        return FAR, *[0.0] * 6
     nearest = min(found, key=lambda point: point[8])
-    return nearest[8], *nearest[5][:2], *nearest[6][:2]
+    return nearest[8], *nearest[5], *nearest[6]
 
 
 def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tuple[Any, ...]]:
@@ -180,23 +273,28 @@ def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tu
     return list(found or ())
 
 
-def _state_from(rows: list[Reading], hand: HandSpec, time: float, targets: Array, diverged: NDArray[np.bool_]) -> State:
-    joints, velocities, poses, object_velocities, links = (np.array(part) for part in zip(*rows, strict=True))
-    n_left = len(hand.left.links)
+def _state_from(
+    rows: list[Reading], hand: HandSpec, time: Array, kept: tuple[Array, Array], diverged: NDArray[np.bool_]
+) -> State:
+    joints, velocities, poses, object_velocities, links = (
+        np.array(part, dtype=float) for part in zip(*rows, strict=True)
+    )
+    targets, forces = kept
     gaps = links[..., 0]
-    left, right = gaps[:, :n_left].argmin(axis=1), gaps[:, n_left:].argmin(axis=1)
-    chosen = links[np.arange(len(rows))[:, None], np.stack([left, right + n_left], axis=1)]
+    nearest = np.stack([gaps[:, place].argmin(axis=1) for place in hand.slices], axis=1)
+    chosen = links[np.arange(len(rows))[:, None], nearest + [place.start for place in hand.slices]]
     return State(
-        time=np.full(len(rows), time),
+        time=time,
         object_pose=poses,
         object_velocity=object_velocities,
         joint_angles=joints,
         joint_velocities=velocities,
-        targets=np.array(targets, dtype=float),
+        targets=targets.copy(),
         link_gaps=gaps,
-        contact_links=np.stack([left, right], axis=1),
-        finger_points=chosen[..., 1:3],
-        object_points=chosen[..., 3:5],
+        contact_links=nearest,
+        finger_points=chosen[..., 1:4],
+        object_points=chosen[..., 4:7],
         gaps=chosen[..., 0],
+        forces=forces.copy(),
         diverged=diverged,
     )

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.snapshot import Snapshot, check_indices
 from inhand.sim.state import State
 
 
 class Simulator(Protocol):
-    """B worlds of one hand, stepped together."""
+    """B worlds, stepped together; their hands have the same joints and may differ in their numbers."""
 
     @property
     def hand(self) -> HandSpec:
-        """The hand of every world."""
+        """The hand of the first world, whose joints are those of all."""
 
     @property
     def objects(self) -> tuple[ObjectSpec, ...]:
@@ -36,6 +39,18 @@ class Simulator(Protocol):
 
         A world that diverges ends no batch: it is put back and told in `State.diverged`.
         """
+
+    def measure(self) -> State:
+        """Return the state of the present instant."""
+
+    def snapshot(self) -> Snapshot:
+        """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
+
+    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+        """Put worlds `(K,)` back to rows `(K,)` of a snapshot, without measuring; the others are not touched."""
+
+    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
+        """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant."""
 
 
 def check_start(object_pose: Array, n_worlds: int) -> None:
@@ -75,3 +90,33 @@ def check_targets(targets: Array, n_worlds: int, n_joints: int) -> None:
             f"the target of joint {joint} in world {world} is {targets[world, joint]}; commands must be finite"
             " joint angles [rad]: look for a division by zero or a missing value in the controller"
         )
+
+
+def check_impulse(worlds: NDArray[np.int64], n_worlds: int, impulse: Array) -> None:
+    """Refuse pushes on worlds that are not there, of the wrong shape or with a value that is not finite.
+
+    Raises:
+        InputError: the text says which.
+    """
+    check_indices(worlds, n_worlds, "world")
+    if impulse.shape != (len(worlds), 3) or not np.isfinite(impulse).all():
+        raise InputError(
+            f"impulses of shape {impulse.shape} for {len(worlds)} worlds; give finite values of shape"
+            f" {(len(worlds), 3)} [N s]"
+        )
+
+
+def hand_of_each(hand: HandSpec | Sequence[HandSpec], n_worlds: int) -> tuple[HandSpec, ...]:
+    """Return the hand of each world: one for all, or one for each.
+
+    Raises:
+        InputError: another number of hands, or hands of other joints.
+    """
+    hands = (hand,) * n_worlds if isinstance(hand, HandSpec) else tuple(hand)
+    if len(hands) != n_worlds:
+        raise InputError(f"{len(hands)} hands for {n_worlds} objects; give one for all or one each")
+    links = {tuple(len(finger.links) for finger in each.fingers) for each in hands}
+    if len(links) > 1:
+        given = " and ".join(str(each) for each in sorted(links))
+        raise InputError(f"hands of {given} links in one simulator; use one simulator for each number")
+    return hands

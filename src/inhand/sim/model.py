@@ -79,6 +79,8 @@ RIB_HEIGHT = 0.0005
 """Half the height of a wall's rib [m], guessed."""
 POINT = 1e-6
 """Radius of the points on the corners of an object [m], guessed: far below the depth of a contact."""
+NET_FORCE = 3
+"""MuJoCo's number for contact sensors that add all forces up."""
 LINK_SENSOR_SIZE = 7
 """Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
@@ -91,6 +93,8 @@ def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.Mj
         _add_rims(mj, names[-1], link_outline(hand, finger, len(finger.links) - 1), hand.thickness)
     _add_pairs(mj, links, hand, spec, scene)
     _add_walls(mj, links[0] + links[1], hand, spec, scene)
+    for names in links:
+        _add_force(mj, names[0])
     return mj.compile()
 
 
@@ -318,6 +322,14 @@ def _pair(mj: mujoco.MjSpec, first: str, second: str, friction: float, scene: Sc
     floor = 1e-5  # MuJoCo's smallest friction
     pair.solref = [2 * scene.timestep, 1.0]  # the stiffest contact that this step can hold
     pair.friction = [max(friction, floor), max(friction, floor), floor, floor, floor]
+
+
+def _add_force(mj: mujoco.MjSpec, base: str) -> None:
+    """Add a sensor of the net contact force that the links from `base` on put on the object, in palm axes [N]."""
+    sensor = mj.add_sensor(type=mujoco.mjtSensor.mjSENS_CONTACT, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=base)
+    sensor.reftype = mujoco.mjtObj.mjOBJ_XBODY
+    sensor.refname = "object"
+    sensor.intprm[:3] = [1 << int(mujoco.mjtConDataField.mjCONDATA_FORCE), NET_FORCE, 1]
 
 
 def _add_distance(mj: mujoco.MjSpec, kind: mujoco.mjtSensor, link: str, piece: str) -> None:

@@ -16,7 +16,7 @@ from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import is_box
-from inhand.sim.engine import check_start, check_substeps, check_targets
+from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
 from inhand.sim.snapshot import Snapshot, check_restore
 from inhand.sim.state import State, ran_away
@@ -31,10 +31,11 @@ class Readings:
     qvel: Array
     ctrl: Array
     qacc_warmstart: Array
+    forces: Array
     sensors: Array
 
 
-_KEPT = tuple(field.name for field in fields(Snapshot))
+_KEPT = tuple(field.name for field in fields(Snapshot) if field.name != "forces")
 
 
 class MujocoSimulator:
@@ -48,7 +49,7 @@ class MujocoSimulator:
 
     def __init__(
         self,
-        hand: HandSpec,
+        hand: HandSpec | Sequence[HandSpec],
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
         threads: int = 0,
@@ -56,7 +57,7 @@ class MujocoSimulator:
         """Build a world for each object.
 
         Args:
-            hand: the hand of every world.
+            hand: the hand of every world, or one for each; their numbers may differ, not their joints.
             objects: the object of each world; all of one shape and, as polygons, of as many corners in every convex
                 piece; sizes and masses may differ.
             scenes: what surrounds them, one for all or one for each world; all with as many walls.
@@ -68,21 +69,24 @@ class MujocoSimulator:
         """
         surroundings = scene_of_each(objects, scenes)
         _check_alike(objects, surroundings)
-        self.hand = hand
+        hands = hand_of_each(hand, len(objects))
+        self.hand = hands[0]
         self.objects = tuple(objects)
         self.timestep = surroundings[0].timestep
-        worlds = list(zip(objects, surroundings, strict=True))
-        kinds = {world: build_model(hand, *world) for world in set(worlds)}
-        meters = {world: build_measuring_model(hand, *world) for world in set(worlds)}
+        worlds = list(zip(hands, objects, surroundings, strict=True))
+        kinds = {world: build_model(*world) for world in set(worlds)}
+        meters = {world: build_measuring_model(*world) for world in set(worlds)}
         threads = min(threads or os.cpu_count() or 1, len(objects))
         self._stepper = _batch([kinds[world] for world in worlds], threads)
         self._meter = _batch([meters[world] for world in worlds], threads)
         bind = self._stepper.bind
-        self._readings = Readings(**{name: bind(name) for name in _KEPT}, sensors=self._meter.bind("sensordata"))
+        read = {name: bind(name) for name in _KEPT}
+        self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
-        self._height = np.array([spec.height / 2 for spec in objects])
-        self._start = self._readings.qpos.copy()
+        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
+        self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
         self._diverged = np.zeros(len(objects), dtype=bool)
+        self._start = self._readings.qpos.copy()
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state."""
@@ -96,6 +100,7 @@ class MujocoSimulator:
         self._readings.ctrl[:] = joint_angles
         self._start[:] = self._readings.qpos
         self._diverged[:] = False
+        self._forces[:] = 0.0
         return self.measure()
 
     def step(self, targets: Array, substeps: int) -> State:
@@ -108,11 +113,13 @@ class MujocoSimulator:
         check_targets(targets, len(self.objects), self.hand.n_joints)
         self._readings.ctrl[:] = targets
         self._stepper.step(nstep=substeps)
+        self._forces[:] = self._readings.forces.reshape(self._forces.shape)
         return self.measure()
 
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
-        return Snapshot(**{name: getattr(self._readings, name).copy() for name in _KEPT})
+        kept = {name: getattr(self._readings, name).copy() for name in _KEPT}
+        return Snapshot(**kept, forces=self._forces.copy())
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot; the other worlds are not touched.
@@ -124,22 +131,28 @@ class MujocoSimulator:
         Raises:
             InputError: worlds or rows that are not there, a world named twice, or a hand of another number of joints.
         """
-        check_restore(worlds, len(self.objects), snapshot, rows)
-        if snapshot.ctrl.shape[1] != self.hand.n_joints:
-            raise InputError(
-                f"a snapshot of a hand of {snapshot.ctrl.shape[1]} joints for one of {self.hand.n_joints}; put worlds"
-                " back to snapshots of their own hand"
-            )
+        check_restore(worlds, len(self.objects), snapshot, rows, self.hand.n_joints)
         for name in _KEPT:
             getattr(self._readings, name)[worlds] = getattr(snapshot, name)[rows]
         self._diverged[worlds] = False
+        self._forces[worlds] = snapshot.forces[rows]
+
+    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
+        """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
+
+        Raises:
+            InputError: worlds that are not there, or impulses of another shape or not finite.
+        """
+        check_impulse(worlds, len(self.objects), impulse)
+        n = self.hand.n_joints
+        self._readings.qvel[worlds, n : n + 3] += impulse / self._mass[worlds, None]
 
     def measure(self) -> State:
         """Return the state of the present instant, worlds that diverged put back first."""
         self._put_back()
         self._measured_qpos[:] = self._readings.qpos
         self._meter.forward(stage=mujoco.mjtStage.mjSTAGE_POS)
-        return _state_from(self._readings, self.hand, self._diverged.copy())
+        return _state_from(self._readings, self.hand, self._diverged.copy(), self._forces.copy())
 
     def _put_back(self) -> None:
         """Find worlds that diverged and put them at rest where they were last reset to; their time goes on.
@@ -154,6 +167,7 @@ class MujocoSimulator:
             now.qpos[wild] = self._start[wild]
             now.qvel[wild] = 0.0
             now.qacc_warmstart[wild] = 0.0
+            self._forces[wild] = 0.0
 
 
 def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> None:
@@ -189,17 +203,14 @@ def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
     return batch
 
 
-def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_]) -> State:
+def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_], forces: Array) -> State:
     """Return the state, its arrays copied from the engine's so that a later step cannot change them."""
-    n, n_left = hand.n_joints, len(hand.left.links)
+    n = hand.n_joints
     qpos, qvel = readings.qpos.copy(), readings.qvel.copy()
     links = _nearest_piece(readings.sensors.reshape(len(qpos), n, -1, LINK_SENSOR_SIZE))
     link_gaps = links[..., 0].copy()
-    left = link_gaps[:, :n_left].argmin(axis=1)
-    right = link_gaps[:, n_left:].argmin(axis=1)
-    worlds = np.arange(len(qpos))[:, None]
-    nearest = np.stack([left, right + n_left], axis=1)
-    chosen = links[worlds, nearest]
+    nearest = np.stack([link_gaps[:, place].argmin(axis=1) for place in hand.slices], axis=1)
+    chosen = links[np.arange(len(qpos))[:, None], nearest + [place.start for place in hand.slices]]
     return State(
         time=readings.time.copy(),
         object_pose=qpos[:, n:],
@@ -208,10 +219,11 @@ def _state_from(readings: Readings, hand: HandSpec, diverged: NDArray[np.bool_])
         joint_velocities=qvel[:, :n],
         targets=readings.ctrl.copy(),
         link_gaps=link_gaps,
-        contact_links=np.stack([left, right], axis=1),
-        finger_points=chosen[..., 1:3],
-        object_points=chosen[..., 4:6],
+        contact_links=nearest,
+        finger_points=chosen[..., 1:4],
+        object_points=chosen[..., 4:7],
         gaps=chosen[..., 0],
+        forces=forces,
         diverged=diverged,
     )
 

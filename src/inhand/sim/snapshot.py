@@ -1,4 +1,4 @@
-"""The physical state of worlds, kept to go back to it: what a MuJoCo simulator needs to go on byte for byte."""
+"""The physical state of worlds, kept to go back to it: what a simulator needs to go on."""
 
 from __future__ import annotations
 
@@ -27,6 +27,8 @@ class Snapshot:
     qacc_warmstart: Array
     """Accelerations from which the contact solver starts its next search `(B, n + 6)`; without them it ends at other
     last digits."""
+    forces: Array
+    """What was last measured of the fingers' forces on the object `(B, F, 3)` [N]; nothing depends on it."""
 
     @property
     def n_worlds(self) -> int:
@@ -75,7 +77,9 @@ def check_indices(indices: NDArray[np.int64], count: int, what: str) -> None:
         raise InputError(f"{what} {indices[bad][0]} of {count}; {what}s count from 0 to {count - 1}")
 
 
-def check_restore(worlds: NDArray[np.int64], n_worlds: int, snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+def check_restore(
+    worlds: NDArray[np.int64], n_worlds: int, snapshot: Snapshot, rows: NDArray[np.int64], n_joints: int
+) -> None:
     """Refuse to put rows `(K,)` of a snapshot into worlds `(K,)` that are not there, too few, too many or named twice.
 
     Raises:
@@ -88,3 +92,8 @@ def check_restore(worlds: NDArray[np.int64], n_worlds: int, snapshot: Snapshot, 
     named, times = np.unique(worlds, return_counts=True)
     if (times > 1).any():
         raise InputError(f"world {named[times > 1][0]} is named twice; a world can go back to one state only")
+    if snapshot.ctrl.shape[1] != n_joints:
+        raise InputError(
+            f"a snapshot of a hand of {snapshot.ctrl.shape[1]} joints for one of {n_joints}; put worlds back to"
+            " snapshots of their own hand"
+        )

@@ -12,6 +12,8 @@ from inhand.geometry import Array, planar
 CONTACT_TOLERANCE = 1e-4
 """A finger touches the object where its distance is at most this [m] (guessed: a tenth of a millimetre)."""
 
+NEAREST = 1e-9
+"""Points nearer than this are one [m]."""
 LARGEST = 1e6
 """Angles, positions and speeds beyond this [rad, m, rad/s, m/s] are a simulation that diverged (guessed: nothing that
 a hand does comes near, and squares of it are still harmless)."""
@@ -19,7 +21,7 @@ a hand does comes near, and squares of it are still harmless)."""
 
 @dataclass(frozen=True)
 class State:
-    """A batch of B worlds with n joints at one instant, in the palm frame and SI units."""
+    """A batch of B worlds with F fingers and n joints at one instant, in the palm frame and SI units."""
 
     time: Array
     """Simulated time `(B,)` [s]."""
@@ -36,13 +38,15 @@ class State:
     link_gaps: Array
     """Distance of every link to the object `(B, n)` [m], negative where they overlap."""
     contact_links: NDArray[np.int64]
-    """The link of each finger nearest to the object, counted from the palm, `(B, 2)`."""
+    """The link of each of the F fingers nearest to the object, counted from the palm, `(B, F)`."""
     finger_points: Array
-    """The point of each finger nearest to the object `(B, 2, 2)` [m]."""
+    """The point of each finger nearest to the object `(B, F, 3)` [m]."""
     object_points: Array
-    """The point of the object nearest to each finger `(B, 2, 2)` [m]."""
+    """The point of the object nearest to each finger `(B, F, 3)` [m]."""
     gaps: Array
-    """Distance of each finger to the object `(B, 2)` [m], negative where they overlap."""
+    """Distance of each finger to the object `(B, F)` [m], negative where they overlap."""
+    forces: Array
+    """The force of each finger on the object during the last physics step `(B, F, 3)` [N], 0 before the first."""
     diverged: NDArray[np.bool_]
     """Whether the world's simulation has diverged since it was last reset or restored `(B,)`. The simulator puts such
     a world at rest where it was last reset to, so that the other arrays are finite and mean nothing."""
@@ -54,8 +58,34 @@ class State:
 
     @property
     def touching(self) -> NDArray[np.bool_]:
-        """Whether the left and right finger touch the object `(B, 2)`."""
+        """Whether each finger touches the object `(B, F)`."""
         return self.gaps <= CONTACT_TOLERANCE
+
+    @property
+    def normals(self) -> Array:
+        """Unit vectors from each finger to the object where they are nearest `(B, F, 3)`.
+
+        Where finger and object meet in one point, they point to the object's origin.
+        """
+        way = np.where(self.gaps < 0, -1.0, 1.0)[..., None] * (self.object_points - self.finger_points)
+        away = np.linalg.norm(way, axis=-1, keepdims=True) < NEAREST
+        way = np.where(away, self.object_pose[:, None, :3] - self.finger_points, way)
+        return np.asarray(way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), NEAREST))
+
+    @property
+    def penetration(self) -> Array:
+        """The deepest overlap of a link and the object `(B,)` [m], 0 where none overlaps."""
+        return np.asarray(np.maximum(-self.link_gaps.min(axis=1), 0.0))
+
+    @property
+    def finger_xy(self) -> Array:
+        """Planar view of `finger_points` `(B, F, 2)` [m]."""
+        return self.finger_points[..., :2]
+
+    @property
+    def object_xy(self) -> Array:
+        """Planar view of `object_points` `(B, F, 2)` [m]."""
+        return self.object_points[..., :2]
 
     @property
     def n_worlds(self) -> int:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from inhand.sim.names import MUJOCO, Engine
+
 
 @dataclass(frozen=True)
 class TraceConfig:
@@ -24,6 +26,8 @@ class TraceConfig:
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str = "cube_39"
     """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower, no walls)."""
     trials: int = 3
     """Number of trials, each with its own start noise, and of a task its own draw."""
     seed: int = 0

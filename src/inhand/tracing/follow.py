@@ -17,8 +17,9 @@ from inhand.control.trial import REACHED, STOPPED, Passport, Trial
 from inhand.geometry import Array, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.names import MUJOCO
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import Repertoire, Sequencer
@@ -74,6 +75,7 @@ def follow(
     config: SequenceConfig | None = None,
     progress: Callable[[str, int, int], None] | None = None,
     threads: int = 0,
+    engine: str = MUJOCO,
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it and return what each world left.
 
@@ -88,11 +90,12 @@ def follow(
         config: when primitives have arrived or failed.
         progress: told the phase, the worlds still running and the simulated step.
         threads: for the simulation; 0 uses every core.
+        engine: the physics engine.
     """
     hand, spec = held
     poses = stacked([plan.poses() for plan in plans])
-    grasp = entry.grasp(hand, spec, poses, starts)
-    simulator = MujocoSimulator(hand, [spec] * len(plans), scenes, threads)
+    grasp = entry.grasp(hand, spec, poses, starts, engine=engine)
+    simulator = make_simulator(engine, hand, [spec] * len(plans), scenes, threads)
     task = Task(hand, simulator.objects, poses - poses[:, :1], simulator.timestep)
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
     longest = max(map(_longest, plans))

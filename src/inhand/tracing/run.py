@@ -143,6 +143,7 @@ def simulate_trace(
         scenes=scene,
         progress=progress,
         threads=threads,
+        engine=config.engine,
     )
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
@@ -201,6 +202,7 @@ def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[
             substeps=SUBSTEPS,
             timestep=timestep,
             versions=found,
+            engine=config.engine,
         )
         for number, plan in enumerate(setup.plans, start=1)
     ]

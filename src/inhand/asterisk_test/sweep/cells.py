@@ -70,6 +70,7 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
         "noise_mm": config.noise_mm,
         "noise_deg": config.noise_deg,
         "controller": config.controller,
+        "engine": config.engine,
         "versions": dict(versions),
     }
     policy = find_controller(config.controller).policy

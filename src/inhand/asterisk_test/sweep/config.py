@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from inhand.sim.names import MUJOCO, Engine
+
 HANDS = (
     "2v2_50.50_50.50_1.1_53",
     "2v2_50.50_50.50_1.1_53:lab-limits",
@@ -55,6 +57,8 @@ class SweepConfig:
     """Standard deviation of the object's start rotation [deg]."""
     controller: str = "ik"
     """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     jobs: int = 0
     """Hands and objects computed at a time, one on each core; 0 takes every core."""
     out: Path = Path("results/sweep")

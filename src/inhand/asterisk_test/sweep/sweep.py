@@ -87,6 +87,7 @@ def _asterisk(config: SweepConfig) -> AsteriskConfig:
         noise_mm=config.noise_mm,
         noise_deg=config.noise_deg,
         controller=config.controller,
+        engine=config.engine,
     )
 
 

@@ -1,0 +1,53 @@
+"""The one place that makes the engines' simulators."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import get_args
+
+from inhand.errors import InputError, near_matches
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.engine import Simulator
+from inhand.sim.model import SceneSpec
+from inhand.sim.names import Engine
+
+
+def make_simulator(
+    engine: str,
+    hand: HandSpec | Sequence[HandSpec],
+    objects: Sequence[ObjectSpec],
+    scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    threads: int = 0,
+) -> Simulator:
+    """Return B worlds in an engine.
+
+    Args:
+        engine: its name, one of `Engine`.
+        hand: the hand of every world, or one for each; all of the same joints, their numbers may differ.
+        objects: the object of each world.
+        scenes: what surrounds them, one for all or one for each world.
+        threads: threads to step on, 0 for every core; PyBullet has one.
+
+    Raises:
+        InputError: an unknown engine, one that is not installed, or what its simulator refuses.
+    """
+    check_engine(engine)
+    if engine == "bullet":
+        from inhand.sim.bullet_engine import BulletSimulator
+
+        return BulletSimulator(hand, objects, scenes)
+    from inhand.sim.mujoco_engine import MujocoSimulator
+
+    return MujocoSimulator(hand, objects, scenes, threads)
+
+
+def check_engine(engine: str) -> None:
+    """Refuse an engine that there is not.
+
+    Raises:
+        InputError: the text offers near matches.
+    """
+    known = get_args(Engine)
+    if engine not in known:
+        raise InputError(f"unknown engine {engine!r}{near_matches(engine, known)}; allowed are {', '.join(known)}")

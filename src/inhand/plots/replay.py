@@ -154,12 +154,10 @@ def write_replay(
     Raises:
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
-    out = Path(out)
     _check(frames, trail_mm, contact, fps, texts)
-    write = _writer(out)
+    write, touching = _writer(out), (contact, 1 / fps if frame_s is None else frame_s)
     still = Still(_target(trail_mm, target_angle_deg, target_path_mm), np.empty((0, 2)) if wall_mm is None else wall_mm)
     check_points(still.wall, "wall")
-    touching = contact, 1 / fps if frame_s is None else frame_s
     stage = _set_stage(frames, trail_mm, still, texts, angle_deg=target_angle_deg, title=title, touching=touching)
     with written_whole(out) as part:
         write(stage, frames, trail_mm, part, fps)

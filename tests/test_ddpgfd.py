@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,31 @@ pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'i
 
 import jax
 import jax.numpy as jnp
+import optax
 
 from inhand.learning.config import Learning
 from inhand.learning.ddpgfd import Learner, imitate_many, new_learner, update_many
-from inhand.learning.networks import act, values
+from inhand.learning.networks import Layer, act, values
 from inhand.learning.replay import Columns, Replay, rows_of
 
 COLUMNS = Columns(1, 1)
 SMALL = Learning(
     hidden=(32, 32), actor_rate=1e-3, critic_rate=3e-3, weight_decay=0.0, batch=64, look_ahead=3, discount=0.9
+)
+
+
+TWO = Columns(2, 1)
+HAND_MADE = Learning(
+    hidden=(),
+    critics=2,
+    actor_rate=1e-3,
+    critic_rate=3e-3,
+    weight_decay=0.01,
+    reward_scale=2.0,
+    n_step_weight=0.4,
+    follow=0.2,
+    imitation=1.5,
+    value_weight=0.3,
 )
 
 
@@ -38,6 +55,108 @@ def _points(rng: np.random.Generator, episodes: int, expert: bool) -> np.ndarray
         episode = np.array([*seen, [x]]), actions, actions if expert else None, np.array(rewards)
         blocks.append(rows_of(COLUMNS, episode, (SMALL.discount, SMALL.look_ahead), terminated=False))
     return np.concatenate(blocks)
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """Networks of one layer: pi(s) = tanh(W s + b), and of each critic Q(s, a) = u s + v a + k."""
+
+    actor: tuple[np.ndarray, np.ndarray]
+    """Weights `(2, 1)` and bias `(1,)`."""
+    critics: tuple[np.ndarray, np.ndarray]
+    """Weights of both critics `(2, 3, 1)` and biases `(2, 1)`."""
+
+    def act(self, seen: np.ndarray) -> np.ndarray:
+        """Return actions `(B, 1)`."""
+        return np.asarray(np.tanh(seen @ self.actor[0] + self.actor[1]))
+
+    def values(self, seen: np.ndarray, action: np.ndarray) -> np.ndarray:
+        """Return values `(2, B)`."""
+        both = np.concatenate([seen, action], axis=1)
+        return np.asarray((both @ self.critics[0])[..., 0] + self.critics[1])
+
+    def layers(self) -> tuple[tuple[Layer], tuple[Layer]]:
+        """Return actor and critics as the learner holds them."""
+        actor, critics = (Layer(*(jnp.asarray(part) for part in each)) for each in (self.actor, self.critics))
+        return (actor,), (critics,)
+
+
+def _drawn(seed: int) -> _Linear:
+    rng = np.random.default_rng(seed)
+    shapes = ((2, 1), (1,)), ((2, 3, 1), (2, 1))
+    actor, critics = (tuple(rng.uniform(-1, 1, shape) for shape in pair) for pair in shapes)
+    return _Linear((actor[0], actor[1]), (critics[0], critics[1]))
+
+
+def _six_rows() -> np.ndarray:
+    """Return three rows of an expert and three of the agent, whose own actions stand where an expert's would."""
+    rng = np.random.default_rng(7)
+    rows = np.asarray(rng.uniform(-1, 1, (6, TWO.width)))
+    part = {name: rows[:, columns] for name, columns in TWO.parts().items()}
+    part["wanted"][3:] = part["action"][3:]
+    part["shown"][:, 0] = (1, 1, 1, 0, 0, 0)
+    part["discount"][:, 0] = (0.9, 0.9, 0.0, 0.9, 0.9, 0.0)
+    part["discount_n"][:, 0] = (0.7, 0.0, 0.0, 0.7, 0.0, 0.0)
+    return rows
+
+
+def test_one_update_is_the_one_that_is_written_out_by_hand() -> None:
+    """Targets, both losses, their gradients, the optimisers' first step and the target networks, in NumPy."""
+    fast, slow, rows, weight = _drawn(1), _drawn(6), _six_rows(), np.array([1.0, 0.5, 0.8, 1.0, 0.3, 0.9])
+    row = {name: rows[:, columns] for name, columns in TWO.parts().items()}
+    (actor, critics), (slow_actor, slow_critics) = fast.layers(), slow.layers()
+    fresh = new_learner(HAND_MADE, TWO, 0)
+    learner = fresh._replace(actor=actor, critics=critics, slow_actor=slow_actor, slow_critics=slow_critics)
+    after, report = update_many(learner, rows[None], weight[None], HAND_MADE, TWO, strength=0.6)
+
+    seen, action, count = row["observation"], row["action"], len(rows)
+    each = {later: slow.values(row[later], slow.act(row[later])) for later in ("successor", "later")}
+    assert all(len(set(value.argmin(axis=0))) == 2 for value in each.values())
+    one = 2.0 * row["reward"][:, 0] + row["discount"][:, 0] * each["successor"].min(axis=0)
+    many = 2.0 * row["reward_n"][:, 0] + row["discount_n"][:, 0] * each["later"].min(axis=0)
+    value = fast.values(seen, action)
+    loss = (weight * ((value - one) ** 2 + 0.4 * (value - many) ** 2)).mean(axis=1).sum()
+    assert float(report.critic_loss[0]) == pytest.approx(loss, rel=1e-5)
+    np.testing.assert_allclose(report.priority[0], ((value - one) ** 2).mean(axis=0), rtol=1e-4)
+    slope = 2 / count * weight * ((value - one) + 0.4 * (value - many))
+    both = np.concatenate([seen, action], axis=1)
+    gradient = (both.T @ slope.T).T[..., None], slope.sum(axis=1, keepdims=True)
+    better = _stepped(after.critics[0], after.critic_moments, fast.critics, gradient, HAND_MADE.critic_rate)
+
+    now = replace(fast, critics=better)
+    chosen, shown = fast.act(seen), row["shown"][:, 0]
+    first = now.values(seen, chosen)[0]
+    factor = 0.3 / (np.abs(first).mean() + 1e-6)
+    away = ((chosen - row["wanted"])[:, 0] * shown, shown.sum())
+    assert float(report.actor_loss[0]) == pytest.approx(
+        -0.6 * factor * first.mean() + 1.5 * (away[0] ** 2).sum() / away[1], rel=1e-4
+    )
+    pull = -0.6 * factor * better[0][0, 2, 0] / count + 1.5 * 2 * away[0] / away[1]
+    pull = pull[:, None] * (1 - chosen**2)
+    moved = _stepped(after.actor[0], after.actor_moments, fast.actor, (seen.T @ pull, pull.sum(axis=0)), 1e-3)
+    for old, new, found in (
+        (slow.actor, moved, after.slow_actor[0]),
+        (slow.critics, better, after.slow_critics[0]),
+    ):
+        for a, b, c in zip(old, new, found, strict=True):
+            np.testing.assert_allclose(c, a + 0.2 * (b - a), atol=1e-6)
+
+
+def _stepped(
+    found: Layer,
+    moments: optax.OptState,
+    before: tuple[np.ndarray, np.ndarray],
+    gradient: tuple[np.ndarray, np.ndarray],
+    rate: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return parameters after Adam's first step with weight decay, having found them and its first moment so."""
+    decayed = [g + HAND_MADE.weight_decay * p for g, p in zip(gradient, before, strict=True)]
+    for slope, moment in zip(decayed, jax.tree.leaves(moments)[1:3], strict=True):
+        np.testing.assert_allclose(np.asarray(moment) / 0.1, slope, rtol=1e-4, atol=1e-6)
+    weights, bias = (p - rate * g / (np.abs(g) + 1e-8) for g, p in zip(decayed, before, strict=True))
+    np.testing.assert_allclose(found.weight, weights, atol=1e-6)
+    np.testing.assert_allclose(found.bias, bias, atol=1e-6)
+    return weights, bias
 
 
 def _learned(rows: np.ndarray, learning: Learning, updates: int, strength: float = 1.0) -> Learner:

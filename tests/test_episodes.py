@@ -255,6 +255,14 @@ def test_a_phase_begins_once_with_the_state_that_the_one_before_left() -> None:
     assert [each.acted for each in controllers] == [3, 2]
 
 
+def test_a_grip_alone_closes_in_all_worlds_until_the_slowest_has() -> None:
+    contacts = np.ones((9, 3, 2), dtype=bool)
+    contacts[:, 1, 0] = False
+    recording = run_script(contacts, [Phase("grasp", lambda _: Counting((2, 2, 4)), 1.0, must_hold=True)])
+    assert recording.outcomes == (REACHED, NO_GRASP, REACHED)
+    np.testing.assert_array_equal(recording.last, [4, 4, 4])
+
+
 def test_a_second_manipulation_follows_the_first() -> None:
     """There and back: finishing a phase that is not the last is no reason to end the episode."""
     phases = [carrying(3), Phase("back", lambda _: Counting((4,)), 1.0, keep_contact=True)]

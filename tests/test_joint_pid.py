@@ -86,6 +86,18 @@ def test_a_blocked_joint_is_pushed_with_a_bounded_command() -> None:
     np.testing.assert_allclose(commands[-1, 0], goal[0] + config.integral_limit * np.sign(goal[0]), atol=1e-12)
 
 
+def test_the_integral_grows_once_the_set_point_has_arrived() -> None:
+    """A blocked joint is told where the set point is, 0.024 rad a decision, and more and more from its arrival on."""
+    hand = parse_hand_name(STANDARD)
+    simulator, task = worlds(hand, 1)
+    state = simulator.reset(np.array([[0.0, 0.6, 0.0]]), np.zeros((1, 4)))
+    controller = JointPid(task, np.array([[0.06, -0.03, 0.0, 0.0]]))
+    controller.begin(state)
+    commands = np.stack([controller.act(state)[0, :2] for _ in range(5)])
+    expected = [[0.024, -0.012], [0.048, -0.024], [0.0624, -0.0312], [0.0648, -0.0324], [0.0672, -0.0336]]
+    np.testing.assert_allclose(commands, expected, atol=1e-12)
+
+
 def test_fingers_that_press_on_an_object_finish_although_their_goal_lies_inside() -> None:
     hand = parse_hand_name(STANDARD)
     simulator, task = worlds(hand, 1)

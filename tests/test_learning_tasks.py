@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from inhand.errors import InputError
-from inhand.geometry import Array, spatial
+from inhand.geometry import Array, inverse_transform, spatial
 from inhand.hands.names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
@@ -98,6 +98,48 @@ def test_the_thesis_observation_is_every_number_over_its_range() -> None:
     np.testing.assert_allclose(seen[:, 17:19], tip / reach)
     expected = 2 * (angles[:, rank] - limits[:, 0]) / (limits[:, 1] - limits[:, 0]) - 1
     np.testing.assert_allclose(seen[:, 19:], expected, atol=1e-12)
+
+
+def test_the_other_observations_are_every_number_over_its_scale() -> None:
+    state = held()
+    angles = np.deg2rad([0.0, 100.0, -170.0])
+    start, x = state.pose - (0.004, -0.003, 0.02), np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    aim = Aim(angles, start, np.full(3, 0.009), 0.25, start + np.array([0.02, -0.03, 0.1]))
+    y = np.stack([-x[:, 1], x[:, 0]], axis=1)
+    gone, velocity, rank = (state.pose - start)[:, :2], state.object_velocity, [0, 2, 1, 3]
+    along, left = (gone * x).sum(axis=1), (gone * y).sum(axis=1)
+    columns = [
+        *x.T,
+        (0.009 - along) / 0.1,
+        (0.009 - along) / 0.01,
+        along / 0.1,
+        left / 0.01,
+        (state.pose - start)[:, 2] / 0.2,
+        (velocity[:, :2] * x).sum(axis=1) / 0.2,
+        (velocity[:, :2] * y).sum(axis=1) / 0.2,
+        velocity[:, 5] / 2.0,
+        *((state.pose[:, :2] - HAND.start_position) / 0.15).T,
+        state.pose[:, 2] / 1.0,
+        *(state.joint_angles[:, rank] / np.pi).T,
+        *(state.joint_velocities[:, rank] / 4.0).T,
+        *((state.targets - state.joint_angles)[:, rank] / 0.2).T,
+        *(np.concatenate([inverse_transform(state.pose, state.object_points[:, i, :2]) for i in (0, 1)], 1) / 0.04).T,
+        *(state.gaps / 0.005).T,
+    ]
+    numbers = np.stack(columns, axis=1)
+    assert ((np.abs(numbers) < 1) & (np.abs(numbers) > 1e-6)).any(axis=0).all()
+    ends = aim.end if aim.end is not None else np.empty(0)
+    whole = [
+        np.full(3, -0.5),
+        *((ends[:, :2] - HAND.start_position) / 0.15).T,
+        ends[:, 2] / 1.0,
+        *(velocity[:, :2] / 0.2).T,
+        *columns[9:],
+    ]
+    wanted = {"grip": columns, "grip-open": [*columns[:2], *columns[4:]], "whole": whole}
+    for name, expected in wanted.items():
+        seen = observe(find_layout(name), state, aim, SCENE)
+        np.testing.assert_allclose(seen, np.clip(np.stack(expected, axis=1), -1.0, 1.0), atol=1e-9)
 
 
 def test_joints_are_ranked_from_the_palm_outwards_in_fingers_of_any_length() -> None:

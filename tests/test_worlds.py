@@ -14,7 +14,9 @@ from inhand.control.loop import LOST_AFTER
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.learning import demonstrations as made_of
+from inhand.learning.collect import Collector
 from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
+from inhand.learning.replay import Columns
 from inhand.learning.starts import (
     Noise,
     Starts,
@@ -140,6 +142,18 @@ def test_the_reach_of_a_grip_ends_before_the_hand_does() -> None:
 
 
 # Worlds.
+
+
+def test_what_an_agent_collects_is_not_shown_by_an_expert() -> None:
+    worlds = ManipulationWorlds(HELD, pool(), 3, replace(STEPS, horizon=4), np.random.default_rng(0), threads=1)
+    columns = Columns(worlds.layout.size(HAND), HAND.n_joints)
+    rows, ends = Collector(worlds, columns, (0.9, 2)).collect(
+        lambda seen: np.zeros((len(seen), HAND.n_joints)), 8, 0.1, np.random.default_rng(0)
+    )
+    found = np.concatenate(rows)
+    assert sum(end.decisions for end in ends) == len(found) >= 12
+    assert np.ptp(found[:, columns.parts()["action"]]) > 0
+    assert not found[:, columns.parts()["shown"]].any()
 
 
 def test_a_decision_leads_on_from_the_rows_it_was_reset_to() -> None:

@@ -117,7 +117,7 @@ def run_episodes(
         simulator: the worlds.
         task: what they have to do.
         phases: the slices of the episode; a world that finishes the last one has reached its end, unless that is a
-            grip, in which all worlds close until the slowest has.
+            grip, which is judged when all worlds have closed.
         start: the state the simulator was reset to.
         progress: told the phase, the worlds still running and the simulated step, after every step.
     """
@@ -141,7 +141,7 @@ def run_episodes(
             verdicts.end(~done, len(states) - 1, TIME_OUT)
         if not verdicts.running.any():
             break
-    verdicts.end(verdicts.running, len(states) - 1, TIME_OUT)
+    verdicts.end(verdicts.running, len(states) - 1, REACHED if phases[-1].must_hold else TIME_OUT)
     names = tuple(phase.name for phase in phases)
     return Recording(tuple(states), names, np.array(phase_of), verdicts.last, tuple(verdicts.outcomes))
 

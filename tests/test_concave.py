@@ -12,11 +12,12 @@ from inhand.geometry import Array, cross, inverse_transform, rotate, transform
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object
+from inhand.hands.outlines import signed_area
 from inhand.hands.polygons import nearest_contact, separation
 from inhand.hands.rolling import Starts, roll
 from inhand.hands.shapes import link_polygons
 from inhand.sim.bullet_engine import BulletSimulator
-from inhand.sim.bullet_model import prism_inertia
+from inhand.sim.bullet_model import build_world, load_pybullet, prism_inertia
 from inhand.sim.engine import Simulator
 from inhand.sim.model import SceneSpec, build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
@@ -236,6 +237,48 @@ def test_the_witness_weighs_and_measures_every_piece() -> None:
     (xx, _), (_, yy) = second / area
     expected = 0.03 * np.array([yy + 0.01 / 12, xx + 0.01 / 12, xx + yy])
     np.testing.assert_allclose(inertia, expected, rtol=1e-9)
+
+
+@every_polygon
+def test_the_witness_moves_the_prisms_mass_and_inertia(spec: ObjectSpec) -> None:
+    pytest.importorskip("pybullet", reason='PyBullet is an extra: pip install "inhand[bullet]"')
+    spec = replace(spec, mass=0.04)
+    _, centre, second = moments(polygon(spec))
+    area = signed_area(polygon(spec))
+    (xx, _), (_, yy) = second / area
+    thick, up = spec.height**2 / 12, np.array([0.0, 0.0, 1.0])
+    for force, torque in ((up[[2, 0, 1]], 0 * up), (0 * up, 1e-3 * up)):
+        linear, angular = kicked(spec, np.array([*centre, 0.0]), force, torque)
+        np.testing.assert_allclose(spec.mass * linear, force * STEP, atol=1e-6, err_msg="mass")
+        np.testing.assert_allclose(spec.mass * (xx + yy) * angular[2], torque[2] * STEP, atol=1e-9, err_msg="inertia")
+    if len(convex_pieces(spec)) == 1:
+        _, angular = kicked(spec, np.array([*centre, 0.0]), 0 * up, 1e-3 * up[[2, 0, 1]])
+        np.testing.assert_allclose(spec.mass * (yy + thick) * angular[0], 1e-3 * STEP, rtol=1e-3)
+
+
+STEP = 0.004
+"""Physics step of a kicked object [s]."""
+
+
+def kicked(spec: ObjectSpec, centre: Array, force: Array, torque: Array) -> tuple[Array, Array]:
+    """Return velocities `(3,)` that an object in free space has after a step under a force [N] and a torque [N m].
+
+    The force acts at the centre of mass, whose velocity it is.
+    """
+    engine = load_pybullet()
+    client = engine.connect(engine.DIRECT)
+    world = build_world(engine, client, HAND, spec, SceneSpec(timestep=STEP, gravity=0.0))
+    origin = np.array([0.0, 0.5, 0.5])
+    base = origin + np.array([*world.middle, 0.0])
+    engine.resetBasePositionAndOrientation(world.object, base.tolist(), [0, 0, 0, 1], physicsClientId=client)
+    arm = origin + centre - base
+    turning = torque + np.cross(arm, force)  # PyBullet takes both at the first piece
+    engine.applyExternalForce(world.object, -1, force.tolist(), base.tolist(), engine.WORLD_FRAME, client)
+    engine.applyExternalTorque(world.object, -1, turning.tolist(), engine.WORLD_FRAME, client)
+    engine.stepSimulation(client)
+    linear, angular = (np.array(v) for v in engine.getBaseVelocity(world.object, physicsClientId=client))
+    engine.disconnect(client)
+    return linear + np.cross(angular, arm), angular
 
 
 @pytest.mark.parametrize("name", ["triangle", "hourglass"])

@@ -11,10 +11,12 @@ import pytest
 import inhand
 from inhand.control.catalogue import rough_grasp
 from inhand.errors import InputError
+from inhand.geometry import Array, inverse_quaternion, turn
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
+from inhand.sim.model import SceneSpec
 from inhand.sim.names import Engine
 from inhand.sim.state import State
 
@@ -148,3 +150,25 @@ def test_hands_may_differ_in_numbers_and_leave_each_other_alone(engine: str) -> 
 def test_hands_of_another_number_or_of_other_joints_are_refused(engine: str, names: list[str], text: str) -> None:
     with pytest.raises(InputError, match=text):
         make_simulator(engine, [parse_hand_name(name) for name in names], [CUBE] * 2)
+
+
+def test_angular_velocity_is_in_the_palms_frame(engine: str) -> None:
+    simulator = make_simulator(engine, HAND, [CUBE], SceneSpec(gravity=0.0))
+    simulator.reset(START, GRASP.opened)
+    kept, n = simulator.snapshot(), HAND.n_joints
+    tilted = np.array([0.8, 0.4, -0.4, 0.2])  # far from upright, so that the object's own frame is another
+    kept.qpos[0, n:] = [0.3, 0.5, 0.5, *tilted]
+    kept.qvel[0, n:] = [0.0, 0.0, 0.0, 1.0, -2.0, 3.0]
+    simulator.restore(np.array([0]), kept, np.array([0]))
+    before = simulator.measure()
+    after = simulator.step(GRASP.opened, 1)
+    change = product_of(after.object_pose[0, 3:], inverse_quaternion(before.object_pose[0, 3:]))
+    turned = 2 * change[1:] * np.sign(change[0]) / simulator.timestep
+    np.testing.assert_allclose(before.object_velocity[0, 3:], turn(tilted, np.array([1.0, -2.0, 3.0])), atol=1e-9)
+    np.testing.assert_allclose(after.object_velocity[0, 3:], turned, atol=0.05)
+
+
+def product_of(a: Array, b: Array) -> Array:
+    """Return the quaternion `(4,)` that turns by b and then by a."""
+    w, x, y, z = a
+    return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]) @ b

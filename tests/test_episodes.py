@@ -21,6 +21,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
@@ -62,6 +63,7 @@ class Scripted:
     timestep: float = 0.004
     steps: int = 0
     hand: HandSpec = HAND
+    engine: Engine = "mujoco"
 
     @property
     def objects(self) -> tuple[ObjectSpec, ...]:

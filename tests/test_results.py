@@ -55,6 +55,8 @@ REQUIRED = (
     "contact_fraction",
     "longest_gap_s",
     "outcome",
+    "force_max_n",
+    "penetration_max_mm",
 )
 """Keys that every entry of the list `trials` has."""
 STANDARD = "2v2_50.50_50.50_1.1_53"
@@ -124,6 +126,22 @@ def test_a_straight_trial_in_numbers() -> None:
         assert entry[key] == pytest.approx(0, abs=1e-9), key
     assert (entry["efficiency"], entry["contact_fraction"], entry["longest_gap_s"]) == (pytest.approx(1), 1.0, 0)
     assert (entry["first_lost"], entry["source"]) == (None, "ik")
+
+
+def test_the_largest_force_and_overlap_of_any_row_are_told_of_every_trial(tmp_path: Path) -> None:
+    gentle = straight()
+    forces, overlap = np.zeros((len(gentle.time), 2, 3)), np.zeros(len(gentle.time))
+    forces[1, 1], overlap[-1] = (-1.2, 0.0, 1.6), 4e-4  # while closing, and at the end
+    hard = result_of_trial(replace(straight(number=2), forces=forces, penetration=overlap))
+    entry = as_entry(hard)
+    assert (entry["force_max_n"], entry["penetration_max_mm"]) == (pytest.approx(2.0), pytest.approx(0.4))
+    both = [result_of_trial(gentle), hard]
+    (summary,) = summary_of(both)
+    assert (summary["force_max_n"], summary["penetration_max_mm"]) == (pytest.approx(2.0), pytest.approx(0.4))
+    row = dict(zip(HEADER, table_rows(both, ())[0], strict=True))
+    assert (row["Force"], row["Overlap"]) == ("2.00", "0.40")
+    human = as_entry(result_of_human(recorded(tmp_path)))
+    assert (human["force_max_n"], human["penetration_max_mm"]) == (None, None)
 
 
 def test_distance_counts_up_to_the_first_loss_and_carried_to_the_end() -> None:

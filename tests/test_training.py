@@ -212,6 +212,7 @@ def test_a_run_that_cannot_be_gone_on_with_is_refused(
 def test_a_finished_run_is_not_gone_on_with(tmp_path: Path) -> None:
     folder = _card(tmp_path / "run", lambda _: None)
     (folder / "finished.json").write_text("{}")
+    (folder / "report.md").write_text("its page")
     with pytest.raises(InputError, match="is finished; its policy is in"):
         resume(folder, (lambda *_: None, lambda _: None))
 

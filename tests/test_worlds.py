@@ -2,6 +2,7 @@
 
 from dataclasses import fields, replace
 from functools import cache
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from inhand.geometry import Array
 from inhand.learning import demonstrations as made_of
 from inhand.learning.collect import Collector
 from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
+from inhand.learning.environment_config import EnvironmentConfig
 from inhand.learning.replay import Columns
 from inhand.learning.starts import (
     Noise,
@@ -401,3 +403,22 @@ def test_states_of_a_running_batch_become_starts() -> None:
     same(other.state, select(batch.state, np.array([3, 1])))
     ours, theirs = batch.step(np.full((4, 4), 0.2)), other.step(np.full((2, 4), 0.2))
     np.testing.assert_array_equal(ours.goal[[3, 1]], theirs.goal)
+
+
+def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() -> None:
+    pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
+    plans = plans_for(*HELD, (0.0,), "rough", "bullet")
+    made = Recipe(episodes=2, grasp="rough", midway=1.0), replace(STEPS, horizon=30), Noise(0.0, 0.0)
+    rng = np.random.default_rng(0)
+    (batch,) = demonstrations(HELD, plans, np.zeros, made, rng, engine="bullet")
+    assert batch.starts.engine == "bullet"
+    assert batch.starts.state.touching.all()
+    again = ManipulationWorlds(HELD, joined([batch.starts, batch.starts]), 3, STEPS)
+    assert again.simulator.engine == "bullet"
+    assert ManipulationWorlds(HELD, pool(), 1, STEPS).simulator.engine == "mujoco"
+    ours = gripped(*HELD, (plans, np.zeros(1)), rng, Noise(0.0, 0.0)).state.joint_angles
+    assert np.abs(ours - batch.starts.state.joint_angles[:1]).max() > 1e-4
+    config = EnvironmentConfig(directions=(0.0,), starts=1, grasp="rough", engine="bullet")
+    assert config.pool(stop=False).engine == "bullet"
+    with pytest.raises(InputError, match=r"unknown engine 'bulet'.*bullet"):
+        EnvironmentConfig(engine=cast("Any", "bulet"))

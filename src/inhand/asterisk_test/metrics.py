@@ -77,7 +77,7 @@ def measure(
         rotation_deg: Rotation `(T,)`, unwrapped [deg], or None where it is unknown (its metrics become NaN).
         angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
         target_rotation_deg: Rotation to hold [deg]; plays no part in a trial that only rotates.
-        contact: Whether the left and the right finger touch `(T, 2)`, or None for people.
+        contact: Whether each finger touches `(T, F)`, or None for people.
         row_s: Time between two rows [s].
         reference_mm: Way-points of the reference path `(S, 2)` from the start [mm], or None without one.
 
@@ -163,10 +163,9 @@ def _share(part: float, whole: float) -> float:
 
 def _check_rest(rows: int, contact: NDArray[np.bool_] | None, angle_deg: float | None, target_deg: float) -> None:
     """Refuse contact of the wrong shape and angles that are not finite."""
-    if contact is not None and np.shape(contact) != (rows, 2):
+    if contact is not None and (np.ndim(contact) != 2 or len(contact) != rows):
         raise InputError(
-            f"contact has shape {np.shape(contact)} for {rows} rows: give (T, 2), the left and the right finger of"
-            " each row"
+            f"contact has shape {np.shape(contact)} for {rows} rows: give (T, F), every finger of each row"
         )
     if not math.isfinite(angle_deg or 0.0) or not math.isfinite(target_deg):
         raise InputError(f"direction {angle_deg} and target rotation {target_deg} must be finite angles [deg]")

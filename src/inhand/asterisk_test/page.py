@@ -35,9 +35,9 @@ def page(
         "",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
         " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
-        " Turn (largest rotation, deg), Contact (share of steps with both"
-        " fingers touching) and Gap (longest time without) are the worst trial's; Eff. is the mean efficiency."
-        " Outcome is the worst, and how many trials had it.",
+        " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
+        " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are the worst"
+        " trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         "",
         *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
         "",

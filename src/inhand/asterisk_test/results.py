@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,10 @@ class Result:
     """File or controller."""
     limit: float | None = None
     """How far the hand could carry the object [mm], or turn it [deg] where there is no direction; None for people."""
+    force_max_n: float | None = None
+    """Largest force of a finger on the object in any row of the trial [N]; None for people."""
+    penetration_max_mm: float | None = None
+    """Deepest overlap of a link and the object in any row of the trial [mm]; None for people."""
     unseen: Unseen = ALL_SEEN
     """Frames of a recording in which the camera did not see the object."""
 
@@ -109,6 +113,8 @@ def result_of_trial(trial: Trial, *, compatible: bool = False) -> Result:
         original,
         passport.controller,
         _limit(passport),
+        float(np.linalg.norm(trial.forces, axis=-1).max()),
+        1e3 * float(trial.penetration.max()),
         bent=angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
     )
 
@@ -178,6 +184,8 @@ def as_entry(result: Result) -> dict[str, Any]:
         "carried_mm": result.carried_mm,
         **_limit_entry(result),
         "fraction_of_limit": result.fraction,
+        "force_max_n": result.force_max_n,
+        "penetration_max_mm": result.penetration_max_mm,
         "first_lost": result.first_lost,
         "labels": None if result.labels is None else list(result.labels),
         "source": result.source,
@@ -202,6 +210,8 @@ def summary_of(results: Sequence[Result]) -> list[dict[str, Any]]:
                 "outcomes": {outcome: outcomes.count(outcome) for outcome in sorted(set(outcomes))},
                 **_limit_entry(group[0]),
                 "fraction_of_limit": mean_fraction(group),
+                "force_max_n": largest(result.force_max_n for result in group),
+                "penetration_max_mm": largest(result.penetration_max_mm for result in group),
                 **{key: value._asdict() for key, value in summarise([r.metrics for r in group]).items()},
             }
         )
@@ -212,6 +222,11 @@ def mean_fraction(group: Sequence[Result]) -> float | None:
     """Return the mean share of the limit that trials reached; None where no limit is known."""
     known = [result.fraction for result in group if result.fraction is not None]
     return float(np.mean(known)) if known else None
+
+
+def largest(values: Iterable[float | None]) -> float | None:
+    """Return the largest of the values that are known; None where none is."""
+    return max((value for value in values if value is not None), default=None)
 
 
 def _limit_entry(result: Result) -> dict[str, float | None]:

@@ -20,7 +20,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engines import make_simulator
+from inhand.sim.engines import check_engine, make_simulator
 from inhand.tasks.paths import ReferencePath, stacked, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
 from inhand.tasks.reach import limits
@@ -74,6 +74,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     count = config.trials * len(primitives)
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
     check_fit(hand, spec)
+    check_engine(config.engine)
     assignments = []
     for primitive in primitives:
         paths = _paths(config, primitive, people)

@@ -8,7 +8,7 @@ import numpy as np
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, averaged, by_direction, mean_fraction, result_of_human
+from inhand.asterisk_test.results import Result, averaged, by_direction, largest, mean_fraction, result_of_human
 from inhand.control.trial import DIVERGED, GRIP_END, LOST_CONTACT, NO_GRASP, NO_MOVEMENT, REACHED, STOPPED, TIME_OUT
 from inhand.pages import NO_VERDICT, NOTHING
 
@@ -24,6 +24,8 @@ HEADER = (
     "Eff.",
     "Contact",
     "Gap [s]",
+    "Force",
+    "Overlap",
     "Outcome",
 )
 
@@ -108,6 +110,7 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     off = [r.metrics.path_max_mm for r in group if r.bent and r.metrics.path_max_mm is not None]
     contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
     gaps = [m.longest_gap_s for m in metrics if m.longest_gap_s is not None]
+    force, overlap = largest(r.force_max_n for r in group), largest(r.penetration_max_mm for r in group)
     return (
         name,
         _reached(group),
@@ -119,6 +122,8 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
         f"{np.mean([m.efficiency for m in metrics]):.2f}",
         f"{min(contact):.3f}" if contact else NOTHING,
         f"{max(gaps):.2f}" if gaps else NOTHING,
+        NOTHING if force is None else f"{force:.2f}",
+        NOTHING if overlap is None else f"{overlap:.2f}",
         f"{outcomes.count(worst)}/{len(group)} {worst}",
     )
 

@@ -24,6 +24,8 @@ class TrainConfig:
     """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     directions: Literal["train", "continuous"] | None = None
     """train: the 8 of the Asterisk Test. continuous: these and the circle between, the 8 unseen ones left out."""
+    engine: Engine | None = None
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     seed: int | None = None
     """Seed of everything drawn."""
     episodes: int | None = None

@@ -24,7 +24,9 @@ from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
 
 FINEST_MM = 0.5
-"""Finest step that ends in minutes [mm]; 2 mm takes seconds."""
+"""Finest step [mm]."""
+FINEST_S = 40.0
+"""What all directions take of one core at the finest step, measured with the default hand and object [s]."""
 MARK = "reach.json"
 """The file that marks a folder as one of this command."""
 
@@ -67,11 +69,13 @@ def resolution_of(command: ReachCommand) -> float:
     """Return the step along path and outline [m].
 
     Raises:
-        InputError: a step that cannot be, or one that would take hours.
+        InputError: a step that cannot be, or one that would take too long.
     """
     if not (np.isfinite(command.resolution_mm) and command.resolution_mm >= FINEST_MM):
-        hint = "half the step takes about four times as long"
-        raise InputError(f"--resolution-mm {command.resolution_mm:g}: give {FINEST_MM:g} or more; {hint}")
+        raise InputError(
+            f"--resolution-mm {command.resolution_mm:g}: give {FINEST_MM:g} or more; all directions at that take"
+            f" about {FINEST_S:g} s"
+        )
     return command.resolution_mm / 1e3
 
 

@@ -22,6 +22,7 @@ from inhand.learning.environment_config import angles_of
 from inhand.learning.recording import Recording, dataset_episodes, environment_spec, record
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
+from inhand.sim.engines import check_engine
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
 from inhand.tasks.rewards import find_reward
@@ -114,6 +115,7 @@ def prepared(config: RecordConfig) -> Recording:
     find_reward(config.reward)
     hand, thing = load_hand(config.hand), load_object(config.object)
     check_fit(hand, thing)
+    check_engine(config.engine)
     return Recording(
         hand,
         thing,
@@ -130,6 +132,7 @@ def prepared(config: RecordConfig) -> Recording:
         Interface(config.observation, config.actions, config.reward, config.horizon),
         Noise(config.noise_mm / 1e3, float(np.deg2rad(config.noise_deg))),
         config.seed,
+        config.engine,
     )
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from inhand.sim.names import MUJOCO, Engine
+
 
 @dataclass(frozen=True)
 class RecordConfig:
@@ -41,6 +43,8 @@ class RecordConfig:
     """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
     grip_spread: float = 0.0
     """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     seed: int = 0
     """Seed of everything drawn."""
     out: Path | None = None

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 PACKAGES = ("jax", "optax", "tensorboardX")
 """What the extra `rl` brings and training cannot do without."""
-CHOSEN = ("hand", "object", "directions", "seed", "episodes")
+CHOSEN = ("hand", "object", "directions", "engine", "seed", "episodes")
 """Settings of the command line that take the place of the preset's."""
 WORDS = {
     "grasps": "planning grasps",

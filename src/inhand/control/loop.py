@@ -52,6 +52,15 @@ class _Verdicts:
         self.running = self.running & ~worlds
 
 
+def sense(state: State) -> State:
+    """Return what controllers see of the worlds: all there is, as it is.
+
+    Every controller decides on what this returns, in trials, in training and in environments; verdicts, rewards and
+    recordings read the state itself.
+    """
+    return state
+
+
 def control_step(
     simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int
 ) -> tuple[State, NDArray[np.int64]]:
@@ -151,10 +160,12 @@ def _run_phase(
 ) -> Iterator[tuple[State, NDArray[np.bool_]]]:
     """Give every state of a phase and which worlds are done, until all that run are done or time is up."""
     controller = phase.controller(task)
-    controller.begin(state)
+    seen = sense(state)
+    controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):
-        state, lost = control_step(simulator, controller.act(state), verdicts.lost, task.substeps)
-        done = controller.finished(state)
+        state, lost = control_step(simulator, controller.act(seen), verdicts.lost, task.substeps)
+        seen = sense(state)
+        done = controller.finished(seen)
         if phase.keep_contact:
             verdicts.lost = lost
             done = done & (lost == 0)

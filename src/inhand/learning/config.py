@@ -8,6 +8,7 @@ from typing import Literal
 from inhand.learning.demonstrations import Recipe
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
+from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,8 @@ class Training:
     """Hand: a name of the laboratory's form or a TOML file."""
     object: str = "cube_39"
     """Object: a name, shape_SIZE in mm, or a TOML file."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     seed: int = 0
     """Seed of everything drawn."""
     directions: Literal["train", "continuous"] = "train"

@@ -27,6 +27,7 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
+from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.cards import NEW, InterfaceCard, differences
 
 Floats = NDArray[np.float32]
@@ -94,6 +95,8 @@ class DatasetHead:
     """Seed of everything drawn."""
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
+    engine: Engine = MUJOCO
+    """Physics engine."""
 
     @property
     def dataset_id(self) -> str:

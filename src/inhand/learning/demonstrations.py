@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import GraspKind, find_controller
+from inhand.control.loop import sense
 from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Noise, Starts, expert_task, gripped, joined, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import actions_of
 
 BATCH = 512
@@ -81,6 +83,7 @@ def demonstrations(
     made: tuple[Recipe, Interface, Noise],
     rng: np.random.Generator,
     *,
+    engine: Engine = MUJOCO,
     progress: Callable[[int], None] | None = None,
 ) -> Iterator[Episodes]:
     """Give recorded episodes a batch at a time until all asked for are there.
@@ -91,6 +94,7 @@ def demonstrations(
         draw: draws directions [deg], as many as it is asked for.
         made: how demonstrations are made, what is seen, done and rewarded, and the noise of starts.
         rng: draws noise and starts.
+        engine: in which they are recorded.
         progress: told the number of recorded episodes, from time to time.
     """
     recipe, interface, noise = made
@@ -101,7 +105,7 @@ def demonstrations(
         again = 0 if kept is None else min(round(recipe.midway * count), len(kept))
         angles = draw(count - again)
         gripped_for = angles + recipe.grip_spread * rng.standard_normal(len(angles))
-        fresh = replace(gripped(*held, (plans, gripped_for), rng, noise), angle_deg=angles)
+        fresh = replace(gripped(*held, (plans, gripped_for), rng, noise, engine=engine), angle_deg=angles)
         if kept is not None and again:
             fresh = joined([fresh, kept.take(rng.choice(len(kept), again, replace=False), draw(again))])
         reach = reach_of(held, fresh)
@@ -139,7 +143,7 @@ def recorded(
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
     expert = find_controller(recipe.expert).manipulate(expert_task(held, starts))
-    expert.begin(worlds.state)
+    expert.begin(sense(worlds.state))
     push = np.zeros(worlds.state.targets.shape)
     strength = recipe.push * rng.random((len(starts), 1))
     pick = rng.integers(EARLIEST, max(interface.horizon, EARLIEST + 1), size=len(starts))
@@ -151,7 +155,7 @@ def recorded(
         there = np.flatnonzero((pick == number) & running & worlds.state.touching.all(axis=-1))
         if len(there):
             parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there]))
-        targets = expert.act(worlds.state)
+        targets = expert.act(sense(worlds.state))
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
         wanted, action = (
             actions_of(t, interface.actions, held[0], worlds.state) for t in (targets, targets + strength * push)

@@ -19,6 +19,7 @@ from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Noise, Starts, gripped, plans_for, reach_of
+from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import Actions
 from inhand.tasks.goals import GoalReward, goal_reward
 from inhand.tasks.primitives import parse_directions
@@ -57,6 +58,8 @@ class EnvironmentConfig:
     """Whether the object is to stay where its grip is predicted to end, which `grip` and `progress` tell."""
     grasp: GraspKind = "planned"
     """Grip: planned for each direction (a second for each two), or rough (thesis 3.2, at once)."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     threads: int = 0
     """Threads of the simulation; 0 uses every core."""
 
@@ -66,7 +69,7 @@ class EnvironmentConfig:
         Raises:
             InputError: the text says which.
         """
-        for name, kind in (("actions", Actions), ("grasp", GraspKind)):
+        for name, kind in (("actions", Actions), ("grasp", GraspKind), ("engine", Engine)):
             _check_word(name, getattr(self, name), get_args(kind))
         if not (0 <= self.noise_mm < math.inf and 0 <= self.noise_deg < math.inf):
             raise InputError(f"noise_mm={self.noise_mm}, noise_deg={self.noise_deg}: give finite numbers from 0 up")
@@ -90,7 +93,7 @@ class EnvironmentConfig:
             stop: whether each says how far its grip is predicted to reach.
         """
         noise = Noise(self.noise_mm / 1e3, math.radians(self.noise_deg))
-        return _pool(self.held, self.angles, (self.grasp, noise), self.starts, stop=stop)
+        return _pool(self.held, self.angles, (self.grasp, noise, self.engine), self.starts, stop=stop)
 
 
 @dataclass(frozen=True)
@@ -197,22 +200,24 @@ def _rows_along(angle_deg: Array, direction: str | float) -> NDArray[np.int64]:
 
 
 @cache
-def _plans(held: tuple[HandSpec, ObjectSpec], angles: tuple[float, ...], grasp: GraspKind) -> dict[float, GraspPlan]:
-    return plans_for(*held, angles, grasp)
+def _plans(
+    held: tuple[HandSpec, ObjectSpec], angles: tuple[float, ...], grasp: GraspKind, engine: Engine
+) -> dict[float, GraspPlan]:
+    return plans_for(*held, angles, grasp, engine)
 
 
 @cache
 def _pool(
     held: tuple[HandSpec, ObjectSpec],
     angles: tuple[float, ...],
-    gripping: tuple[GraspKind, Noise],
+    gripping: tuple[GraspKind, Noise, Engine],
     count: int,
     *,
     stop: bool,
 ) -> Starts:
-    grasp, noise = gripping
-    wanted = np.resize(np.array(angles), count)
-    starts = gripped(*held, (_plans(held, angles, grasp), wanted), np.random.default_rng(POOL_SEED), noise)
+    grasp, noise, engine = gripping
+    grips = _plans(held, angles, grasp, engine), np.resize(np.array(angles), count)
+    starts = gripped(*held, grips, np.random.default_rng(POOL_SEED), noise, engine=engine)
     return replace(starts, distance=reach_of(held, starts)) if stop else starts
 
 

@@ -65,7 +65,7 @@ class Failure:
     """The hand and the object at that row."""
     contacts_mm: Array
     """The points of the fingers nearest to the object at that row `(2, 2)` [mm]."""
-    held: tuple[bool, bool]
+    held: tuple[bool, ...]
     """Whether each finger touched at that row."""
 
 
@@ -85,7 +85,7 @@ def failure_of(trial: Trial, result: Result) -> Failure:
         limit_mm=result.limit if result.angle_deg is not None else None,
         outline=scene_at(trial, row, origin),
         contacts_mm=1e3 * (trial.finger_points[row, :, :2] - origin),
-        held=(bool(touching[end, 0]), bool(touching[end, 1])),
+        held=tuple(touching[end].tolist()),
     )
 
 

@@ -17,6 +17,7 @@ from inhand.learning.datasets import DatasetEpisode, DatasetHead, DatasetKind, F
 from inhand.learning.demonstrations import Episodes, Recipe, demonstrations
 from inhand.learning.starts import Noise, grid_of, plans_for
 from inhand.learning.worlds import Interface
+from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.cards import interface_card
 from inhand.tasks.observations import find_layout
 
@@ -44,6 +45,8 @@ class Recording:
     """Noise of the starts."""
     seed: int
     """Seed of everything drawn."""
+    engine: Engine = MUJOCO
+    """Physics engine."""
 
     @property
     def grid(self) -> tuple[float, ...]:
@@ -73,6 +76,7 @@ class Recording:
             recipe.grip_spread,
             self.seed,
             versions,
+            self.engine,
         )
 
 
@@ -128,6 +132,7 @@ def environment_spec(recording: Recording, asked: tuple[str, str, str]) -> str:
         "noise_deg": float(np.rad2deg(noise.rotation)),
         "stop": True,
         "grasp": recording.recipe.grasp,
+        "engine": recording.engine,
     }
     return str(spec.to_json())
 
@@ -150,7 +155,11 @@ def record(recording: Recording, told: Told) -> Iterator[Episodes]:
         return np.asarray(rng.choice(np.array(recording.angles_deg), number))
 
     made = recording.recipe, recording.interface, recording.noise
-    yield from demonstrations(held, plans, draw, made, rng, progress=lambda done: told("episodes", done, count))
+
+    def recorded(done: int) -> None:
+        told("episodes", done, count)
+
+    yield from demonstrations(held, plans, draw, made, rng, engine=recording.engine, progress=recorded)
 
 
 def dataset_episodes(batch: Episodes) -> Iterator[DatasetEpisode]:
@@ -196,5 +205,6 @@ def _plans(recording: Recording, told: Told) -> dict[float, GraspPlan]:
     plans: dict[float, GraspPlan] = {}
     for first in range(0, len(grid), PLANNED_AT_ONCE):
         told("grasps", first, len(grid))
-        plans |= plans_for(recording.hand, recording.object, grid[first : first + PLANNED_AT_ONCE], recipe.grasp)
+        angles = grid[first : first + PLANNED_AT_ONCE]
+        plans |= plans_for(recording.hand, recording.object, angles, recipe.grasp, recording.engine)
     return plans

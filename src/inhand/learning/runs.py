@@ -18,6 +18,7 @@ from inhand.learning.recording import Told
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
 from inhand.records import read_json, read_record, text_of
+from inhand.sim.engines import check_engine
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.observations import find_layout
 from inhand.versions import versions
@@ -120,6 +121,7 @@ def check(config: Training) -> None:
     load_hand(config.hand)
     load_object(config.object)
     find_layout(config.interface.observation)
+    check_engine(config.engine)
     least = {
         "episodes": config.episodes,
         "demonstrations": config.recipe.episodes,

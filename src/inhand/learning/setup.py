@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from inhand.learning.demonstrations import Episodes, demonstrations, recorded, r
 from inhand.learning.recording import Told
 from inhand.learning.replay import Columns, Replay, rows_of
 from inhand.learning.starts import Noise, Starts, grid_of, gripped, joined, plans_for, reach_of
+from inhand.sim.names import MUJOCO, Engine
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
@@ -95,19 +96,20 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     wide = config.directions == "continuous" or config.recipe.grip_spread > 0
     grid = grid_of(np.arange(0.0, 360.0, 1.0) if wide else every)
     told("grasps", 0, len(grid))
-    plans = plans_for(*held, grid, config.recipe.grasp)
+    plans = plans_for(*held, grid, config.recipe.grasp, config.engine)
     columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
     room = config.recipe.episodes * config.interface.horizon
     replay = Replay(folder / "expert.rows", columns, room, 0)
     parts = []
     made = config.recipe, config.interface, config.noise
-    for batch in demonstrations(held, plans, lambda n: draw_directions(config, rng, n), made, rng):
+    draw = partial(draw_directions, config, rng)
+    for batch in demonstrations(held, plans, draw, made, rng, engine=config.engine):
         add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
         parts.append(batch.starts)
         told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
     replay.flush()
     test_rng = np.random.default_rng(config.seed + TEST_SEED)
-    tests = gripped(*held, (plans, np.repeat(every, config.trials)), test_rng, config.noise)
+    tests = gripped(*held, (plans, np.repeat(every, config.trials)), test_rng, config.noise, engine=config.engine)
     tests = replace(tests, distance=reach_of(held, tests))
     told("expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
@@ -126,18 +128,24 @@ def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
     rng = np.random.default_rng(config.seed)
     held = load_hand(config.hand), load_object(config.object)
     told("grasps", 0, 1)
-    pool, test_pool = (route_pool(held, config.task, ROUTES, (config.seed + add, 3)) for add in (0, TEST_SEED))
+    pool, test_pool = (
+        route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine) for add in (0, TEST_SEED)
+    )
     columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
     replay = Replay(folder / "expert.rows", columns, config.recipe.episodes * config.interface.horizon, 0)
     parts = []
     made = config.recipe, config.interface
-    for batch in route_demonstrations(held, lambda n: route_starts(held, pool, n, rng, config.noise), made, rng):
+
+    def draw(count: int) -> Starts:
+        return route_starts(held, pool, count, rng, config.noise, engine=config.engine)
+
+    for batch in route_demonstrations(held, draw, made, rng):
         add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
         parts.append(batch.starts)
         told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
     replay.flush()
     test_rng = np.random.default_rng(config.seed + TEST_SEED)
-    tests = route_starts(held, test_pool, 16 * config.trials, test_rng, config.noise)
+    tests = route_starts(held, test_pool, 16 * config.trials, test_rng, config.noise, engine=config.engine)
     told("expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
     limit = routes_in(tests).way[:, -1]
@@ -146,7 +154,7 @@ def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
 
 @lru_cache(maxsize=16)
 def route_pool(
-    held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int]
+    held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO
 ) -> tuple[Routes, list[GraspPlan]]:
     """Return drawn routes of a task, each once, and the grasp of each.
 
@@ -155,13 +163,14 @@ def route_pool(
         task: what `inhand.tracing.tasks.find_task` takes.
         count: number of draws; a task that draws nothing has one route.
         seed: of the draws; those of one seed are planned once.
+        engine: in which the grasps are tried out.
     """
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
         raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
     paths = [found.plan(held, rng).poses() for _ in range(count)]
     kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
-    return routes_of(kept), direction_plans(*held, stacked(kept))
+    return routes_of(kept), direction_plans(*held, stacked(kept), engine)
 
 
 def route_starts(
@@ -170,11 +179,13 @@ def route_starts(
     count: int,
     rng: np.random.Generator,
     noise: Noise,
+    *,
+    engine: Engine = MUJOCO,
 ) -> Starts:
     """Return starts with both fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool
     rows = rng.integers(len(routes), size=count)
-    fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise)
+    fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)
     return replace(fresh, routes=Routes(routes.poses[rows]))
 
 
@@ -223,7 +234,8 @@ def load_ready(config: Training, path: Path) -> Ready:
             snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
             state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
             routes = Routes(data[f"{name}.routes"]) if f"{name}.routes" in data else None
-            return Starts(snapshot, state, data[f"{name}.angle_deg"], data[f"{name}.distance"], routes)
+            angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
+            return Starts(snapshot, state, angle_deg, distance, routes, config.engine)
 
         columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
         return Ready(

@@ -27,7 +27,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import MUJOCO, Engine
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
@@ -62,6 +62,8 @@ class Starts:
     """The way to go `(N,)` [m], infinite where none is given."""
     routes: Routes | None = None
     """Whole routes to follow instead; a start of a route has no direction of its own, 0 stands for it."""
+    engine: Engine = MUJOCO
+    """The engine in which the object is held; episodes from here run in it."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
@@ -70,16 +72,18 @@ class Starts:
     def take(self, rows: NDArray[np.int64], angle_deg: Array) -> Starts:
         """Return some starts with other directions [deg] and no way to go yet; routes stay."""
         routes = None if self.routes is None else Routes(self.routes.poses[rows])
-        return Starts(self.snapshot.take(rows), select(self.state, rows), angle_deg, np.full(len(rows), np.inf), routes)
+        distance = np.full(len(rows), np.inf)
+        return Starts(self.snapshot.take(rows), select(self.state, rows), angle_deg, distance, routes, self.engine)
 
 
 def joined(parts: Sequence[Starts]) -> Starts:
-    """Return several pools as one."""
+    """Return several pools of one engine as one."""
     states = {field.name: np.concatenate([getattr(p.state, field.name) for p in parts]) for field in fields(State)}
     angle_deg, distance = (np.concatenate([getattr(part, n) for part in parts]) for n in ("angle_deg", "distance"))
     found = [part.routes.poses for part in parts if part.routes is not None]
     routes = Routes(np.concatenate(found)) if found else None
-    return Starts(join([part.snapshot for part in parts]), State(**states), angle_deg, distance, routes)
+    snapshot = join([part.snapshot for part in parts])
+    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine)
 
 
 def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance: Array | None = None) -> Task:
@@ -109,13 +113,17 @@ def grid_of(angles_deg: Array) -> tuple[float, ...]:
 
 
 def plans_for(
-    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned"
+    hand: HandSpec,
+    spec: ObjectSpec,
+    angles_deg: Sequence[float],
+    grasp: GraspKind = "planned",
+    engine: Engine = MUJOCO,
 ) -> dict[float, GraspPlan]:
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":
         return dict.fromkeys(angles_deg, rough_plan(hand, spec))
     poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
-    return dict(zip(angles_deg, direction_plans(hand, spec, poses), strict=True))
+    return dict(zip(angles_deg, direction_plans(hand, spec, poses, engine), strict=True))
 
 
 def gripped(
@@ -125,9 +133,10 @@ def gripped(
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
+    engine: Engine = MUJOCO,
     threads: int = 0,
 ) -> Starts:
-    """Return starts with both fingers on the object; one whose grasp fails is drawn again.
+    """Return starts with all fingers of a hand on an object; one whose grasp fails is drawn again.
 
     Args:
         hand: the hand.
@@ -135,6 +144,7 @@ def gripped(
         grips: plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg].
         rng: draws the noise.
         noise: of the object's start.
+        engine: in which they are held.
         threads: for the simulation; 0 uses every core.
 
     Raises:
@@ -142,17 +152,15 @@ def gripped(
     """
     given, angles = grips
     plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
-    waiting, found = np.arange(len(angles)), []
-    places: list[NDArray[np.int64]] = []
+    waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
-        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), threads)
+        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), (engine, threads))
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])
         waiting = waiting[~held]
         if len(waiting) == 0:
-            order = np.argsort(np.concatenate(places), kind="stable")
-            whole = joined(found)
+            whole, order = joined(found), np.argsort(np.concatenate(places), kind="stable")
             return whole.take(order, whole.angle_deg[order])
     raise InputError(
         f"the grasp of {spec.name!r} with {hand.name!r} for direction {angles[waiting[0]]:g} deg failed ten times in a"
@@ -162,7 +170,8 @@ def gripped(
 
 def taken(simulator: Simulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
     """Return what some worlds of a running batch look like now, as starts."""
-    return Starts(simulator.snapshot().take(worlds), select(state, worlds), angle_deg, np.full(len(worlds), np.inf))
+    snapshot, distance = simulator.snapshot().take(worlds), np.full(len(worlds), np.inf)
+    return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine)
 
 
 def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
@@ -177,16 +186,17 @@ def _close(
     spec: ObjectSpec,
     plans: list[GraspPlan],
     drawn: tuple[np.random.Generator, Noise | None],
-    threads: int,
+    stepping: tuple[Engine, int],
 ) -> Starts:
     """Place the object with noise and close the fingers on it."""
-    rng, noise = drawn[0], drawn[1] or Noise()
+    (engine, threads), (rng, noise) = stepping, (drawn[0], drawn[1] or Noise())
     count = len(plans)
     origin = np.tile(hand.start_pose, (count, 1))
     spread = np.array([noise.position, noise.position, noise.rotation])
     poses = origin + spread * rng.standard_normal((count, 3))
     grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
-    simulator = make_simulator(MUJOCO, hand, [spec] * count, threads=threads)
+    simulator = make_simulator(engine, hand, [spec] * count, threads=threads)
     task = Task(hand, simulator.objects, np.zeros((count, 1, 3)), simulator.timestep)
     recording = run_worlds(simulator, task, grasp, poses, None)
-    return Starts(simulator.snapshot(), recording.states[-1], np.zeros(count), np.full(count, np.inf))
+    held, distance = recording.states[-1], np.full(count, np.inf)
+    return Starts(simulator.snapshot(), held, np.zeros(count), distance, engine=engine)

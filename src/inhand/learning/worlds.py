@@ -9,16 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import SUBSTEPS
-from inhand.control.loop import control_step, dropped
+from inhand.control.loop import control_step, dropped, sense
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Starts
 from inhand.sim.engines import make_simulator
-from inhand.sim.names import MUJOCO
 from inhand.sim.snapshot import Snapshot
-from inhand.sim.state import State
+from inhand.sim.state import State, select
 from inhand.tasks.actions import Actions, targets_of
 from inhand.tasks.aim import Aim
 from inhand.tasks.observations import Scene, find_layout, observe
@@ -81,7 +80,7 @@ class ManipulationWorlds:
 
         Args:
             held: the hand and the object.
-            starts: where episodes start, each with its direction.
+            starts: where episodes start, each with its direction; the worlds run in their engine.
             count: number of worlds B.
             interface: what is seen, done and rewarded.
             rng: draws the starts.
@@ -95,13 +94,13 @@ class ManipulationWorlds:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
         self.hand, spec = held
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
-        self.simulator = make_simulator(MUJOCO, self.hand, [spec] * count, threads=threads)
+        self.simulator = make_simulator(starts.engine, self.hand, [spec] * count, threads=threads)
         self.scene = Scene(self.hand, self.simulator.objects)
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts = starts
         self._pool = _asked(starts)
-        self._seen = observe(self.layout, starts.state, self._pool, Scene(self.hand, (spec,) * len(starts)))
-        self._state = self.simulator.measure()
+        self._seen = observe(self.layout, sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
+        self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
         self._observation = np.empty((count, self._seen.shape[1]))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
@@ -149,7 +148,7 @@ class ManipulationWorlds:
         decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
-        successor = observe(self.layout, after, self._aim, self.scene)
+        successor = observe(self.layout, sense(after), self._aim, self.scene)
         shift = self._shift(after, made)
         self._state, self._observation, self._last = after, successor, decision.action
         ended = np.flatnonzero(gone | truncated)

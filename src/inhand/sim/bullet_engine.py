@@ -26,6 +26,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
 from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
 from inhand.sim.model import FAR, SceneSpec, scene_of_each
+from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot, check_restore
 from inhand.sim.state import State, ran_away
 
@@ -47,6 +48,8 @@ class BulletSimulator:
     Distances are queries made after the last physics step, so that everything in `State` belongs to one instant. A
     world that diverges is put back and told in `State.diverged`.
     """
+
+    engine: Engine = "bullet"
 
     def __init__(
         self,

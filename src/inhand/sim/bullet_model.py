@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations, product
 from types import ModuleType
 
 import numpy as np
@@ -90,12 +91,13 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
 
 def touching_pairs(world: World, hand: HandSpec) -> Iterator[tuple[Part, Part]]:
     """Yield the pairs of parts that can touch: those that the MuJoCo model declares."""
-    left, right = ([(world.hand, link) for link in range(hand.n_joints)][place] for place in hand.slices)
+    fingers = [[(world.hand, link) for link in range(place.start, place.stop)] for place in hand.slices]
     palm, things = (world.hand, BASE), object_parts(world)
-    for finger in (left, right):
+    for finger in fingers:
         yield from ((link, thing) for link in finger for thing in things)
         yield from ((link, palm) for link in finger[1:])
-    yield from ((one, other) for one in left for other in right)
+    for one, other in combinations(fingers, 2):
+        yield from product(one, other)
     for thing in things:
         yield palm, thing
         yield (world.floor, BASE), thing

@@ -12,12 +12,17 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot, check_indices
 from inhand.sim.state import State
 
 
 class Simulator(Protocol):
     """B worlds, stepped together; their hands have the same joints and may differ in their numbers."""
+
+    @property
+    def engine(self) -> Engine:
+        """Name of the engine."""
 
     @property
     def hand(self) -> HandSpec:

@@ -8,6 +8,7 @@ from typing import get_args
 from inhand.errors import InputError, near_matches
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.bullet_model import load_pybullet
 from inhand.sim.engine import Simulator
 from inhand.sim.model import SceneSpec
 from inhand.sim.names import Engine
@@ -43,11 +44,13 @@ def make_simulator(
 
 
 def check_engine(engine: str) -> None:
-    """Refuse an engine that there is not.
+    """Refuse an engine that there is not, or that is not installed.
 
     Raises:
-        InputError: the text offers near matches.
+        InputError: the text offers near matches, or names the extra.
     """
     known = get_args(Engine)
     if engine not in known:
         raise InputError(f"unknown engine {engine!r}{near_matches(engine, known)}; allowed are {', '.join(known)}")
+    if engine == "bullet":
+        load_pybullet()

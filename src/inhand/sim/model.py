@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain, combinations, product
 
 import mujoco
 import numpy as np
@@ -92,7 +93,7 @@ def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.Mj
     for finger, names in zip(hand.fingers, links, strict=True):
         _add_rims(mj, names[-1], link_outline(hand, finger, len(finger.links) - 1), hand.thickness)
     _add_pairs(mj, links, hand, spec, scene)
-    _add_walls(mj, links[0] + links[1], hand, spec, scene)
+    _add_walls(mj, list(chain(*links)), hand, spec, scene)
     for names in links:
         _add_force(mj, names[0])
     return mj.compile()
@@ -102,7 +103,7 @@ def build_measuring_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) ->
     """Return the same links and object, no contacts, but `LINK_SENSOR_SIZE` readings for every link and piece."""
     mj, links = _bodies(hand, spec, scene)
     mj.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    for name in links[0] + links[1]:
+    for name in list(chain(*links)):
         for piece in _piece_names(spec):
             for kind in (mujoco.mjtSensor.mjSENS_GEOMDIST, mujoco.mjtSensor.mjSENS_GEOMFROMTO):
                 _add_distance(mj, kind, name, piece)
@@ -122,7 +123,7 @@ def _bodies(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[mujoco.
     # 6 deg off the face it rests on (4.0.1): a frictionless grip shot the cube out. One contact has the true normal.
     flags = mujoco.mjtDisableBit
     mj.option.disableflags = int(flags.mjDSBL_AUTORESET) | int(flags.mjDSBL_MULTICCD)
-    links = [_add_finger(mj, hand, index, spec.height / 2) for index in range(2)]
+    links = [_add_finger(mj, hand, index, spec.height / 2) for index in range(len(hand.fingers))]
     _add_object(mj, spec)
     return mj, links
 
@@ -260,9 +261,9 @@ def _add_pairs(mj: mujoco.MjSpec, links: list[list[str]], hand: HandSpec, spec: 
                 _pair(mj, name, piece, grip, scene)
         for name in finger[1:]:
             _pair(mj, name, "palm", hand.friction**2, scene)
-    for left in links[0]:
-        for right in links[1]:
-            _pair(mj, left, right, hand.friction**2, scene)
+    for one, other in combinations(links, 2):
+        for first, second in product(one, other):
+            _pair(mj, first, second, hand.friction**2, scene)
     for piece in pieces:
         _pair(mj, "palm", piece, grip, scene)
         _pair(mj, "floor", piece, scene.floor_friction * spec.friction, scene)

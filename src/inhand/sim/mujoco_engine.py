@@ -18,6 +18,7 @@ from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import is_box
 from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
+from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot, check_restore
 from inhand.sim.state import State, ran_away
 
@@ -46,6 +47,8 @@ class MujocoSimulator:
     sensors lag one physics step behind the positions.) A world that diverges is put back and told in
     `State.diverged`; the others go on as if nothing had happened.
     """
+
+    engine: Engine = "mujoco"
 
     def __init__(
         self,

@@ -254,7 +254,8 @@ def _spin(state: State, aim: Aim, scene: Scene) -> Array:
 def _contacts(state: State, aim: Aim, scene: Scene) -> Array:
     """Where each finger touches the object, in the object's frame."""
     del aim, scene
-    return np.concatenate([inverse_transform(state.pose, state.object_xy[:, i]) for i in (0, 1)], axis=-1)
+    points = inverse_transform(state.pose[:, None], state.object_xy)
+    return points.reshape(state.n_worlds, -1)
 
 
 def _gaps(state: State, aim: Aim, scene: Scene) -> Array:

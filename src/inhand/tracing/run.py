@@ -17,6 +17,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.engines import check_engine
 from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
@@ -74,6 +75,7 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
     held = load_hand(config.hand), load_object(config.object)
     entry = find_controller(config.controller)
     check_fit(*held)
+    check_engine(config.engine)
     if entry.policy is not None:
         check_joints(entry.policy, held[0])
     if config.path not in TASKS:

@@ -1,5 +1,8 @@
 """The folder of a run: nothing overwritten by accident, nothing left half written."""
 
+import asyncio
+import errno
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,7 +20,7 @@ def a_run(out: Path, text: str = "old") -> None:
 
 def written_to(out: Path, text: str, failure: BaseException | None = None) -> None:
     """Write a run and, if asked, fail before it is complete."""
-    with run_folder(out) as folder:
+    with run_folder(out, overwrite=True) as folder:
         (folder / MARK).write_text(text)
         if failure is not None:
             raise failure
@@ -75,7 +78,7 @@ def test_the_current_folder_is_replaced_or_refused_but_never_a_crash(
 
 def test_success_puts_the_new_run_in_place(tmp_path: Path) -> None:
     out = tmp_path / "results" / "run"
-    with run_folder(out) as folder:
+    with run_folder(out, overwrite=True) as folder:
         (folder / MARK).write_text("new")
         assert not out.exists()
     assert everything(out) == {MARK: "new"}
@@ -85,7 +88,7 @@ def test_success_puts_the_new_run_in_place(tmp_path: Path) -> None:
 def test_success_replaces_all_of_the_old_run(tmp_path: Path) -> None:
     out = tmp_path / "run"
     a_run(out)
-    with run_folder(out) as folder:
+    with run_folder(out, overwrite=True) as folder:
         (folder / MARK).write_text("new")
         assert everything(out)[MARK] == "old"
     assert everything(out) == {MARK: "new"}
@@ -105,7 +108,7 @@ def test_a_failure_leaves_the_old_run_untouched_and_nothing_else(tmp_path: Path,
 def test_what_a_killed_run_left_is_cleared(tmp_path: Path) -> None:
     (tmp_path / "run.part").mkdir()
     (tmp_path / "run.part" / "stale.txt").write_text("stale")
-    with run_folder(tmp_path / "run") as folder:
+    with run_folder(tmp_path / "run", overwrite=True) as folder:
         (folder / MARK).write_text("new")
     assert everything(tmp_path) == {f"run/{MARK}": "new"}
 
@@ -131,3 +134,69 @@ def test_what_a_killed_run_left_does_not_stop_the_next(tmp_path: Path) -> None:
     written_to(out, "second")
     assert (out / MARK).read_text() == "second"
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_an_old_run_that_a_kill_left_aside_comes_back(tmp_path: Path) -> None:
+    a_run(tmp_path / "run.old")
+    with pytest.raises(InputError, match="holds the results of a run"), run_folder(tmp_path / "run", overwrite=False):
+        pass
+    assert everything(tmp_path / "run")[MARK] == "old"
+
+
+def test_a_full_disk_is_told_and_what_was_there_stays(tmp_path: Path) -> None:
+    a_run(tmp_path / "run")
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with pytest.raises(InputError, match=r"--out .*run cannot be written: No space left on device; give another fold"):
+        written_to(tmp_path / "run", "half", full)
+    assert everything(tmp_path / "run")[MARK] == "old"
+    assert [each.name for each in tmp_path.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("x" * 300, "cannot be written: File name too long; give another folder"),
+        ("x" * 252, "cannot be written: File name too long; give another folder"),
+        ("loop", "cannot be written: Too many levels of symbolic links; give another folder"),
+        ("loop/run", "cannot be written: Too many levels of symbolic links; give another folder"),
+        ("a\0b", "holds a NUL, which no name of a folder can; give another folder"),
+        ("/proc/no/run", "cannot be written: "),
+    ],
+)
+def test_names_that_no_system_takes(name: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    with pytest.raises(InputError, match="--out") as told, run_folder(tmp_path / name, overwrite=True):
+        pass
+    assert text in str(told.value)
+    assert [each.name for each in tmp_path.iterdir()] == ["loop"]
+
+
+HOLDS = """
+import sys, time
+import asyncio
+import errno
+import sys
+from pathlib import Path
+from inhand.folders import run_folder
+with run_folder(Path(sys.argv[1]), overwrite=True):
+    print("ready", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such lock")
+def test_a_second_run_is_refused_while_the_first_lives_and_not_after(tmp_path: Path) -> None:
+    async def first() -> None:
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(sys.executable, "-c", HOLDS, tmp_path / "run", stdout=pipe)
+        assert process.stdout is not None
+        assert await asyncio.wait_for(process.stdout.readline(), 30) == b"ready\n"
+        with pytest.raises(InputError, match="another run is writing there; wait until it has ended, or give another"):
+            written_to(tmp_path / "run", "second")
+        assert (tmp_path / "run.part").is_dir()
+        process.kill()
+        await process.wait()
+
+    asyncio.run(first())
+    written_to(tmp_path / "run", "second")
+    assert everything(tmp_path) == {f"run/{MARK}": "second"}

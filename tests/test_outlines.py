@@ -68,7 +68,7 @@ REFUSED = [
     ([(0, 0), (30, 0), (20, 0), (20, 20)], "the edge from (0, 0) mm to (30, 0) mm and the edge from (20, 0) mm to"),
     ([(0, 0), (30, 0), (30, 20), (30, -10), (0, -20)], "(0, 0) mm to (30, 0) mm and the edge from (30, 20) mm to (30,"),
     ([(0, 0), (30, 0), (30, 30), (30, 0.00001), (10, 20)], "corners 2 and 4 of the outline are both (30, 0) mm; give"),
-    ([(0, 0), (30, 0), (30, 30), (0, 0)], "object 'x': corners 1 and 4 of the outline are both (0, 0) mm; give each"),
+    ([(0, 0), (30, 0), (0, 0), (30, 30)], "object 'x': corners 1 and 3 of the outline are both (0, 0) mm; give each"),
     ([(0, 0), (30, 0), (30, 0), (0, 30)], "object 'x': corners 2 and 3 of the outline are both (30, 0) mm; give each"),
     ([(0, 0), (10, 10), (30, 30)], "(0, 0) mm, (10, 10) mm, (30, 30) mm lie on one line; an outline must have an area"),
     ([(0, 0), (np.nan, 0), (30, 30)], "object 'x': corner 2 of the outline is (nan, 0) mm; give finite numbers"),

@@ -537,3 +537,98 @@ def test_parts_that_no_hand_has_are_refused(gripper: HandSpec, changes: dict[str
         replace(gripper, left=replace(gripper.left, **changes))
     with pytest.raises(InputError, match="the palm is not convex"):
         replace(gripper, palm=((0.0, 0.0), (1.0, 0.0)))
+
+
+BOX = '<box size="0.062 0.018 0.03"/>'
+LIMITS = '<limit lower="0.1" upper="2.8" effort="0.4" velocity="6"/>'
+TIP = '<link name="left_tip"/>'
+SHOWN = '<link name="left_tip"><visual><geometry><mesh filename="{}"/></geometry></visual></link>'
+OBJ = "".join(f"v {x} {y} {z}\n" for x in (-31, 31) for y in (-9, 9) for z in (-15, 15)) + "".join(
+    f"f {a} {b} {c}\n" for a, b, c in ((1, 2, 4), (5, 6, 8), (1, 3, 7), (2, 4, 6))
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        (BOX, '<mesh filename="m/link.dae"/>', "line 52: <mesh> is 'm/link.dae', a kind of mesh that MuJoCo does not"),
+        (BOX, '<mesh filename="package://p/gone.stl"/>', "<mesh> 'package://p/gone.stl' is not there, looked for as "),
+        (BOX, '<mesh filename="link.obj"/>', "62000 mm, too large: it may be 1 to 1,000 mm; check the unit: a mesh in"),
+        (LIMITS, '<limit lower="0" upper="0"/>', "'left_proximal' has the limits 0 to 0, between which it cannot move"),
+        (
+            'xyz="0.07 0 0"',
+            'xyz="${length} 0 0"',
+            "is xacro that was not expanded (xyz = '${length} 0 0'): run `xacro g",
+        ),
+        ('xyz="0.07 0 0"', 'xyz="nan 0 0"', "line 58: <origin> has xyz = 'nan 0 0': give finite numbers"),
+        (
+            'xyz="0.07 0 0"',
+            'xyz="70 0 0"',
+            "link 0 of the left finger is 70000 mm, too large: it may be 1 to 1,000 mm;",
+        ),
+        ("</robot>", "<a>" * 200 + "</a>" * 200 + "</robot>", "more than 100 elements lie in each other"),
+        ("</robot>", "<link/>" * 1000 + "</robot>", "has more than 1000 bodies and shapes"),
+    ],
+)
+def test_robot_files_that_no_hand_comes_from_say_why(tmp_path: Path, old: str, new: str, text: str) -> None:
+    path = copied(tmp_path)
+    (tmp_path / "link.obj").write_text(OBJ, encoding="utf-8")
+    edited(tmp_path / "gripper.urdf", (old, new))
+    with pytest.raises(InputError, match=re.escape(text)):
+        load_hand(path)
+
+
+def first_link(hand: HandSpec) -> Array:
+    assert hand.left.outlines is not None
+    return np.array(hand.left.outlines[0])
+
+
+@pytest.mark.parametrize("place", ["link.obj", "mine/meshes/link.obj", "ros/mine/meshes/link.obj"])
+def test_a_packages_mesh_is_found(
+    tmp_path: Path, gripper: HandSpec, place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = copied(tmp_path)
+    (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / place).write_text(OBJ, encoding="utf-8")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    named = "link.obj" if place == "link.obj" else "package://mine/meshes/link.obj"
+    edited(tmp_path / "gripper.urdf", (BOX, f'<mesh filename="{named}" scale="0.001 0.001 0.001"/>'))
+    np.testing.assert_allclose(first_link(load_hand(path)), first_link(gripper), atol=1e-8)
+
+
+@pytest.mark.parametrize("shape", [SHOWN.format("gone.dae"), None])
+def test_what_only_decorates_or_has_no_size_is_left_out(tmp_path: Path, gripper: HandSpec, shape: str | None) -> None:
+    path = copied(tmp_path)
+    empty = '<link name="left_tip"><collision><geometry><box size="0 0 0"/></geometry></collision></link>'
+    edited(tmp_path / "gripper.urdf", (TIP, shape or empty))
+    robot = load_robot(path)
+    assert robot.hand == gripper
+    what = "meshes for show only" if shape else "collision shapes of no size"
+    assert robot.notes == (f"gripper.urdf: 1 {what} are left out.",)
+
+
+def test_the_case_of_the_ending_does_not_matter(tmp_path: Path, gripper: HandSpec) -> None:
+    path = copied(tmp_path)
+    (tmp_path / "gripper.urdf").rename(tmp_path / "gripper.URDF")
+    edited(path, ("gripper.urdf", "gripper.URDF"))
+    assert load_hand(path) == gripper
+
+
+def test_the_scale_of_a_robot_file_scales_every_length(tmp_path: Path, gripper: HandSpec) -> None:
+    path = copied(tmp_path)
+    edited(path, ("friction", "scale = 0.5\nfriction"))
+    small = load_hand(path)
+    np.testing.assert_allclose(small.left.links, np.array(gripper.left.links) / 2)
+    np.testing.assert_allclose([small.palm_width, small.thickness], [gripper.palm_width / 2, gripper.thickness / 2])
+    edited(path, ("scale = 0.5", "scale = 0"))
+    with pytest.raises(InputError, match="scale = 0; it must be positive"):
+        load_hand(path)
+
+
+def test_replicas_of_bodies_are_counted_before_they_are_made(tmp_path: Path, gripper: HandSpec) -> None:
+    path = copied(tmp_path)
+    many = '<replicate count="100000000" offset="1 0 0"><geom size="1"/></replicate></worldbody>'
+    (tmp_path / "gripper.xml").write_text(gripper_mjcf(gripper).replace("</worldbody>", many), encoding="utf-8")
+    edited(path, ("gripper.urdf", "gripper.xml"))
+    with pytest.raises(InputError, match="more than 1000 bodies and shapes, with the replicas"):
+        load_hand(path)

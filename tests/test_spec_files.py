@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -188,3 +189,62 @@ def test_what_an_object_file_may_not_say(tmp_path: Path, old: str, new: str, tex
     path = write(tmp_path, BLOCK.replace(old, new))
     with pytest.raises(InputError, match=re.escape(text.format(path))):
         load_object(path)
+
+
+RING = 'name = "r"\nshape = "polygon"\nheight_mm = 60\ncorners_mm = '
+COMB = [[0.4 * (k // 2) + 0.1 * (k % 2), 40.0 * (k % 2)] for k in range(160)] + [[32.0, -5.0], [0.0, -5.0]]
+LONG = "[left]\nlinks_mm = [1e9, 72]\n[right]\nlinks_mm = [72, 72]"
+
+
+def test_a_closed_ring_is_the_open_one(tmp_path: Path) -> None:
+    corners = "[-18, -18], [18, -18], [18, 18], [-18, 18]"
+    opened = load_object(write(tmp_path, f"{RING}[{corners}]"))
+    assert load_object(write(tmp_path, f"{RING}[{corners}, [-18, -18]]")) == opened
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            RING + "[[0, 0], [0.036, 0], [0, 0.036]]",
+            "larger side of its outline is 0.036 mm, too small: it may be 2 to",
+        ),
+        (RING + "[[0, 0], [1.4, 0], [0, 1.4]]", "1.4 mm, too small: it may be 2 to 1,000 mm; check the unit: files"),
+        (RING + str(COMB), "convex pieces; it may have 32: leave out inward corners"),
+        (RING + str([[k, k * k % 7] for k in range(1200)]), "an outline of 1,200 corners; it may have 1,000: leave"),
+        (
+            BLOCK.replace("[30,", "[1e-300,"),
+            "size, x, is 1e-300 mm, too small: it may be 1 to 1,000 mm; check the unit",
+        ),
+        (BLOCK.replace("96]", "1001]"), "size, height, is 1001 mm, too large: it may be 1 to 1,000 mm"),
+        (BLOCK.replace("0.045", "1e-12"), "mass is 1e-12 kg: masses are 0.0001 to 100 kg, 0.1 g to 100 kg; check the"),
+        (BLOCK.replace("0.045", "101"), "mass is 101 kg: masses are"),
+        (BLOCK.replace("0.045", "1" + "0" * 400), "it must be a finite number"),
+        ("x = " + "[" * 5000, "its tables lie too deep in each other"),
+    ],
+)
+def test_objects_of_another_unit_or_beyond_bounds_are_refused(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(InputError, match=re.escape(told)):
+        load_object(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (f'name = "h"\npalm_width_mm = 53\n{LONG}', "a link of the left finger is 1e+09 mm, too large: it may be 1 to"),
+        (HAND.replace("link_width_mm = 20", "link_width_mm = 0.02"), "link_width is 0.02 mm, too small: it may be 1"),
+        (HAND.replace("link_mass_kg = 0.05", "link_mass_kg = 1e-5"), "link_mass is 1e-05 kg: masses are 0.0001 to"),
+        ("x=" + "{a=" * 3000, "its tables lie too deep in each other"),
+    ],
+)
+def test_hands_of_another_unit_or_beyond_bounds_are_refused(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(InputError, match=re.escape(told)):
+        load_hand(write(tmp_path, text))
+
+
+def test_a_spec_is_returned_as_it_is_and_other_things_are_refused() -> None:
+    hand, thing = parse_hand_name("2v2_50.50_50.50_1.1_53"), parse_object_name("cube_39")
+    assert load_hand(hand) is hand
+    assert load_object(thing) is thing
+    with pytest.raises(InputError, match="hand = 3: give a name, the path of a TOML file, or a spec"):
+        load_hand(cast("str", 3))

@@ -5,6 +5,7 @@ import json
 import re
 import signal
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,30 @@ async def killed_after_a_cell(out: Path) -> None:
         await asyncio.sleep(0.1)
     process.send_signal(signal.SIGKILL)
     await process.wait()
+
+
+WORKER = """
+import os, time
+from inhand.asterisk_test.sweep.cells import end_with
+end_with(os.getppid())
+print(os.getpid(), flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_worker_ends_within_two_seconds_of_its_sweep() -> None:
+    async def seconds() -> float:
+        pipe = asyncio.subprocess.PIPE
+        parent = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
+        process = await asyncio.create_subprocess_exec(sys.executable, "-c", parent, WORKER, stdout=pipe)
+        assert process.stdout is not None
+        await asyncio.wait_for(process.stdout.readline(), 60)
+        process.terminate()
+        began = time.monotonic()
+        await asyncio.wait_for(process.stdout.read(), 30)  # ends when the worker, which holds the pipe, has ended
+        return time.monotonic() - began
+
+    assert asyncio.run(seconds()) < 2.0
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +183,7 @@ def test_what_no_cell_could_run_with_is_refused_before_any(tmp_path: Path, confi
 def test_a_folder_of_other_files_and_a_damaged_cell_are_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     config = SweepConfig(hands=(STANDARD,), objects=(CUBE,), out=tmp_path)
-    with pytest.raises(InputError, match="holds files that are no sweep"):
+    with pytest.raises(InputError, match="holds files that are no run of inhand"):
         plan(config)
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / f"{STANDARD}__{CUBE}.json").write_text("{")

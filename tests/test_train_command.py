@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -116,10 +117,17 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
     assert code == 2
     assert "holds the results of a run; give another folder, or --overwrite" in err
     monkeypatch.setattr(command.Watch, "evaluated", evaluated)
+    with monkeypatch.context() as patch:
+        patch.setattr(command, "write_training", lambda *_: sys.exit(137))  # killed before the figures
+        assert inhand("train", "--out", run, "--resume")[0] == 137
+    assert not (run / "report.md").exists()
     code, out, err = inhand("train", "--out", run, "--resume")
     assert (code, err) == (0, "")
     assert "recording demonstrations" not in out
     assert (run / "report.md").is_file()
+    code, _, err = inhand("train", "--out", run, "--resume")
+    assert code == 2
+    assert "is finished; its policy is in" in err
 
 
 def test_what_is_kept_at_each_stage(tmp_path: Path) -> None:

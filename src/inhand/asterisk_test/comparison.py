@@ -10,6 +10,7 @@ import numpy as np
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, averaged, by_direction, mean_fraction, result_of_human
 from inhand.asterisk_test.run import Assignment, Setup
+from inhand.control.draws import check_count
 from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.pages import NOTHING
@@ -58,10 +59,11 @@ def with_more(setup: Setup, episodes: int) -> Setup:
     The first trials start as they do without the others.
 
     Raises:
-        InputError: fewer than one episode.
+        InputError: fewer than one episode, or more than a run can hold.
     """
     if episodes < 1:
         raise InputError(f"--episodes {episodes}: give at least one episode")
+    check_count(episodes, f"--episodes {episodes}")
     ways = {each.primitive: each for each in setup.assignments}
     done = max(each.trial for each in setup.assignments)
     more: list[Assignment] = []

@@ -10,7 +10,7 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import SUBSTEPS, Task
-from inhand.control.draws import check_draws, start_noise
+from inhand.control.draws import check_count, check_draws, start_noise
 from inhand.control.loop import run_worlds
 from inhand.control.recording import cut_trials
 from inhand.control.trial import Passport, Trial
@@ -70,6 +70,8 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     primitives = parse_directions(config.directions)
     if config.twist:
         primitives = with_twists(primitives, config.twist)
+    count = config.trials * len(primitives)
+    check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
     check_fit(hand, spec)
     assignments = []
     for primitive in primitives:

@@ -17,7 +17,7 @@ from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.catalogue import notes_of
 from inhand.control.trial import Trial, save_trial
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.versions import versions
 
 
@@ -25,12 +25,11 @@ def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, and put the finished run in its place."""
     people, beside = people_of(config), load_beside(config.beside)
     setup = prepare(config, people.trials)
-    check_folder(config.out, overwrite=config.overwrite)
-    trials = simulated(config, setup)
-    results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
-    notes = (*people.notes, *notes_of(setup.controller, config.hand, config.object))
-    run = Run(config, trials, results, people.trials, notes, beside)
-    with run_folder(config.out) as folder:
+    with run_folder(config.out, overwrite=config.overwrite) as folder:
+        trials = simulated(config, setup)
+        results = tuple(result_of_trial(trial, compatible=config.compatible) for trial in trials)
+        notes = (*people.notes, *notes_of(setup.controller, config.hand, config.object))
+        run = Run(config, trials, results, people.trials, notes, beside)
         write_trials(trials, folder)
         write_report(run, folder)
         content = {

@@ -16,7 +16,7 @@ from inhand.cli.learning_config import EvaluateConfig
 from inhand.cli.terminal import print_table, say
 from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, notes_of
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import Compared, summary, write_evaluation
 from inhand.pages import options
@@ -34,16 +34,15 @@ def run_evaluate(config: EvaluateConfig) -> None:
     people = people_of(test)
     setup = with_more(prepare(test), config.episodes)
     expert = with_more(prepare(_by(test, EXPERT)), config.episodes)
-    check_folder(config.out, overwrite=config.overwrite)
-    found = []
-    for each in (setup, expert):
-        trials = simulated(_by(test, each.controller.name), each)
-        results = tuple(result_of_trial(trial) for trial in trials)
-        found.append(Evaluation(each.controller.name, trials, results, config.trials))
-    notes = (*people.notes, *notes_of(entry, test.hand, test.object))
-    again = shlex.join(["inhand", "evaluate", config.run, *options(config, without=("run",))])
-    compared = Compared(test, found[0], found[1], people.trials, notes, _learned(config.run), again)
-    with run_folder(config.out) as folder:
+    with run_folder(config.out, overwrite=config.overwrite) as folder:
+        found = []
+        for each in (setup, expert):
+            trials = simulated(_by(test, each.controller.name), each)
+            results = tuple(result_of_trial(trial) for trial in trials)
+            found.append(Evaluation(each.controller.name, trials, results, config.trials))
+        notes = (*people.notes, *notes_of(entry, test.hand, test.object))
+        again = shlex.join(["inhand", "evaluate", config.run, *options(config, without=("run",))])
+        compared = Compared(test, found[0], found[1], people.trials, notes, _learned(config.run), again)
         write_trials(compared.policy.first[0], folder)
         write_trials(compared.expert.first[0], folder / EXPERT)
         write_trials([trial for trial, _ in compared.policy.failed], folder / "failed")

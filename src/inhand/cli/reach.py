@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +13,8 @@ from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.asterisk_test.results import write_json
 from inhand.cli.terminal import print_table, progress, say
-from inhand.folders import check_folder, run_folder
+from inhand.errors import InputError
+from inhand.folders import run_folder
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.reach.limits import ReachConfig
@@ -21,6 +23,8 @@ from inhand.tasks.primitives import parse_directions, with_twists
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
 
+FINEST_MM = 0.5
+"""Finest step that ends in minutes [mm]; 2 mm takes seconds."""
 MARK = "reach.json"
 """The file that marks a folder as one of this command."""
 
@@ -29,32 +33,28 @@ def run_reach(command: ReachCommand) -> None:
     """Check everything, compute the limits, and write table, JSON and figures."""
     hand, spec = load_hand(command.hand), load_object(command.object)
     config = ReachConfig(
-        resolution=command.resolution_mm / 1e3, friction=command.friction, rotation=np.deg2rad(command.rotation_deg)
+        resolution=resolution_of(command), friction=command.friction, rotation=np.deg2rad(command.rotation_deg)
     )
     primitives = parse_directions(command.directions)
     if command.twist:
         primitives = with_twists(primitives, command.twist)
     check_fit(hand, spec)
-    check_folder(command.out, overwrite=command.overwrite, mark=MARK)
-    start = start_grip(hand, spec, config)
-    with progress() as tell:
-        done = itertools.count(1)
-        found = limits(hand, spec, primitives, config, lambda name: tell(name, next(done), len(primitives)))
-    subtitle = f"{command.hand}, {command.object}, {_assumed(command, hand.friction * spec.friction)}"
-    with run_folder(command.out) as folder:
-        for twist in dict.fromkeys(
-            each.primitive.rotation_deg for each in found if each.primitive.angle_deg is not None
-        ):
-            shown = [f for f in found if f.primitive.angle_deg is not None and f.primitive.rotation_deg == twist]
+    friction = hand.friction * spec.friction if command.friction is None else command.friction
+    subtitle = f"{command.hand}, {command.object}, {_assumed(command, friction)}"
+    with run_folder(command.out, overwrite=command.overwrite, mark=MARK) as folder:
+        start = start_grip(hand, spec, config)
+        with progress() as tell:
+            done = itertools.count(1)
+            found = limits(hand, spec, primitives, config, lambda name: tell(name, next(done), len(primitives)))
+        for twist, shown in _by_twist(found).items():
             held = f", holding {twist:+g} deg" if twist else ""
             figure = reach_figure((hand, spec), start, shown, f"Reach{held} [mm]", subtitle)
-            save_figure(
-                figure, folder / (f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png")
-            )
+            name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
+            save_figure(figure, folder / name)
         content = {
             "limits": [_entry(limit) for limit in found],
             "config": asdict(command),
-            "friction": hand.friction * spec.friction if command.friction is None else command.friction,
+            "friction": friction,
             "versions": versions(),
         }
         write_json(content, folder / MARK)
@@ -63,9 +63,30 @@ def run_reach(command: ReachCommand) -> None:
     say(f"Written to {command.out}: {MARK} and the figures")
 
 
+def resolution_of(command: ReachCommand) -> float:
+    """Return the step along path and outline [m].
+
+    Raises:
+        InputError: a step that cannot be, or one that would take hours.
+    """
+    if not (np.isfinite(command.resolution_mm) and command.resolution_mm >= FINEST_MM):
+        hint = "half the step takes about four times as long"
+        raise InputError(f"--resolution-mm {command.resolution_mm:g}: give {FINEST_MM:g} or more; {hint}")
+    return command.resolution_mm / 1e3
+
+
+def _by_twist(found: Iterable[Limit]) -> dict[float, list[Limit]]:
+    """Return the limits of translations by the twist they hold [deg]."""
+    by: dict[float, list[Limit]] = {}
+    for each in found:
+        if each.primitive.angle_deg is not None:
+            by.setdefault(each.primitive.rotation_deg, []).append(each)
+    return by
+
+
 def _assumed(command: ReachCommand, friction: float) -> str:
     bound = f", rotation up to {command.rotation_deg:g} deg" if command.rotation_deg else ""
-    return f"friction {friction if command.friction is None else command.friction:g}{bound}"
+    return f"friction {friction:g}{bound}"
 
 
 def _shown(limit: Limit) -> str:

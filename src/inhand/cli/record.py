@@ -12,7 +12,7 @@ import numpy as np
 from inhand.cli.record_config import RecordConfig
 from inhand.cli.terminal import print_table, progress, say
 from inhand.errors import InputError
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
@@ -80,11 +80,10 @@ def run_record(config: RecordConfig) -> None:
     recording = prepared(config)
     head = recording.head(config.directions, versions())
     out = config.out or DATASETS / head.dataset_id
-    check_folder(out, overwrite=config.overwrite, mark=MARK)
     spec = environment_spec(recording, (config.hand, config.object, config.directions))
     tally = Tally()
     try:
-        with run_folder(out) as folder, progress(spoken=True) as tell:
+        with run_folder(out, overwrite=config.overwrite, mark=MARK) as folder, progress(spoken=True) as tell:
             told = record(recording, lambda what, done, total: tell(tally.words(what), done, total))
             write_dataset(folder, tally.counted(told), head, spec)
     except KeyboardInterrupt:

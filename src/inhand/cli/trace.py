@@ -8,11 +8,11 @@ from inhand.asterisk_test.results import write_json
 from inhand.cli.asterisk import write_trials
 from inhand.cli.terminal import print_table, progress, say, trials_shown
 from inhand.control.catalogue import notes_of
-from inhand.folders import check_folder, run_folder
+from inhand.folders import run_folder
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.report import TraceRun, write_trace
-from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
+from inhand.tracing.run import TraceSetup, check_trace, prepare_trace, simulate_trace
 from inhand.tracing.table import faults, trace_entry, trace_rows, what_was_done
 from inhand.tracing.trace import Trace
 from inhand.versions import versions
@@ -23,11 +23,11 @@ MARK = "trace.json"
 
 def run_trace(config: TraceConfig) -> None:
     """Check everything, simulate, measure, and put the finished run in its place."""
-    setup = prepared(config)
-    check_folder(config.out, overwrite=config.overwrite, mark=MARK)
-    followed, traces = simulated(config, setup)
-    notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
-    with run_folder(config.out) as folder:
+    check_trace(config)
+    with run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder:
+        setup = prepared(config)
+        followed, traces = simulated(config, setup)
+        notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
         write_trials([each.trial for each in followed], folder)
         write_trace(TraceRun(config, setup, followed, traces, notes), folder)
         origin = setup.hand.start_pose

@@ -16,6 +16,12 @@ AROUND = round(360 / STEP_DEG)
 """Steps of a whole turn, after which directions repeat; it stands for no direction."""
 
 
+MOST_TRIALS = 10_000
+"""Trials of a run at most: about 5 GB and a quarter of an hour of one core."""
+TRIAL_MB, TRIAL_S = 0.5, 0.1
+"""What a trial takes of memory [MB] and of one core [s]: measured with `ik`, rounded up."""
+
+
 class Draws(Protocol):
     """Settings that starts are drawn by."""
 
@@ -30,6 +36,24 @@ class Draws(Protocol):
     @property
     def seed(self) -> int:
         """Seed of the noise."""
+
+
+def check_count(count: int, given: str) -> None:
+    """Refuse more trials than one run can hold.
+
+    Args:
+        count: trials in all.
+        given: what was given, as the text is to say it.
+
+    Raises:
+        InputError: the text tells the memory and the time that they would take, and what can be run.
+    """
+    if count > MOST_TRIALS:
+        raise InputError(
+            f"{given}: {count} trials would take about {count * TRIAL_MB / 1e3:.0f} GB of memory and"
+            f" {count * TRIAL_S / 3600:.0f} hours of one core; a run holds at most {MOST_TRIALS}: give fewer, or split"
+            " them over runs with another --seed each"
+        )
 
 
 def check_draws(config: Draws) -> None:

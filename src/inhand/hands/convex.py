@@ -11,6 +11,8 @@ from inhand.hands.outlines import STRAIGHT, segments_meet, turns, without_straig
 
 EDGE_ON = 1e-9
 """A diagonal this near to an edge's direction would cut nothing off [rad]."""
+MOST_PIECES = 32
+"""Convex pieces that an outline may be cut into (guessed): every step looks at each of them against every link."""
 
 
 def is_convex(corners: Array) -> bool:
@@ -25,8 +27,12 @@ def convex_parts(corners: Array) -> tuple[Array, ...]:
     shortest, until no inward corner is left. Every inward corner has a diagonal, and each cut leaves fewer corners.
 
     Raises:
-        InputError: corners so near to each other's edges that rounding leaves no diagonal.
+        InputError: more than `MOST_PIECES` pieces, or corners so near to each other's edges that rounding leaves no
+            diagonal.
     """
+    inward = int((turns(corners) < -STRAIGHT).sum())
+    if inward > 2 * (MOST_PIECES - 1):  # a cut straightens two corners at most
+        raise _too_many(f"at least {inward // 2 + 1}")
     left, found = [corners], []
     while left:
         piece = without_straight_corners(left.pop())
@@ -35,7 +41,16 @@ def convex_parts(corners: Array) -> tuple[Array, ...]:
         else:
             i, j = _best_diagonal(piece)
             left += [np.concatenate([piece[j:], piece[: i + 1]]), piece[i : j + 1]]
-    return tuple(_merged(found))
+    pieces = _merged(found)
+    if len(pieces) > MOST_PIECES:
+        raise _too_many(str(len(pieces)))
+    return tuple(pieces)
+
+
+def _too_many(count: str) -> InputError:
+    return InputError(
+        f"an outline falls into {count} convex pieces; it may have {MOST_PIECES}: leave out inward corners"
+    )
 
 
 def _merged(pieces: list[Array]) -> list[Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from inhand.errors import InputError, near_matches
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec, build_hand
 from inhand.hands.names import parse_hand_name
-from inhand.hands.objects import ObjectSpec, Shape, parse_object_name, polygon_object
+from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_name, polygon_object
 from inhand.hands.robot_chains import FingerNames, RobotNames
 from inhand.hands.robot_files import RobotHand, read_robot
 
@@ -28,43 +29,51 @@ _HAND_SCALARS = {
 }
 _HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
 _ROBOT_FINGER_KEYS = ("joints", "tip")
-_ROBOT_KEYS = ("name", "robot", "palm", *FINGER_NAMES, "palm_x", "palm_y", "thickness_mm", *_HAND_SCALARS)
+_ROBOT_KEYS = ("name", "robot", "palm", *FINGER_NAMES, "palm_x", "palm_y", "scale", "thickness_mm", *_HAND_SCALARS)
 _OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
 _POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "friction")
 
 
-def load_hand(name_or_file: str | Path) -> HandSpec:
-    """Return the hand of a name (see `parse_hand_name`) or of a TOML file.
+def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
+    """Return the hand of a name (see `parse_hand_name`) or of a TOML file; a `HandSpec` is returned as it is.
 
     Raises:
         InputError: neither a hand name nor a readable hand file.
     """
-    path = _as_file(name_or_file)
+    if isinstance(name_or_file, HandSpec):
+        return name_or_file
+    path = _as_file(name_or_file, "hand")
     return parse_hand_name(str(name_or_file)) if path is None else _hand_from(_read_toml(path, "hand"), path)
 
 
-def load_object(name_or_file: str | Path) -> ObjectSpec:
-    """Return the object of a name (see `parse_object_name`) or of a TOML file.
+def load_object(name_or_file: str | Path | ObjectSpec) -> ObjectSpec:
+    """Return the object of a name (see `parse_object_name`) or of a TOML file; an `ObjectSpec` is returned as it is.
 
     Raises:
         InputError: neither an object name nor a readable object file.
     """
-    path = _as_file(name_or_file)
+    if isinstance(name_or_file, ObjectSpec):
+        return name_or_file
+    path = _as_file(name_or_file, "object")
     return parse_object_name(str(name_or_file)) if path is None else _object_from(_read_toml(path, "object"), path)
 
 
-def _as_file(name_or_file: str | Path) -> Path | None:
+def _as_file(name_or_file: str | Path, what: str) -> Path | None:
+    if not isinstance(name_or_file, str | Path):
+        raise InputError(f"{what} = {name_or_file!r}: give a name, the path of a TOML file, or a spec")
     path = Path(name_or_file)
-    is_file = isinstance(name_or_file, Path) or path.suffix == ".toml" or len(path.parts) > 1
+    is_file = isinstance(name_or_file, Path) or path.suffix.lower() == ".toml" or len(path.parts) > 1
     return path if is_file else None
 
 
 def _read_toml(path: Path, what: str) -> dict[str, Any]:
-    if not path.is_file():
-        raise InputError(f"no {what} file {path}: give the path of a TOML file, or a name without slashes")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise InputError(f"no {what} file {path}: give the path of a TOML file, or a name without slashes") from error
+    except RecursionError as error:
+        raise InputError(f"{path} is not a TOML file of a {what}: its tables lie too deep in each other") from error
+    except (OSError, ValueError) as error:
         raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
 
 
@@ -81,7 +90,7 @@ def _check_keys(table: dict[str, Any], allowed: tuple[str, ...], required: tuple
 
 def _number(table: dict[str, Any], key: str, where: str) -> float:
     value = table[key]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
         raise InputError(f"{where}: {key} = {value!r}; it must be a finite number")
     return float(value)
 
@@ -119,7 +128,9 @@ def _polygon_from(table: dict[str, Any], where: str) -> ObjectSpec:
         if len(corner) != 2:
             raise InputError(f"{where}: corner {place} of corners_mm is {list(corner)}; it must be [x, y] in mm")
     metres = [(x / 1e3, y / 1e3) for x, y in corners]
-    return polygon_object(_text(table, "name", where), metres, _number(table, "height_mm", where) / 1e3)
+    spec = polygon_object(_text(table, "name", where), metres, _number(table, "height_mm", where) / 1e3)
+    convex_pieces(spec)  # refuses an outline of too many
+    return spec
 
 
 def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
@@ -189,7 +200,11 @@ def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
     numbers = {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
     if "thickness_mm" in table:
         numbers["thickness"] = _number(table, "thickness_mm", where) / 1e3
-    return read_robot(path.parent / _text(table, "robot", where), _text(table, "name", where), names, numbers)
+    scale = _number(table, "scale", where) if "scale" in table else 1.0
+    if not scale > 0:
+        raise InputError(f"{where}: scale = {scale:g}; it must be positive: metres in one of the robot file's units")
+    robot = path.parent / _text(table, "robot", where)
+    return read_robot(robot, _text(table, "name", where), names, numbers, scale)
 
 
 def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:

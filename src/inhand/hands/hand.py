@@ -14,6 +14,7 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
+from inhand.hands.sizes import check_length, check_mass
 
 FINGER_NAMES = ("left", "right")
 
@@ -21,6 +22,7 @@ Corners = tuple[tuple[float, float], ...]
 """Corners of a convex outline, counter-clockwise [m]."""
 
 _POSITIVE = ("palm_width", "palm_depth", "link_width", "thickness", "tip_length", "link_mass", "stiffness", "torque")
+_SIDES = ("palm_width", "palm_depth", "link_width", "thickness")
 _NOT_NEGATIVE = ("joint_gap", "friction", "damping", "armature")
 
 
@@ -92,6 +94,9 @@ class HandSpec:
             if not (np.isfinite(value) and (value > 0 or (value == 0 and name in _NOT_NEGATIVE))):
                 zero = " or zero" if name in _NOT_NEGATIVE else ""
                 raise InputError(f"hand {self.name!r}: {name} is {value:g}; it must be positive{zero} (SI units)")
+        for name in _SIDES:
+            check_length(f"hand {self.name!r}: {name}", getattr(self, name))
+        check_mass(f"hand {self.name!r}: link_mass", self.link_mass)
         for side, finger in zip(FINGER_NAMES, self.fingers, strict=True):
             _check_parts(self.name, side, finger)
             for i, length in enumerate(finger.links):
@@ -191,6 +196,7 @@ def lab_limits(hand: HandSpec) -> HandSpec:
 def _check_positive(name: str, what: str, value: float) -> None:
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"hand {name!r}: {what} is {1e3 * value:g} mm; it must be a positive length")
+    check_length(f"hand {name!r}: {what}", value)
 
 
 def _check_parts(name: str, side: str, finger: FingerSpec) -> None:
@@ -213,6 +219,7 @@ def _check_parts(name: str, side: str, finger: FingerSpec) -> None:
             raise InputError(
                 f"hand {name!r}: link {i} of the {side} finger has a mass of {mass:g} kg; it must be positive"
             )
+        check_mass(f"hand {name!r}: the mass of link {i} of the {side} finger", mass)
 
 
 def _check_outline(name: str, what: str, corners: Corners) -> None:

@@ -61,7 +61,7 @@ def parse_hand_name(name: str) -> HandSpec:
 
 
 def _split(name: str, part: str, n_links: int) -> tuple[float, ...]:
-    if not re.fullmatch(r"[0-9]+(\.[0-9]+)*", part):
+    if not re.fullmatch(r"[0-9]{1,3}(\.[0-9]{1,3})*", part):
         raise _wrong(name, part, "is not a split in per cent joined by dots, such as 50.50 or 25.35.40")
     percent = [int(p) for p in part.split(".")]
     if len(percent) != n_links:

@@ -19,6 +19,7 @@ from inhand.hands.convex import convex_parts, is_convex
 from inhand.hands.object_forms import FORMS
 from inhand.hands.outlines import Corners, clean_outline, points_along, stretched
 from inhand.hands.polygons import with_corners
+from inhand.hands.sizes import check_length, check_mass, check_outline_size
 
 Shape = Literal["box", "cylinder", "ellipse", "polygon"]
 SHAPES: tuple[str, ...] = get_args(Shape)
@@ -46,6 +47,7 @@ class ObjectSpec:
         self._check_shape()
         if not (np.isfinite(self.mass) and self.mass > 0):
             raise InputError(f"object {self.name!r}: mass {self.mass:g} kg; the mass must be positive")
+        check_mass(f"object {self.name!r}: its mass", self.mass)
         if not (np.isfinite(self.friction) and self.friction >= 0):
             raise InputError(f"object {self.name!r}: friction {self.friction:g}; friction must be 0 or more")
         if self.shape == "polygon":
@@ -66,6 +68,9 @@ class ObjectSpec:
             raise InputError(
                 f"object {self.name!r}: size [{given}] mm; size needs three positive lengths, x, y and height"
             )
+        check_outline_size(self.name, self.size[:2])
+        for axis, length in zip(("x", "y", "height"), self.size, strict=True):
+            check_length(f"object {self.name!r}: its size, {axis},", length)
         if self.shape == "cylinder" and not np.isclose(self.size[0], self.size[1]):
             raise InputError(
                 f"object {self.name!r}: a cylinder of {1e3 * self.size[0]:g} x {1e3 * self.size[1]:g} mm; give"

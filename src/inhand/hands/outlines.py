@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
 from inhand.hands.polygons import edge_normals
+from inhand.hands.sizes import check_outline_size
 
 Corners = tuple[tuple[float, float], ...]
 """Corners of an outline (x, y) [m]."""
@@ -18,18 +19,30 @@ TOUCH = 1e-7
 """Points and edges nearer than this are taken to meet [m]."""
 STRAIGHT = 1e-6
 """A corner that turns by less than this is no corner [rad]."""
+MOST_CORNERS = 1000
+"""Corners that an outline may have: every pair of its edges is looked at."""
 
 
 def clean_outline(name: str, corners: Sequence[Sequence[float]]) -> Corners:
     """Return an outline counter-clockwise, around the centre of its bounding box, without corners that do not turn.
 
+    A last corner that is the first one again, as drawing programs close a line, is dropped.
+
     Raises:
-        InputError: fewer than three corners, one that is not finite or repeated, all on one line, or edges that meet.
+        InputError: fewer than three corners or more than `MOST_CORNERS`, one that is not finite or repeated, all on one
+            line, an outline too small or too large, or edges that meet.
     """
+    if len(corners) > 3 and np.abs(np.subtract(corners[0], corners[-1], dtype=float)).max() < TOUCH:
+        corners = corners[:-1]
     if len(corners) < 3:
         raise InputError(
             f"object {name!r}: an outline of {len(corners)} corners [{_listed(corners)}]; it needs three or more"
             " corners (x, y): add the missing ones"
+        )
+    if len(corners) > MOST_CORNERS:
+        raise InputError(
+            f"object {name!r}: an outline of {len(corners):,} corners; it may have {MOST_CORNERS:,}: leave out those"
+            " that hardly turn"
         )
     points = np.array(corners, dtype=float)
     _check_points(name, points)
@@ -119,12 +132,13 @@ def _check_points(name: str, points: Array) -> None:
             f"object {name!r}: corner {worst + 1} of the outline is {_listed(points[worst : worst + 1])}; give finite"
             " numbers"
         )
+    check_outline_size(name, np.ptp(points, axis=0))
     apart = np.linalg.norm(points[:, None] - points, axis=-1) + np.eye(len(points))
     if apart.min() < TOUCH:
         one, other = sorted(int(k) for k in np.argwhere(apart < TOUCH)[0])
         raise InputError(
             f"object {name!r}: corners {one + 1} and {other + 1} of the outline are both"
-            f" {_listed(points[one : one + 1])}; give each corner once, and the first not again at the end"
+            f" {_listed(points[one : one + 1])}; give each corner once"
         )
     middle = points - points.mean(axis=0)
     if np.linalg.svd(middle, compute_uv=False)[1] < TOUCH:

@@ -62,7 +62,7 @@ class Parts:
     """The hand's parts, by the model's numbers."""
 
     axes: Array
-    """Rows: x, y and z of the palm frame in the world `(3, 3)`."""
+    """Rows: x, y and z of the palm frame in the world `(3, 3)`, as long as one of the file's units is in metres."""
     palm: tuple[int, ...]
     """The palm's body and those fixed to it."""
     chains: tuple[Chain, ...]

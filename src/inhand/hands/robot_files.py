@@ -24,11 +24,18 @@ from inhand.geometry import Array, rotate, wrap_angle
 from inhand.hands.hand import FINGER_NAMES, Corners, FingerSpec, HandSpec
 from inhand.hands.robot_chains import Chain, Parts, RobotNames, find_parts
 from inhand.hands.robot_outlines import DECIMALS, collision_geoms, convex_outline, solid_points
+from inhand.hands.robot_text import read_text
+from inhand.hands.sizes import check_length
 
 SUFFIXES = (".urdf", ".xml", ".mjcf")
 """Endings of robot files."""
 SHORTEST_LINK = 1e-3
 """Joints whose axes are closer than this have no link between them [m]."""
+SCALE = "a robot file is in metres; if this one is in millimetres, give scale = 0.001 in the hand file"
+MESH_SCALE = (
+    'a mesh in millimetres needs scale="0.001 0.001 0.001" in its <mesh>; if the whole file is in millimetres, give'
+    " scale = 0.001 in the hand file"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +48,8 @@ class RobotHand:
     """+1 where the file's angle grows counter-clockwise about the palm's +z, else -1 `(n_joints,)`."""
     zeros: Array
     """Our angles where the file's are zero `(n_joints,)` [rad]."""
+    notes: tuple[str, ...] = ()
+    """What was left out of the file or assumed, a sentence each."""
 
     def hand_angles(self, file_angles: Array) -> Array:
         """Return our joint angles `(..., n_joints)` [rad] of the file's; both in the hand's order of joints."""
@@ -66,7 +75,9 @@ class _Finger:
     thickness: float
 
 
-def read_robot(path: Path, name: str, names: RobotNames, numbers: Mapping[str, float] | None = None) -> RobotHand:
+def read_robot(
+    path: Path, name: str, names: RobotNames, numbers: Mapping[str, float] | None = None, scale: float = 1.0
+) -> RobotHand:
     """Return the hand of a URDF or MJCF file.
 
     Args:
@@ -75,33 +86,49 @@ def read_robot(path: Path, name: str, names: RobotNames, numbers: Mapping[str, f
         names: what palm, joints and tips are called in it.
         numbers: fields of `HandSpec` that are given instead of read, such as `friction`; friction, stiffness and
             whatever the file leaves out have the defaults of `HandSpec`.
+        scale: metres in one of the file's units of length; 0.001 for a file in mm.
 
     Raises:
         InputError: no readable robot, a name that is not in it, or a mechanism that is no two-finger planar hand.
     """
-    model = _load(path)
+    model, notes = _load(path, (*names.left.joints, *names.right.joints))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     try:
         parts = find_parts(model, data, names)
+        parts = replace(parts, axes=scale * parts.axes)
         fingers = [_finger(model, data, parts, index) for index in range(2)]
-        return _assemble(model, data, name, (parts, fingers), dict(numbers or {}))
+        robot = _assemble(model, data, name, (parts, fingers), dict(numbers or {}))
+        return replace(robot, notes=(*notes, *_assumed(model, parts)))
     except InputError as error:
         raise InputError(f"robot file {path}: {error}") from error
 
 
-def _load(path: Path) -> mujoco.MjModel:
+def _load(path: Path, joints: tuple[str, ...]) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """Return the model of a file and notes on what was left out of it."""
     if not path.is_file():
         raise InputError(f"no robot file {path}: robot names a URDF or MJCF file, seen from the hand file's folder")
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"robot file {path}: unknown ending {path.suffix!r}; allowed are {', '.join(SUFFIXES)}")
+    robot = read_text(path, joints)
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        if path.suffix in SUFFIXES[1:]:
+            spec = mujoco.MjSpec.from_file(str(path))
+        else:
+            spec = mujoco.MjSpec.from_string(robot.text, assets=robot.meshes)
+            spec.modelfiledir = str(path.parent)
         spec.compiler.fusestatic = False  # else fixed links, the palm and the tips, lose their names
-        return spec.compile()
+        return spec.compile(), robot.notes
     except ValueError as error:
         text = " ".join(str(error).split())
         raise InputError(f"{path} is not a robot that MuJoCo reads: {text}; mend the file") from error
+
+
+def _assumed(model: mujoco.MjModel, parts: Parts) -> tuple[str, ...]:
+    """Return a note on joints that the file gives no limits."""
+    joints = [joint for chain in parts.chains for joint in chain.joints if not model.jnt_limited[joint]]
+    named = ", ".join(model.joint(joint).name for joint in joints)
+    return (f"The robot file gives no limits for {named}: they turn freely, +-180 deg.",) if joints else ()
 
 
 def _finger(model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, index: int) -> _Finger:
@@ -115,8 +142,10 @@ def _finger(model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, index: int
         if length < SHORTEST_LINK:
             raise InputError(
                 f"link {i} of the {side} finger is {1e3 * length:g} mm long, from the axis of"
-                f" {model.joint(joints[i]).name!r} to the next axis or the tip; name joints and a tip that lie apart"
+                f" {model.joint(joints[i]).name!r} to the next axis or the tip; name joints and a tip that lie apart,"
+                " or give `scale` in the hand file if the robot file is not in metres"
             )
+        check_length(f"link {i} of the {side} finger", float(length), SCALE)
     headings = np.arctan2(-steps[:, 0], steps[:, 1])
     signs = np.sign(data.xaxis[joints] @ parts.axes[2])
     reference = np.array(model.qpos0[model.jnt_qposadr[joints]])
@@ -160,9 +189,11 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, bodies: tuple[int, ...],
 
 def _outline(points: Array, what: str) -> Corners:
     try:
-        return convex_outline(points)
+        corners = convex_outline(points)
     except InputError as error:
         raise InputError(f"{what}: {error}") from error
+    check_length(f"the outline of {what}", float(np.ptp(corners, axis=0).max()), MESH_SCALE)
+    return corners
 
 
 def _assemble(

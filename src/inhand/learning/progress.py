@@ -14,6 +14,10 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive, primitive_at
 
+PAGE = "report.md"
+"""The page of a training run, written last of all."""
+BEST = "best"
+"""Folder of a run's best policy."""
 JOURNAL = "metrics.jsonl"
 """Name of the file of lines."""
 HEADER = ("Direction", "Of limit", "Lost", "Across [mm]", "Turn [deg]", "Return", "Expert's")

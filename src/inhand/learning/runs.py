@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from inhand.errors import InputError
-from inhand.folders import check_folder
+from inhand.folders import alone, check_folder, clear, writing
 from inhand.hands.files import load_hand, load_object
 from inhand.learning.config import PRESETS, Training
 from inhand.learning.journal import Evaluation
+from inhand.learning.progress import BEST, PAGE
 from inhand.learning.recording import Told
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
@@ -66,23 +66,24 @@ def train(
     """
     check(config)
     check_folder(out, overwrite=overwrite, mark=MARK)
-    if out.exists():
-        shutil.rmtree(out)
-    out.mkdir(parents=True)
-    (out / MARK).write_text(text_of(card_of(config)))
-    return _go(config, out, told)
+    with alone(out, out), writing(out):
+        clear(out)
+        (out / MARK).write_text(text_of(card_of(config)))
+        return _go(config, out, told)
 
 
 def resume(out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
     """Go on with the run of a folder from its last checkpoint and return the folder of the best policy.
 
     Raises:
-        InputError: no run there, one that is finished, or one of another version or observation layout.
+        InputError: no run there, one that is finished and has its page, one of another version or observation layout,
+            or one that another process is busy with.
     """
     config = read_config(out)
-    if finished(out):
-        raise InputError(f"the run in {out} is finished; its policy is in {out / 'best'}. Train another with --out")
-    return _go(config, out, told)
+    if finished(out) and (out / PAGE).is_file():
+        raise InputError(f"the run in {out} is finished; its policy is in {out / BEST}. Train another with --out")
+    with alone(out, out), writing(out):
+        return out / BEST if finished(out) else _go(config, out, told)
 
 
 def finished(out: Path) -> bool:

@@ -23,6 +23,7 @@ from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.networks import Network
+from inhand.learning.progress import BEST
 from inhand.learning.recording import Told
 from inhand.learning.replay import Priorities, Replay, Rows
 from inhand.learning.setup import Ready
@@ -116,7 +117,7 @@ class Trainer:
         if self.counters.evaluated != self.counters.episodes:
             self._evaluate()
         self._journal.close()
-        return self._folder / "best"
+        return self._folder / BEST
 
     @property
     def share(self) -> float:
@@ -235,7 +236,7 @@ class Trainer:
         save_policy(policy, self._folder / "last")
         if score > counters.best:
             counters.best = score
-            save_policy(policy, self._folder / "best")
+            save_policy(policy, self._folder / BEST)
         evaluation = Evaluation(Counters(**vars(counters)), found, fraction, score)
         self._journal.evaluation(evaluation, ready)
         self._keep("checkpoint.npz")

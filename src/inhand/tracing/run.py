@@ -9,7 +9,7 @@ import numpy as np
 
 from inhand.control.catalogue import ControllerEntry, find_controller
 from inhand.control.controller import SUBSTEPS
-from inhand.control.draws import check_draws, start_noise
+from inhand.control.draws import check_count, check_draws, start_noise
 from inhand.control.policy import check_joints
 from inhand.control.trial import Passport
 from inhand.errors import InputError, near_matches
@@ -61,6 +61,30 @@ class TraceSetup:
         return None if task is None or task.wall is None else task.wall((self.hand, self.object))
 
 
+def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], ControllerEntry, Drawing | SequenceTask]:
+    """Return hand and object, controller, and what is to be traced or done: all that a run names.
+
+    Raises:
+        InputError: a name or a number that no run can have; nothing is searched yet.
+    """
+    if config.trials < 1:
+        raise InputError(f"--trials {config.trials}: give at least one trial")
+    check_count(config.trials, f"--trials {config.trials}")
+    check_draws(config)
+    held = load_hand(config.hand), load_object(config.object)
+    entry = find_controller(config.controller)
+    check_fit(*held)
+    if entry.policy is not None:
+        check_joints(entry.policy, held[0])
+    if config.path not in TASKS:
+        if config.size is not None and not (np.isfinite(config.size) and config.size > 0):
+            raise InputError(f"--size {config.size:g}: give a positive size in mm")
+        return held, entry, find_path(config.path)
+    if config.size is not None or config.scale:
+        raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
+    return held, entry, TASKS[config.path]
+
+
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
     """Return a run's setup.
 
@@ -72,25 +96,15 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
         InputError: anything in the configuration that cannot be run; of a drawing that is too large it says which part
             lies outside of the hand's reach, and the largest that fits.
     """
-    if config.trials < 1:
-        raise InputError(f"--trials {config.trials}: give at least one trial")
-    check_draws(config)
-    held = load_hand(config.hand), load_object(config.object)
-    entry = find_controller(config.controller)
-    check_fit(*held)
-    if entry.policy is not None:
-        check_joints(entry.policy, held[0])
+    held, entry, asked = check_trace(config)
     notes = () if entry.policy is None else ("The policy moves; twists and recoveries are the expert's (`ik`).",)
-    if config.path in TASKS:
-        task = TASKS[config.path]
-        if config.size is not None or config.scale:
-            raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
+    if isinstance(asked, SequenceTask):
         draws = [
-            (np.random.default_rng((config.seed, k)), f"task {task.name}, trial {k + 1}") for k in range(config.trials)
+            (np.random.default_rng((config.seed, k)), f"task {asked.name}, trial {k + 1}") for k in range(config.trials)
         ]
-        plans = tuple(fitting_plan(task, held, rng, name, told) for rng, name in draws)
-        return TraceSetup(*held, entry, plans, task, None, notes)
-    drawing, more = _sized(config, held, find_path(config.path), told)
+        plans = tuple(fitting_plan(asked, held, rng, name, told) for rng, name in draws)
+        return TraceSetup(*held, entry, plans, asked, None, notes)
+    drawing, more = _sized(config, held, asked, told)
     plan = plan_of(held, drawing)
     return TraceSetup(*held, entry, (plan,) * config.trials, None, larger_side(drawing), (*notes, *more))
 
@@ -153,8 +167,6 @@ def _sized(
 ) -> tuple[Drawing, tuple[str, ...]]:
     """Return the drawing at the size that is to be traced, and what a reader should know of that."""
     if config.size is not None:
-        if not (np.isfinite(config.size) and config.size > 0):
-            raise InputError(f"--size {config.size:g}: give a positive size in mm")
         drawing = scaled(drawing, config.size / 1e3)
     elif not drawing.sized:
         most = reachable_size(held, drawing, told)

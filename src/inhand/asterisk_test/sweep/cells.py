@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
 from inhand.tasks.primitives import parse_directions
 
+WATCH = "end with the parent"
+"""Name of the thread that ends a process that computes for a sweep which is gone."""
 LONGEST = 60
 """Characters of a value that the text about other settings shows."""
 
@@ -87,23 +90,30 @@ def compute(job: Job, parent: int) -> Job:
         job: the cell.
         parent: process that leads the sweep; once it is gone, so is the process that computes for it.
     """
-
-    def watch(phase: str, running: int, step: int) -> None:
-        del phase, running, step
-        if parent not in (os.getpid(), os.getppid()):
-            signal.raise_signal(signal.SIGTERM)
-
+    end_with(parent)
     clock, cpu = time.perf_counter(), time.process_time()
     entries: list[dict[str, Any]] = []
     reason = None
     try:
-        trials = simulate(job.config, prepare(job.config), watch, threads=1)
+        trials = simulate(job.config, prepare(job.config), threads=1)
         entries = [as_entry(result_of_trial(trial)) for trial in trials]
     except (InputError, RuntimeError) as error:  # RuntimeError: the engine itself gave up
         reason = str(error)
     times = time.perf_counter() - clock, time.process_time() - cpu
     write_json(CellFile(*job.names, reason, *times, entries, job.settings), job.path)
     return job
+
+
+def end_with(parent: int) -> None:
+    """Let this process end within a second of its parent's end, however busy it is; once in a process is enough."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    if parent != os.getpid() and all(thread.name != WATCH for thread in threading.enumerate()):
+        threading.Thread(target=watch, name=WATCH, daemon=True).start()
 
 
 def read_cell(path: Path) -> CellFile:

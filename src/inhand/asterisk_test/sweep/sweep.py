@@ -15,6 +15,7 @@ from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.sweep.cells import Job, compute, differences, job_of, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
+from inhand.folders import alone, check_folder, place_of, writing
 from inhand.hands.files import load_hand, load_object
 from inhand.versions import versions
 
@@ -44,8 +45,8 @@ def plan(config: SweepConfig) -> Plan:
         if not names:
             raise InputError(f"{option} names none: give at least one")
     prepare(_asterisk(config))  # refuses what no cell could run with
-    folder = _cells_folder(config.out)
-    jobs = _jobs(config, folder)
+    jobs = _jobs(config, config.out / CELLS)
+    _make_cells_folder(config.out)
     there = [job for job in jobs if job.path.is_file()]
     other = {job: found for job in there if (found := differences(read_cell(job.path).settings, job.settings))}
     if other and not config.overwrite:
@@ -66,9 +67,12 @@ def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
         at_a_time: how many run side by side, each on one core; 0 takes every core.
 
     Raises:
-        InputError: a process that computed a cell was killed.
+        InputError: a process that computed a cell was killed, or another sweep computes into the same folder.
     """
-    with parallel_config("loky", inner_max_num_threads=1):
+    if not jobs:
+        return
+    cells = jobs[0].path.parent
+    with alone(cells, cells.parent), parallel_config("loky", inner_max_num_threads=1):
         workers = Parallel(n_jobs=at_a_time or -1, batch_size=1, return_as="generator_unordered")
         try:
             yield from workers(delayed(compute)(job, os.getpid()) for job in jobs)
@@ -105,19 +109,14 @@ def _jobs(config: SweepConfig, folder: Path) -> tuple[Job, ...]:
     return tuple(jobs.values())
 
 
-def _cells_folder(out: Path) -> Path:
-    """Return the folder of the cells, made where it is not there yet.
+def _make_cells_folder(out: Path) -> None:
+    """Make the folder of the cells where it is not there yet.
 
     Raises:
         InputError: `out` is a file, holds something else, or cannot be written.
     """
     folder = out / CELLS
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file; give a folder")
-    if out.is_dir() and any(out.iterdir()) and not folder.is_dir():
-        raise InputError(f"--out {out} holds files that are no sweep of inhand; give another folder")
-    try:
+    if not place_of(folder).is_dir():
+        check_folder(out, overwrite=False, mark=CELLS)
+    with writing(out):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"--out {out} cannot be written: {error.strerror}; give another folder") from error
-    return folder

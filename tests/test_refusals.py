@@ -1,0 +1,52 @@
+"""What commands refuse: in one text, with exit code 2, in seconds, before anything is written."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from commands import Call
+
+RL = importlib.util.find_spec("jax") is not None
+
+CASES = [
+    ("asterisk --trials 1000000", "about 8000 GB of memory and 444 hours of one core; a run holds at most 10000"),
+    ("asterisk --trials 700", "--trials 700 in each of 16 directions: 11200 trials would take about 6 GB"),
+    ("trace --trials 1000000", "--trials 1000000: 1000000 trials would take about 500 GB"),
+    ("evaluate --trials 1000000", "a run holds at most 10000"),
+    ("evaluate --episodes 1000000", "a run holds at most 10000"),
+    ("reach --resolution-mm 0.1", "--resolution-mm 0.1: give 0.5 or more"),
+    ("reach --resolution-mm nan", "--resolution-mm nan: give 0.5 or more"),
+    ("asterisk --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),
+    ("trace --path sqare --out file", "unknown --path 'sqare'; did you mean square"),
+    ("trace --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),
+    ("reach --directions Oat --out file", "unknown direction 'Oat'; did you mean Out"),
+    ("sweep --objects cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),
+    ("record --expert ikk --out file", "ikk"),
+    ("trace --size 60 --path square --out file", "--out file is a file"),
+    ("sweep --hands 2v2_50.50_50.50_1.1_53 --objects cube_39 --out file", "--out file is a file"),
+]
+"""A command and what it must say; `file` is a file that is there."""
+
+
+@pytest.mark.parametrize(("line", "text"), CASES)
+def test_a_command_refuses_and_leaves_nothing(
+    line: str, text: str, tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if line.startswith("record") and not RL:
+        pytest.skip("recording needs the extra `rl`")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    code, out, err = inhand(*line.split())
+    assert (code, out) == (2, "")
+    assert text in " ".join(err.split())
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_directions_named_twice_run_once(tmp_path: Path, inhand: Call) -> None:
+    words = ("reach", "--resolution-mm", 10, "--directions", "Out,Out,90", "--out", tmp_path / "run")
+    code, out, err = inhand(*words)
+    assert (code, err) == (0, "")
+    assert out.count("Out ") == 1

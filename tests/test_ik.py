@@ -191,6 +191,15 @@ def test_a_hand_that_presses_hard_does_not_stand_still(links: tuple[float, ...],
         assert result.reached > 0.7 * (result.limit or np.inf)
 
 
+@pytest.mark.parametrize(("direction", "number"), [("In-Right", 169), ("In-Left", 230)])
+def test_a_grip_that_ends_between_the_planned_poses_is_not_chosen(direction: str, number: int) -> None:
+    """These starts went 84 of 146 mm: on every third pose of the path the rehearsal saw no end before 121 mm."""
+    config = AsteriskConfig(directions=direction, trials=number, seed=23)
+    setup = prepare(config)
+    (trial,) = simulate(config, replace(setup, assignments=setup.assignments[-1:]))
+    assert result_of_trial(trial).reached > 115
+
+
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:
     task, state = grip
     limits = np.stack([follow_limit(task, state, share, margin=(0.0, 0.0)) for share in (1e-4, 0.3, 0.6, 0.9, 3.0)])

@@ -71,7 +71,7 @@ def directions(runs: list[list[Result]]) -> list[str]:
             "-" if human is None else f"{human:.1f}",
             f"{max(result.metrics.lateral_max_mm for result in group):.2f}",
             f"{max(result.metrics.rotation_max_deg for result in group):.2f}",
-            f"{max(result.metrics.longest_gap_steps or 0 for result in group)}",
+            f"{max(result.metrics.longest_gap_s or 0 for result in group):.2f}",
         )
         rows.append("| " + " | ".join(cells) + " |")
     return rows

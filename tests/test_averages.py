@@ -50,11 +50,12 @@ def test_every_trial_counts_once_however_many_rows_it_has() -> None:
     assert np.isnan(average.rotation_deg).all()
 
 
-def test_the_line_ends_where_the_median_trial_ends() -> None:
-    average = average_path([line(20), line(45, 4.0), line(90)], None, 0.0)
-    assert average.points_mm[-1, 0] == pytest.approx(45)
+def test_the_line_ends_at_the_mean_of_the_trials_or_where_it_is_told() -> None:
+    average = average_path([line(20), line(40, 4.0), line(90)], None, 0.0)
+    assert average.points_mm[-1, 0] == pytest.approx(50)
     assert average.count[0] == 3
-    assert average.count[-1] == 2
+    assert average.count[-1] == 1
+    assert average_path([line(20), line(40)], None, 0.0, end_mm=25.0).points_mm[-1, 0] == pytest.approx(25)
     np.testing.assert_array_equal(average.points_mm[0], 0)
 
 

@@ -67,7 +67,7 @@ def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
         ("Right", 0.0, 1),
         ("In'", -112.5, 1),
     ]
-    assert all(each["outcome"] == "reached" and each["distance_mm"] > 30 for each in content["trials"])
+    assert all(each["outcome"] == "end of grip" and each["distance_mm"] > 30 for each in content["trials"])
     assert all("mvt_eff" in each["asterisk_test"] for each in content["trials"])
     assert [each["direction"] for each in content["directions"]] == ["Right", "In'"]
     assert content["directions"][0]["distance_mm"]["mean"] == content["trials"][0]["distance_mm"]
@@ -79,7 +79,7 @@ def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
 def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     printed = (run / "printed.txt").read_text(encoding="utf-8")
     assert f"ik on cube_39, {STANDARD}" in printed
-    for word in ("Direction", "Distance [mm]", "Outcome", "Right", "In'", "reached 1/1"):
+    for word in ("Direction", "Distance [mm]", "Outcome", "Right", "In'", "1/1 end of grip"):
         assert word in printed
     assert "Human" not in printed
     assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")

@@ -55,8 +55,8 @@ def test_it_keeps_the_object_straight_upright_and_held(name: str, expert: dict[s
     assert metrics.rotation_max_deg <= 8
     assert metrics.contact_fraction is not None
     assert metrics.contact_fraction >= 0.99
-    assert metrics.longest_gap_steps is not None
-    assert metrics.longest_gap_steps <= 20
+    assert metrics.longest_gap_s is not None
+    assert metrics.longest_gap_s <= 0.08
     assert metrics.distance_mm > 25
 
 
@@ -189,6 +189,15 @@ def test_a_hand_that_presses_hard_does_not_stand_still(links: tuple[float, ...],
     for result in (result_of_trial(trial) for trial in simulate(config, setup)):
         assert result.kept
         assert result.reached > 0.7 * (result.limit or np.inf)
+
+
+@pytest.mark.parametrize(("direction", "number"), [("In-Right", 169), ("In-Left", 230)])
+def test_a_grip_that_ends_between_the_planned_poses_is_not_chosen(direction: str, number: int) -> None:
+    """These starts went 84 of 146 mm: on every third pose of the path the rehearsal saw no end before 121 mm."""
+    config = AsteriskConfig(directions=direction, trials=number, seed=23)
+    setup = prepare(config)
+    (trial,) = simulate(config, replace(setup, assignments=setup.assignments[-1:]))
+    assert result_of_trial(trial).reached > 115
 
 
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:

@@ -22,7 +22,7 @@ TURN = np.array([0.0, 2, 4, 6, 3])
 SPIN = np.array([(0, 0, 0), (0.01, 0, 10), (0.02, 0.01, 20), (0.01, 0.01, 18)])
 FIELDS = (
     "distance_mm max_distance_mm lateral_max_mm lateral_rms_mm rotation_max_deg rotation_final_deg arc_length_mm"
-    " efficiency frechet_mm contact_fraction longest_gap_steps"
+    " efficiency frechet_mm contact_fraction longest_gap_s path_max_mm path_rms_mm"
 )
 COORDINATE = st.integers(-100_000, 100_000).map(lambda each: each / 1000)
 PATHS = st.integers(2, 25).flatmap(lambda rows: arrays(np.float64, (rows, 2), elements=COORDINATE))
@@ -42,7 +42,7 @@ def test_primary_check_vector() -> None:
     assert (metrics.rotation_max_deg, metrics.rotation_final_deg) == (6, 3)
     assert metrics.frechet_mm == pytest.approx(0.1, abs=0.003)
     assert metrics.contact_fraction is None
-    assert metrics.longest_gap_steps is None
+    assert metrics.longest_gap_s is None
 
 
 def test_asterisk_check_vector_of_direction_c() -> None:
@@ -167,19 +167,19 @@ def test_only_rows_before_the_first_lost_contact_count() -> None:
     turn = np.concatenate([np.zeros(5), np.full(5, 80.0)])
     contact = np.ones((10, 2), dtype=bool)
     contact[5, 0] = contact[7, 1] = contact[8, 0] = contact[9] = False
-    metrics = measure(path, turn, 0.0, contact=contact, substeps=4)
+    metrics = measure(path, turn, 0.0, contact=contact, row_s=0.02)
     assert (metrics.distance_mm, metrics.arc_length_mm) == (40, 40)
     assert (metrics.lateral_max_mm, metrics.rotation_max_deg) == (0, 0)
     assert metrics.contact_fraction == pytest.approx(0.6)
-    assert metrics.longest_gap_steps == 12
+    assert metrics.longest_gap_s == pytest.approx(0.06)
 
 
 def test_unbroken_contact_changes_nothing_and_none_at_all_leaves_the_start() -> None:
     held = measure(PATH, TURN, 0.0, contact=np.ones((5, 2), dtype=bool))
     assert astuple(held)[:9] == astuple(measure(PATH, TURN, 0.0))[:9]
-    assert (held.contact_fraction, held.longest_gap_steps) == (1.0, 0)
+    assert (held.contact_fraction, held.longest_gap_s) == (1.0, 0)
     lost = measure(PATH, TURN, 0.0, contact=np.zeros((5, 2), dtype=bool))
-    assert astuple(lost) == (*(0.0,) * 9, 0.0, 5)
+    assert astuple(lost) == (*(0.0,) * 9, 0.0, 5.0, None, None)
 
 
 @settings(max_examples=60, deadline=None)

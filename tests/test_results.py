@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.people.human import HumanTrial, read_human_file
 from inhand.asterisk_test.results import (
     RECORDED,
@@ -20,12 +21,14 @@ from inhand.asterisk_test.results import (
     summary_of,
 )
 from inhand.asterisk_test.scenes import trial_path
-from inhand.asterisk_test.table import HEADER, failures, table_rows
+from inhand.asterisk_test.table import HEADER, endings, failures, table_rows
 from inhand.control.trial import (
     DIVERGED,
+    GRIP_END,
     LOST_CONTACT,
     MANIPULATE,
     NO_GRASP,
+    NO_MOVEMENT,
     REACHED,
     TIME_OUT,
     Passport,
@@ -50,7 +53,7 @@ REQUIRED = (
     "arc_length_mm",
     "efficiency",
     "contact_fraction",
-    "longest_gap_steps",
+    "longest_gap_s",
     "outcome",
     "force_max_n",
     "penetration_max_mm",
@@ -121,7 +124,7 @@ def test_a_straight_trial_in_numbers() -> None:
         assert entry[key] == pytest.approx(40), key
     for key in ("lateral_max_mm", "lateral_rms_mm", "rotation_max_deg", "rotation_final_deg"):
         assert entry[key] == pytest.approx(0, abs=1e-9), key
-    assert (entry["efficiency"], entry["contact_fraction"], entry["longest_gap_steps"]) == (pytest.approx(1), 1.0, 0)
+    assert (entry["efficiency"], entry["contact_fraction"], entry["longest_gap_s"]) == (pytest.approx(1), 1.0, 0)
     assert (entry["first_lost"], entry["source"]) == (None, "ik")
 
 
@@ -145,7 +148,7 @@ def test_distance_counts_up_to_the_first_loss_and_carried_to_the_end() -> None:
     result = result_of_trial(straight(mm=40, lost=slice(11, 14)))
     assert result.metrics.distance_mm == pytest.approx(10)
     assert result.carried_mm == pytest.approx(40)
-    assert result.metrics.longest_gap_steps == 15
+    assert result.metrics.longest_gap_s == pytest.approx(0.06)
     assert result.metrics.contact_fraction == pytest.approx(38 / 41)
     assert result.first_lost == "right"
 
@@ -193,7 +196,7 @@ def test_a_recording_has_no_contact_and_no_known_end(tmp_path: Path) -> None:
     human = recorded(tmp_path)
     entry = as_entry(result_of_human(human))
     assert (entry["direction"], entry["outcome"], entry["source"]) == ("Out", RECORDED, "p1_2v2_a_n_1.csv")
-    assert (entry["contact_fraction"], entry["longest_gap_steps"]) == (None, None)
+    assert (entry["contact_fraction"], entry["longest_gap_s"]) == (None, None)
     assert entry["distance_mm"] == pytest.approx(30, abs=0.5)
 
 
@@ -250,8 +253,53 @@ def test_the_table_has_one_row_for_each_direction(tmp_path: Path) -> None:
     assert out["Direction"] == "Out"
     assert out["Distance [mm]"] == "25.0 ± 7.1"
     assert float(out["Human [mm]"]) == pytest.approx(30, abs=0.5)
-    assert (out["Contact"], out["Gap"], out["Outcome"]) == ("0.512", "100", "lost contact 1/2")
-    assert (right["Distance [mm]"], right["Human [mm]"], right["Outcome"]) == ("40.0", "-", "reached 1/1")
+    assert (out["Contact"], out["Gap [s]"], out["Outcome"]) == ("0.512", "0.40", "1/2 lost contact")
+    assert (right["Distance [mm]"], right["Human [mm]"], right["Outcome"]) == ("40.0", "-", "1/1 reached")
+
+
+@pytest.mark.parametrize(
+    ("mm", "limit", "outcome"),
+    [
+        (59.0, 0.0, REACHED),
+        (54.0, 0.1, GRIP_END),
+        (15.0, 0.1, GRIP_END),
+        (14.0, 0.1, NO_MOVEMENT),  # a tenth of the fingers' 144 mm
+        (0.0, 0.0448, NO_MOVEMENT),
+        (0.0, None, NO_MOVEMENT),
+        (14.0, 0.02, GRIP_END),  # the hand could hardly have gone farther
+    ],
+)
+def test_what_the_loop_calls_reached_is_told_apart(mm: float, limit: float | None, outcome: str) -> None:
+    trial = straight(mm=mm)
+    trial = replace(trial, passport=replace(trial.passport, limit=limit))
+    assert ended(trial).outcome == outcome
+    assert ended(replace(trial, outcome=LOST_CONTACT)).outcome == LOST_CONTACT
+
+
+@pytest.mark.parametrize(("turned", "outcome"), [(9.0, NO_MOVEMENT), (11.0, GRIP_END), (147.0, REACHED)])
+def test_a_trial_that_turns_is_told_apart_by_its_angle(turned: float, outcome: str) -> None:
+    still = straight(mm=0.0)
+    angle = np.deg2rad(np.array([0.0, 0.0, turned]))
+    pose = np.column_stack([np.zeros((3, 2)), angle])
+    passport = replace(still.passport, angle_deg=None, rotation_deg=150.0)
+    reference = np.deg2rad([[0.0, 0.0, 0.0], [0.0, 0.0, 150.0]])
+    phase = np.array([0, 1, 1])
+    trial = replace(still, object_pose=spatial(pose, 0.05), passport=passport, reference=reference, phase=phase)
+    assert ended(trial).outcome == outcome
+
+
+def test_standing_still_is_told_with_what_the_hand_could_do() -> None:
+    still = ended(straight(mm=0.0))
+    still = replace(still, passport=replace(still.passport, limit=0.0448))
+    gone = straight(0.0, 45, outcome=GRIP_END)
+    gone = replace(gone, passport=replace(gone.passport, limit=0.050))
+    results = [result_of_trial(still), result_of_trial(gone)]
+    assert [result.kept for result in results] == [False, True]
+    assert failures(results) == ["Out: no movement in 1 of 1 trials after 0 of 45 mm."]
+    assert endings(results) == (
+        "1 of 2 trials kept the object: 1 stopped where the grip was predicted to end. They came 0.90 of the hand's"
+        " limit on average, at least 0.90 (Right, 45 of 50 mm)."
+    )
 
 
 def test_what_failed_says_how_often_which_finger_and_where() -> None:
@@ -277,7 +325,7 @@ def test_a_simulation_that_diverged_is_told_as_no_verdict_on_the_hand() -> None:
     results = [result_of_trial(trial) for trial in trials]
     assert [result.first_lost for result in results] == [None] * 3
     (row,) = table_rows(results, [])
-    assert row[-1] == "diverged 1/3"
+    assert row[-1] == "2/3 diverged"
     assert failures(results) == [
         "Out: diverged in 2 of 3 trials after 25, 0 mm (25, 0 mm with lost and regained contacts allowed)."
         " A simulation that diverged says nothing about the hand: lower its stiffness, torque or physics step."
@@ -290,3 +338,22 @@ def test_results_do_not_change_their_trial(make: Callable[[], Trial]) -> None:
     result_of_trial(trial, compatible=True)
     np.testing.assert_array_equal(trial.object_pose, again.object_pose)
     np.testing.assert_array_equal(trial.gaps, again.gaps)
+
+
+def test_errors_of_a_bent_path_are_taken_from_it_and_not_from_the_line() -> None:
+    turn = np.linspace(0.0, np.pi / 2, 43)
+    bow = np.column_stack([0.06 * (np.cos(turn) - 1), 0.06 * np.sin(turn), np.zeros(43)])
+    trial = straight(mm=40)
+    pose = bow[[0, 0, *range(41)]] + np.array([0.0, 0.0936, 0.0])
+    bent = result_of_trial(replace(trial, object_pose=spatial(pose, 0.05), reference=bow))
+    assert bent.bent
+    assert bent.metrics.lateral_max_mm > 50
+    assert bent.metrics.path_max_mm == pytest.approx(0.0, abs=1e-6)
+    assert bent.metrics.path_rms_mm == pytest.approx(0.0, abs=1e-6)
+    off = result_of_trial(replace(trial, object_pose=spatial(pose, 0.05), reference=bow * (2.0, 1.0, 1.0)))
+    assert off.metrics.path_max_mm is not None
+    assert off.metrics.path_max_mm > 5
+    rows = [dict(zip(HEADER, row, strict=True)) for row in table_rows([bent], [])]
+    assert rows[0]["Off path"] == "0.0"
+    assert not result_of_trial(trial).bent
+    assert table_rows([result_of_trial(trial)], [])[0][HEADER.index("Off path")] == "-"

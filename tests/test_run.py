@@ -13,7 +13,7 @@ from inhand.asterisk_test.people.paths import human_path
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.draws import start_noise
-from inhand.control.trial import OUTCOMES, REACHED, Trial
+from inhand.control.trial import GRIP_END, OUTCOMES, Trial
 from inhand.errors import InputError
 from inhand.hands.names import CATALOGUE as HANDS
 from inhand.tasks.paths import straight_path
@@ -264,7 +264,7 @@ def test_right_mirrors_left(
 def test_other_hands_and_objects_need_no_special_case(hand: str, thing: str) -> None:
     for trial in run(AsteriskConfig(hand=hand, object=thing, directions="Out,Left,-67.5", trials=1, seed=5)):
         result = result_of_trial(trial)
-        assert result.outcome == REACHED, result.direction
+        assert result.outcome == GRIP_END, result.direction
         assert result.metrics.contact_fraction == pytest.approx(1.0, abs=0.01)
         assert result.metrics.rotation_max_deg < 8
 

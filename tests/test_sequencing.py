@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from inhand.control.catalogue import find_controller
 from inhand.control.trial import REACHED, STOPPED, Passport
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, way_along
+from inhand.geometry import TURN_ARM, Array, distance_to, way_along
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.sim.state import State
@@ -23,7 +23,7 @@ from inhand.tracing import fit
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.fit import Fit, carried, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow
-from inhand.tracing.plan import STEP, TOLERANCE, Leg, Plan, distance_to, plan_along
+from inhand.tracing.plan import STEP, TOLERANCE, Leg, Plan, plan_along
 from inhand.tracing.run import prepare_trace, simulate_trace
 from inhand.tracing.sequencer import Sequencer
 from inhand.tracing.tasks import DRAWS, SHARE, TASKS, SequenceTask, draw_points

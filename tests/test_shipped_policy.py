@@ -30,7 +30,7 @@ def test_it_is_small_and_says_how_it_was_made() -> None:
 def test_it_carries_the_cube_in_trained_and_unseen_directions() -> None:
     config = AsteriskConfig(controller="rl", directions="Out,Right,In,In-Left,Out',In'-Right'", trials=2, seed=7)
     results = [result_of_trial(trial) for trial in simulate(config, prepare(config))]
-    assert [result.outcome for result in results] == ["reached"] * 12
+    assert [result.outcome for result in results] == ["end of grip"] * 12
     assert min(result.fraction or 0.0 for result in results) > 0.75
     assert max(result.metrics.lateral_max_mm for result in results) < 3.0
     assert max(result.metrics.rotation_max_deg for result in results) < 8.0

@@ -164,20 +164,20 @@ def test_single_trial_shows_path_deviations_and_contact(outline: SceneOutline) -
     assert [label.get_text() for label in strip.get_yticklabels()] == ["finger 1", "finger 2"]
     assert strip.yaxis_inverted()
     touching = strip.collections[3].get_paths()
-    assert [tuple(piece.get_extents().intervalx) for piece in touching] == [(0.0, 20.0), (25.0, 50.0)]
+    assert [tuple(piece.get_extents().intervalx) for piece in touching] == [(0.0, 0.4), (0.5, 1.0)]
     assert "contact lost" in legend_texts(figure)
 
 
 @pytest.mark.parametrize("angle", [0.0, 45.0, 90.0, -112.5])
-def test_orientation_ticks_stand_across_the_target_and_turn_with_the_object(angle: float) -> None:
+def test_orientation_crosses_turn_with_the_object_and_not_with_the_direction(angle: float) -> None:
     ticks = orientation_ticks(trial(angle), 2.0)
-    assert len(ticks) == 12
-    along = unit(np.deg2rad(angle))
-    first, last = (end - start for start, end in (ticks[0], ticks[-1]))
-    assert np.hypot(*first) == pytest.approx(4.0)
-    assert first @ along == pytest.approx(0.0, abs=1e-9)
-    assert last @ along == pytest.approx(-4.0 * np.sin(np.deg2rad(20.0)))
-    assert ticks[-1][0] + last / 2 == pytest.approx(60.0 * along)
+    assert len(ticks) == 24
+    arms = np.array([end - start for start, end in ticks])
+    assert arms[0] == pytest.approx([4.0, 0.0])
+    assert arms[12] == pytest.approx([0.0, 4.0])
+    assert arms[11] == pytest.approx(4.0 * unit(np.deg2rad(20.0)))
+    assert arms[23] == pytest.approx(4.0 * unit(np.deg2rad(110.0)))
+    assert ticks[-1][0] + arms[-1] / 2 == pytest.approx(60.0 * unit(np.deg2rad(angle)))
 
 
 def test_single_trial_without_movement_contact_or_points(outline: SceneOutline) -> None:

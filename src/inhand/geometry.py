@@ -122,3 +122,11 @@ def spatial(pose: ArrayLike, height: float) -> Array:
     zero = np.zeros_like(half)
     parts = [pose[..., 0], pose[..., 1], zero + height, np.cos(half), zero, zero, np.sin(half)]
     return np.stack(parts, axis=-1)
+
+
+def distance_to(points: Array, start: Array, end: Array) -> Array:
+    """Return the distance `(...,)` of points `(..., d)` from the straight line between two others, ends included."""
+    chord = end - start
+    size = np.maximum((chord**2).sum(axis=-1, keepdims=True), 1e-18)
+    share = np.clip(((points - start) * chord).sum(axis=-1, keepdims=True) / size, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(points - start - share * chord, axis=-1))

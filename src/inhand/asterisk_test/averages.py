@@ -62,20 +62,26 @@ class MeanSd(NamedTuple):
 
 
 def average_path(
-    paths_mm: Sequence[Array], rotations_deg: Sequence[Array] | None, angle_deg: float, *, bin_mm: float = 5.0
+    paths_mm: Sequence[Array],
+    rotations_deg: Sequence[Array] | None,
+    angle_deg: float,
+    *,
+    bin_mm: float = 5.0,
+    end_mm: float | None = None,
 ) -> AveragePath:
     """Return the mean path of several trials, every trial counting once.
 
     Rows are sorted into bins of progress; in each bin first the mean of each trial, then the mean and the
     standard deviation across trials. So a person who dwells, or walks the object, weighs no more than others.
-    Rows after a trial's farthest progress are left out (release, or going back), and the line ends where the
-    median trial ends. The bins are spread evenly, so that the first point is the start and the last that end.
+    Rows after a trial's farthest progress are left out (release, or going back), and the line ends at
+    a given progress. The bins are spread evenly, so that the first point is the start and the last that end.
 
     Args:
         paths_mm: Positions `(T_i, 2)` of each trial [mm], filtered.
         rotations_deg: Rotation `(T_i,)` of each [deg], or None where it is unknown.
         angle_deg: Direction counter-clockwise from +x [deg].
         bin_mm: Width of a bin, about [mm].
+        end_mm: Progress at which the line ends [mm]; None for the mean of the trials' farthest.
 
     Raises:
         InputError: no trial, unequal numbers of paths and rotations, rows that are not finite, or a width that is
@@ -85,7 +91,7 @@ def average_path(
         raise InputError(f"bin width {bin_mm:g} mm is not usable: give a positive, finite width")
     rows = _aligned(paths_mm, rotations_deg, angle_deg)
     rows = [each[: int(np.argmax(each[:, 0])) + 1] - each[0] * (1.0, 1.0, 0.0) for each in rows]
-    end = float(np.median([each[-1, 0] for each in rows]))
+    end = float(np.mean([each[-1, 0] for each in rows])) if end_mm is None else end_mm
     centres = np.linspace(0.0, end, max(round(end / bin_mm), 1) + 1) if end > 0.0 else np.zeros(1)
     half = centres[1] / 2 if len(centres) > 1 else bin_mm / 2
     mean, lateral_sd, count = _across_trials(np.stack([_bin_means(each, centres, half) for each in rows]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from inhand import geometry
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
-from inhand.geometry import Array, interpolate, longest_run
+from inhand.geometry import Array, distance_to, interpolate, longest_run
 
 TARGET_POINTS = 100
 """Points on the straight segment of the Frechet distance, as in the Asterisk Test."""
@@ -48,8 +48,12 @@ class Metrics:
     """Discrete Frechet distance between the path and the straight segment of the same distance."""
     contact_fraction: float | None
     """Share of all rows in which both fingers touch; None for people."""
-    longest_gap_steps: int | None
-    """Longest run without both fingers touching [simulation steps]; None for people."""
+    longest_gap_s: float | None
+    """Longest time without both fingers touching [s]; None for people."""
+    path_max_mm: float | None = None
+    """Largest distance from the reference path, which need not be straight; None without one."""
+    path_rms_mm: float | None = None
+    """Root mean square of the same."""
 
 
 def measure(
@@ -59,7 +63,8 @@ def measure(
     *,
     target_rotation_deg: float = 0.0,
     contact: NDArray[np.bool_] | None = None,
-    substeps: int = 1,
+    row_s: float = 1.0,
+    reference_mm: Array | None = None,
 ) -> Metrics:
     """Return the primary metrics of one trial.
 
@@ -73,7 +78,8 @@ def measure(
         angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
         target_rotation_deg: Rotation to hold [deg]; plays no part in a trial that only rotates.
         contact: Whether each finger touches `(T, F)`, or None for people.
-        substeps: Simulation steps per row, the unit of `longest_gap_steps`.
+        row_s: Time between two rows [s].
+        reference_mm: Way-points of the reference path `(S, 2)` from the start [mm], or None without one.
 
     Raises:
         InputError: arrays of the wrong shape or of different lengths, no row, or a value that is not finite.
@@ -83,12 +89,12 @@ def measure(
     check_rows(path, np.zeros(len(path)) if rotation_deg is None else turn)
     _check_rest(len(path), contact, angle_deg, target_rotation_deg)
     if contact is None:
-        return _measure_rows(path, turn, angle_deg, target_rotation_deg)
+        return _measure_rows(path, turn, angle_deg, target_rotation_deg, reference_mm)
     held = np.all(contact, axis=1)
     rows = len(path) if held.all() else max(int(np.argmin(held)), 1)
-    metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg)
-    gap = longest_run(~held) * substeps
-    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_steps=gap)
+    metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg, reference_mm)
+    gap = longest_run(~held) * row_s
+    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_s=gap)
 
 
 def measure_human(trial: HumanTrial) -> Metrics:
@@ -98,7 +104,9 @@ def measure_human(trial: HumanTrial) -> Metrics:
     return measure(trial.filtered_mm[rows], rotation, trial.angle_deg, target_rotation_deg=trial.twist_deg)
 
 
-def _measure_rows(path: Array, turn: Array, angle_deg: float | None, target_deg: float) -> Metrics:
+def _measure_rows(
+    path: Array, turn: Array, angle_deg: float | None, target_deg: float, reference: Array | None
+) -> Metrics:
     """Return the metrics of rows `(T, 2)` and `(T,)` that all count, those of contact left None."""
     path = path - path[0]
     arc = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
@@ -110,6 +118,7 @@ def _measure_rows(path: Array, turn: Array, angle_deg: float | None, target_deg:
         along, across = geometry.rotate(-math.radians(angle_deg), path).T
         lateral, error = np.abs(across), np.abs(turn - target_deg)
         efficiency = _share(float(along[-1]), arc)
+    off = None if reference is None else distance_to(path[:, None], reference[:-1], reference[1:]).min(axis=1)
     return Metrics(
         distance_mm=float(along[-1]),
         max_distance_mm=float(along.max()),
@@ -121,7 +130,9 @@ def _measure_rows(path: Array, turn: Array, angle_deg: float | None, target_deg:
         efficiency=efficiency,
         frechet_mm=_frechet(path, float(along[-1]), angle_deg),
         contact_fraction=None,
-        longest_gap_steps=None,
+        longest_gap_s=None,
+        path_max_mm=None if off is None else float(off.max()),
+        path_rms_mm=None if off is None else float(np.sqrt(np.mean(off**2))),
     )
 
 

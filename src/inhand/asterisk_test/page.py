@@ -10,7 +10,7 @@ from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result
-from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
 from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 
 if TYPE_CHECKING:
@@ -34,10 +34,10 @@ def page(
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
-        " Lateral (largest distance from the line, mm), Turn (largest rotation, deg), Contact (share of steps with both"
-        " fingers touching), Gap (longest without, in simulation steps of 4 ms), Force (largest of a finger on the"
-        " object, N) and Overlap (deepest of a link and the object, mm) are the worst trial's; Eff. is the mean"
-        " efficiency.",
+        " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
+        " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
+        " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
+        " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         "",
         *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
         "",
@@ -63,9 +63,8 @@ def command(config: AsteriskConfig) -> str:
 
 def _failed(results: Sequence[Result]) -> list[str]:
     sentences = failures(results)
-    if not sentences:
-        return ["Every trial kept the object to the end of its path or of the grip's reach.", ""]
-    return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]
+    failed = ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""] if sentences else []
+    return [endings(results), "", *failed]
 
 
 def people_lines(people: Sequence[HumanTrial]) -> list[str]:

@@ -20,6 +20,7 @@ from inhand.asterisk_test.scenes import (
     compatible_curve,
     human_curves,
     radar_series,
+    target_of,
     trial_path,
     turn_series,
 )
@@ -40,7 +41,7 @@ from inhand.tasks.primitives import twisted_name
 from inhand.versions import versions
 
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
-COUNTED = "counted up to the first loss of contact"
+COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
 
@@ -239,7 +240,7 @@ def _turns(run: Run) -> Figure:
 
 
 def _radar(run: Run, figures: Path) -> Picture:
-    text = "Farthest progress [mm] and efficiency by direction"
+    text = "Mean distance [mm] and mean efficiency by direction"
     return _saved(both_radars(run), figures, _named(run, "radar"), text)
 
 
@@ -263,16 +264,15 @@ def _replay(run: Run, figures: Path) -> Picture:
     first = min(trial.manipulation.start, len(trial.time) - 1)
     origin = trial.object_pose[first, :2]
     trail = 1e3 * (trial.object_pose[list(rows), :2] - origin)
-    target = 1e3 * trial.reference[:, :2]
-    along = np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)
     write_replay(
         [scene_at(trial, row, origin) for row in rows],
         trail,
         figures / "replay.gif",
         title=f"{result.direction}, trial {result.trial}",
         target_angle_deg=trial.passport.angle_deg,
-        target_path_mm=target[along],
+        target_path_mm=target_of(trial, result),
         contact=trial.touching[list(rows)],
+        frame_s=FRAME_STEPS * trial.passport.substeps * trial.passport.timestep,
     )
     return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 

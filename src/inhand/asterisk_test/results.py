@@ -17,11 +17,13 @@ from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.user_metrics import measured
-from inhand.control.trial import DIVERGED, LOST, REACHED, Passport, Trial
+from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
 from inhand.tasks.primitives import twisted_name
 
+BENT_MM = 0.1
+"""A reference path that leaves the line along its direction by more is not straight [mm]: guessed."""
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
 
@@ -61,6 +63,9 @@ class Result:
     more: tuple[tuple[str, float], ...] = ()
     """Names and values of users' metrics."""
 
+    bent: bool = False
+    """Whether its reference path is not the straight line along the direction."""
+
     @property
     def reached(self) -> float:
         """Counted distance [mm], or the angle turned at the end where there is no direction [deg]."""
@@ -73,12 +78,12 @@ class Result:
 
     @property
     def kept(self) -> bool:
-        """Whether it came to its end with the object in the hand."""
-        return self.outcome in {REACHED, RECORDED}
+        """Whether it carried the object and had it in the hand at the end; it says nothing of how far."""
+        return self.outcome in {*KEPT, RECORDED}
 
     @property
     def lost(self) -> bool:
-        """Whether the object was lost, or never held; a trial whose time ran out is neither kept nor lost."""
+        """Whether the object was lost, or never held; one that did not move, or whose time ran out, is neither."""
         return self.outcome in LOST
 
 
@@ -86,8 +91,11 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
     """Return the result of a simulated trial, with the users' metrics of some names."""
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
-    target, angle = passport.rotation_deg, passport.angle_deg
-    primary = measure(path, rotation, angle, target_rotation_deg=target, contact=touching, substeps=passport.substeps)
+    target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.substeps * passport.timestep
+    reference = 1e3 * trial.reference[:, :2]
+    primary = measure(
+        path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference
+    )
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
@@ -108,6 +116,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         float(np.linalg.norm(trial.forces, axis=-1).max()),
         1e3 * float(trial.penetration.max()),
         more=measured(trial, metrics),
+        bent=angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
     )
 
 

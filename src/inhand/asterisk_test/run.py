@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
@@ -107,7 +108,8 @@ def simulate(
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
     manipulate = setup.controller.manipulate
     recording = run_worlds(simulator, task, grasp, start, manipulate, twists=twists, progress=progress)
-    return cut_trials(recording, _passports(config, setup, simulator.timestep, reach), paths)
+    trials = cut_trials(recording, _passports(config, setup, simulator.timestep, reach), paths)
+    return tuple(ended(trial) for trial in trials)
 
 
 def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dict[Primitive, float]) -> list[Passport]:

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from inhand.asterisk_test.averages import average_path, compat_average
-from inhand.asterisk_test.metrics import measure_human
 from inhand.asterisk_test.people.hand_sizes import hand_size_mm, normalise
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, averaged, result_of_human
 from inhand.control.trial import Trial
-from inhand.geometry import rotate
+from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import DonutSeries
@@ -27,6 +26,11 @@ def counted_rows(trial: Trial) -> int:
     return len(held) if held.all() else max(int(np.argmin(held)), 1)
 
 
+def mean_distance(results: Sequence[Result]) -> float:
+    """Return the mean distance of trials [mm]: the number at a line, where the line ends, and what the table says."""
+    return float(np.mean([result.metrics.distance_mm for result in results]))
+
+
 def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
     """Return the mean path of one direction's trials, up to their first loss of contact."""
     passport = trials[0].passport
@@ -37,12 +41,13 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         count = counted_rows(trial)
         paths.append(path[:count])
         turns.append(rotation[:count])
-    mean = average_path(paths, turns, angle)
+    distance = mean_distance(results)
+    mean = average_path(paths, turns, angle, end_mm=distance)
     return PathCurve(
         angle_deg=angle,
         name=passport.primitive,
         points_mm=mean.points_mm,
-        label_mm=float(np.mean([result.metrics.max_distance_mm for result in results])),
+        label_mm=distance,
         band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
         failed=any(result.lost for result in results),
         limit_mm=results[0].limit,
@@ -59,7 +64,7 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
         paths.append(normalise(path, hand))
         turns.append(rotation)
     points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
-    distance = float(np.mean([result.metrics.max_distance_mm for result in results]))
+    distance = mean_distance(results)
     failed, limit = any(result.lost for result in results), results[0].limit
     return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
 
@@ -77,28 +82,35 @@ def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[Pat
             continue
         paths = [t.filtered_mm[slice(*t.moving)] - t.filtered_mm[t.moving[0]] for t in trials]
         angle = trials[0].angle_deg or 0.0
-        mean = average_path(paths, None, angle)
-        distance = float(np.mean([measure_human(t).max_distance_mm for t in trials]))
+        distance = mean_distance([result_of_human(t) for t in trials])
+        mean = average_path(paths, None, angle, end_mm=distance)
         band = mean.lateral_sd_mm if len(trials) > 1 else None
         curves.append(PathCurve(angle, name, mean.points_mm, distance, band))
     return curves
+
+
+def target_of(trial: Trial, result: Result) -> Array:
+    """Return the reference that a figure draws `(M, 2)` [mm]: a bent one whole, a straight one as far as it came."""
+    target: Array = 1e3 * trial.reference[:, :2]
+    if result.bent:
+        return target
+    shown: Array = target[np.linalg.norm(target, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)]
+    return shown
 
 
 def trial_path(trial: Trial, result: Result) -> TrialPath:
     """Return one trial as its path figure takes it."""
     path, rotation, touching = trial.manipulated_path()
     angle = trial.passport.angle_deg or 0.0
-    target = 1e3 * trial.reference[:, :2]
-    along = rotate(np.full(len(target), -np.deg2rad(angle)), target)[:, 0]
-    shown = max(result.metrics.max_distance_mm, 10.0)
     return TrialPath(
         name=trial.passport.primitive,
         angle_deg=angle,
         points_mm=path,
         rotation_deg=rotation,
         contact=touching,
+        step_s=trial.passport.substeps * trial.passport.timestep,
         fingers=FINGER_NAMES,
-        target_mm=target[along <= shown],
+        target_mm=target_of(trial, result),
         target_rotation_deg=trial.passport.rotation_deg,
         failed=result.lost,
     )
@@ -113,7 +125,7 @@ def radar_series(name: str, groups: dict[str, list[Result]], directions: Sequenc
 
     return RadarSeries(
         name,
-        np.array([mean(direction, "max_distance_mm") for direction in directions]),
+        np.array([mean(direction, "distance_mm") for direction in directions]),
         np.array([mean(direction, "efficiency") for direction in directions]),
     )
 

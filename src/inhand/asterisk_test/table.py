@@ -9,7 +9,7 @@ import numpy as np
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, averaged, by_direction, largest, mean_fraction, result_of_human
-from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, TIME_OUT
+from inhand.control.trial import DIVERGED, GRIP_END, LOST_CONTACT, NO_GRASP, NO_MOVEMENT, REACHED, STOPPED, TIME_OUT
 from inhand.pages import NO_VERDICT, NOTHING
 
 HEADER = (
@@ -19,17 +19,19 @@ HEADER = (
     "Of limit",
     "Human [mm]",
     "Lateral",
+    "Off path",
     "Turn",
     "Eff.",
     "Contact",
-    "Gap",
+    "Gap [s]",
     "Force",
     "Overlap",
     "Outcome",
 )
 
 
-WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, STOPPED, TIME_OUT, REACHED)
+WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, NO_MOVEMENT, STOPPED, TIME_OUT, GRIP_END, REACHED)
+"""Outcomes in the order in which the table names one for several trials."""
 
 
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
@@ -61,26 +63,53 @@ def failures(results: Sequence[Result]) -> list[str]:
         if not bad:
             continue
         fingers = sorted({result.first_lost for result in bad if result.first_lost})
-        counted = ", ".join(str(round(result.metrics.distance_mm)) for result in bad)
-        carried = ", ".join(str(round(result.carried_mm)) for result in bad)
         why = "; ".join(sorted({result.outcome for result in bad}))
-        held = (
-            ""
-            if all(r.outcome == NO_GRASP for r in bad)
-            else (f" after {counted} mm ({carried} mm with lost and regained contacts allowed)")
-        )
-        advice = f" {NO_VERDICT}" if any(r.outcome == DIVERGED for r in bad) else ""
+        held = "" if all(result.outcome == NO_GRASP for result in bad) else _where(bad)
+        advice = f" {NO_VERDICT}" if any(result.outcome == DIVERGED for result in bad) else ""
         finger = f", first by {' or '.join(fingers)}" if fingers else ""
         sentences.append(f"{name}: {why} in {len(bad)} of {len(group)} trials{held}{finger}.{advice}")
     return sentences
 
 
+def _where(bad: Sequence[Result]) -> str:
+    """Return how far trials of one direction went, beside what the hand could do or the thesis would have counted."""
+    limit, unit = bad[0].limit, _unit(bad) or " mm"
+    counted = ", ".join(str(round(result.reached)) for result in bad)
+    if all(result.outcome == NO_MOVEMENT for result in bad) and limit is not None:
+        return f" after {counted} of {limit:.0f}{unit}"
+    if bad[0].angle_deg is None:
+        return f" after {counted}{unit}"
+    carried = ", ".join(str(round(result.carried_mm)) for result in bad)
+    return f" after {counted} mm ({carried} mm with lost and regained contacts allowed)"
+
+
+def endings(results: Sequence[Result]) -> str:
+    """Return how the trials that kept their object ended, and how far that is from what the hand could do."""
+    kept = [result for result in results if result.kept]
+    if not kept:
+        return "No trial carried the object to the end of its path or of its grip."
+    whole = f"{len(kept)} of {len(results)} trials" if len(kept) < len(results) else f"All {len(kept)} trials"
+    path, grip = (sum(result.outcome == outcome for result in kept) for outcome in (REACHED, GRIP_END))
+    where = [f"{path} came to the end of their path"] * (path > 0)
+    where += [f"{grip} stopped where the grip was predicted to end"] * (grip > 0)
+    known = [result for result in kept if result.fraction is not None]
+    told = ""
+    if known:
+        least = min(known, key=lambda result: result.fraction or 0.0)
+        told = (
+            f" They came {mean_fraction(known):.2f} of the hand's limit on average, at least {least.fraction:.2f}"
+            f" ({least.direction}, {least.reached:.0f} of {least.limit:.0f}{_unit([least]) or ' mm'})."
+        )
+    return f"{whole} kept the object: {' and '.join(where)}.{told}"
+
+
 def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]:
-    kept = sum(result.outcome == REACHED for result in group)
-    worst = min((result.outcome for result in group), key=WORST_FIRST.index)
+    outcomes = [result.outcome for result in group]
+    worst = min(outcomes, key=WORST_FIRST.index)
     metrics = [result.metrics for result in group]
+    off = [r.metrics.path_max_mm for r in group if r.bent and r.metrics.path_max_mm is not None]
     contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
-    gaps = [m.longest_gap_steps for m in metrics if m.longest_gap_steps is not None]
+    gaps = [m.longest_gap_s for m in metrics if m.longest_gap_s is not None]
     force, overlap = largest(r.force_max_n for r in group), largest(r.penetration_max_mm for r in group)
     return (
         name,
@@ -88,13 +117,14 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
         *_limit(group),
         _reached(human),
         f"{max(m.lateral_max_mm for m in metrics):.1f}",
+        f"{max(off):.1f}" if off else NOTHING,
         f"{max(m.rotation_max_deg for m in metrics):.1f}",
         f"{np.mean([m.efficiency for m in metrics]):.2f}",
         f"{min(contact):.3f}" if contact else NOTHING,
-        f"{max(gaps)}" if gaps else NOTHING,
+        f"{max(gaps):.2f}" if gaps else NOTHING,
         NOTHING if force is None else f"{force:.2f}",
         NOTHING if overlap is None else f"{overlap:.2f}",
-        f"{worst} {kept}/{len(group)}",
+        f"{outcomes.count(worst)}/{len(group)} {worst}",
     )
 
 

@@ -82,12 +82,13 @@ def planned_grasp(
 ) -> Grasp:
     """Return the grasps of the contact search, tried out in simulation; equal paths are searched once.
 
-    Where an object stands elsewhere than its path starts, the fingers go to it from there.
+    Where an object stands elsewhere than its path starts, the fingers go to it from there. Rehearsals follow every pose
+    of the paths, as trials do: a grip that ends between two poses of a coarser path would end sooner than rehearsed.
     """
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(hand, spec, distinct, config[0])
     starts = poses[:, 0] if starts is None else starts
-    best = best_plans((hand, spec), [plans[k] for k in index], distinct[index], starts, config[1], engine=engine)
+    best = best_plans((hand, spec), [plans[k] for k in index], poses, starts, config[1], engine=engine)
     return Grasp(*closing_joints(hand, spec, best, poses[:, 0], starts))
 
 

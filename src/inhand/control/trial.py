@@ -31,8 +31,13 @@ NO_GRASP = "no grasp"
 TIME_OUT = "time out"
 DIVERGED = "diverged"
 STOPPED = "stopped"
-OUTCOMES = (REACHED, LOST_CONTACT, NO_GRASP, TIME_OUT, DIVERGED, STOPPED)
-"""How a trial can end; a sequence of primitives stops where one has failed too often, the object still held."""
+GRIP_END = "end of grip"
+NO_MOVEMENT = "no movement"
+OUTCOMES = (REACHED, GRIP_END, NO_MOVEMENT, LOST_CONTACT, NO_GRASP, TIME_OUT, DIVERGED, STOPPED)
+"""How a trial can end: at the end of its path, where the grip was predicted to end, or where it began, the object held
+in all three. A sequence of primitives stops where one has failed too often, the object still held."""
+KEPT = (REACHED, GRIP_END)
+"""Those that carried the object, and had it in the hand at the end; how far is another question."""
 LOST = (LOST_CONTACT, NO_GRASP, DIVERGED)
 """Those without the object in the hand."""
 

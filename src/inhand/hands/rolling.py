@@ -25,6 +25,9 @@ CORRECTIONS = 2
 """Corrections of the remaining gap after each step."""
 TOLERANCE = 4e-4
 """A finger that misses its contact by more has lost it [m]."""
+PRESSED = 0.001
+"""A finger that starts deeper inside the object holds nothing [m]: guessed, twice what short links with stiff servos
+sink into it when they close."""
 POSTURE_GAIN = 0.1
 """Share of the way back to the start posture that a third link takes at each step."""
 LARGEST_STEP = 0.25
@@ -76,9 +79,10 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
     rows = np.arange(count)
     body = _placed(starts.bodies, rows, poses[:, 0])
     contacts = transform(poses[:, 0], starts.points)
+    pressed = _touch(hand, finger, joints, body)[0] > -PRESSED
     joints = _seated(hand, finger, body, joints)
     gap, _, facing, clear = _touch(hand, finger, joints, body)
-    held = clear & (gap > -TOLERANCE)
+    held = pressed & clear & (gap > -TOLERANCE)
     _record(tracks, (rows, 0), poses[:, 0], (contacts, facing, joints, held))
     for s in range(1, steps):
         rows, contacts, joints = rows[held], contacts[held], joints[held]

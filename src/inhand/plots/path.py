@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array, perpendicular, rotate, unit
+from inhand.geometry import Array, perpendicular, unit
 from inhand.plots.asterisk import CROSS_POINTS, add_legend
 from inhand.plots.curves import true_runs
 from inhand.plots.shapes import FAINT, Extent, SceneOutline, check_points, draw_scene, extent_of, show_extent
@@ -67,6 +67,8 @@ class TrialPath:
     """The rotation to hold [deg]."""
     failed: bool = False
     """Whether the contact was lost."""
+    step_s: float = 0.02
+    """Time between two steps [s]."""
 
     def __post_init__(self) -> None:
         """Check the shapes once, where the trial is made."""
@@ -122,7 +124,7 @@ def path_figure(
     draw_deviations(lateral, rotation, trial)
     if trial.contact is not None and fingers:
         strip_ax = figure.add_axes(axes_box(figure, (LEFT_IN, 0.5, width, ROW_IN * fingers)))
-        draw_contact(strip_ax, trial.contact, trial.fingers)
+        draw_contact(strip_ax, trial.contact, trial.fingers, trial.step_s)
     write_heading(figure, title, subtitle)
     full_width, height = figure.get_size_inches()
     corner = ((LEFT_IN + PATH_IN + 0.12) / full_width, (below + PATH_IN) / height)
@@ -131,10 +133,9 @@ def path_figure(
 
 
 def draw_path(ax: Axes, trial: TrialPath, *, outline: SceneOutline | None = None) -> None:
-    """Draw the path against its target on equal axes in mm, with ticks that turn with the object.
+    """Draw the path against its target on equal axes in mm, with small crosses that turn with the object.
 
-    A tick stands across the target where the object has not turned, whatever the direction, so that a tilted
-    tick is a turned object.
+    A cross stands upright where the object has not turned, whatever the direction of the path.
     """
     extent = _extent(trial, outline)
     show_extent(ax, extent)
@@ -176,8 +177,8 @@ def draw_deviations(lateral: Axes, rotation: Axes, trial: TrialPath) -> None:
     lateral.set_xlim(low - 0.02 * (high - low) - 0.5, high + 0.02 * (high - low) + 0.5)
 
 
-def draw_contact(ax: Axes, contact: NDArray[np.bool_], fingers: tuple[str, ...] = ()) -> None:
-    """Draw one bar per finger over the steps, filled while it touched, the first finger on top.
+def draw_contact(ax: Axes, contact: NDArray[np.bool_], fingers: tuple[str, ...], step_s: float) -> None:
+    """Draw one bar per finger over time [s], filled while it touched, the first finger on top.
 
     Raises:
         InputError: contact is not `(T, F)`, or the names do not match it.
@@ -185,14 +186,15 @@ def draw_contact(ax: Axes, contact: NDArray[np.bool_], fingers: tuple[str, ...] 
     check_contact(contact, fingers)
     steps, count = contact.shape
     names = fingers or tuple(f"finger {number + 1}" for number in range(count))
-    dress_axes(ax, "step")
+    dress_axes(ax, "time [s]")
     ax.grid(visible=False)
     ax.spines["left"].set_visible(False)
     for row in range(count):
-        ax.broken_barh([(0, steps)], (row + 0.15, 0.7), facecolor="#eceff2", zorder=1.0)
-        ax.broken_barh(true_runs(contact[:, row]), (row + 0.15, 0.7), facecolor=INK, alpha=0.8, zorder=2.0)
+        ax.broken_barh([(0, steps * step_s)], (row + 0.15, 0.7), facecolor="#eceff2", zorder=1.0)
+        touching = [(start * step_s, length * step_s) for start, length in true_runs(contact[:, row])]
+        ax.broken_barh(touching, (row + 0.15, 0.7), facecolor=INK, alpha=0.8, zorder=2.0)
     ax.set_ylim(count, 0)
-    ax.set_xlim(0, max(steps, 1))
+    ax.set_xlim(0, max(steps, 1) * step_s)
     ax.set_yticks([row + 0.5 for row in range(count)], names)
 
 
@@ -211,9 +213,9 @@ def orientation_ticks(trial: TrialPath, half_mm: float) -> list[tuple[Array, Arr
     chosen = np.unique(np.searchsorted(arc, np.linspace(0.0, arc[-1], TICKS)))
     if trial.failed:
         chosen = chosen[:-1]  # the cross stands there
-    across = perpendicular(unit(np.deg2rad(trial.angle_deg)))
-    half = half_mm * rotate(np.deg2rad(turned[chosen]), across)
-    return [(point - side, point + side) for point, side in zip(points[chosen], half, strict=True)]
+    angles = np.deg2rad(turned[chosen])
+    arms = half_mm * np.stack([unit(angles), unit(angles + np.pi / 2)])
+    return [(point - arm, point + arm) for each in arms for point, arm in zip(points[chosen], each, strict=True)]
 
 
 def _target(trial: TrialPath) -> Array:
@@ -243,7 +245,7 @@ def _handles(trial: TrialPath, outline: SceneOutline | None) -> list[Artist]:
     handles: list[Artist] = [
         Line2D([], [], color=colour, linewidth=2.2, label=trial.name),
         Line2D([], [], color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), label="target"),
-        Line2D([], [], color=darker(colour, 0.4), linestyle="none", marker="|", markersize=8, label="object's heading"),
+        Line2D([], [], color=darker(colour, 0.4), linestyle="none", marker="+", markersize=8, label="object's axes"),
     ]
     if trial.failed:
         handles.append(

@@ -95,6 +95,8 @@ class Stage:
     counter: Text
     cursor: Line2D | None
     """Where in the contact strip the frame is; None without a strip."""
+    frame_s: float
+    """Time between two frames in the trial [s]."""
     along: Array | None
     """Unit vector `(2,)` the counter measures along; None counts the distance from the start."""
     texts: Sequence[str] | None
@@ -130,6 +132,7 @@ def write_replay(
     target_angle_deg: float | None = None,
     target_path_mm: Array | None = None,
     contact: NDArray[np.bool_] | None = None,
+    frame_s: float | None = None,
     wall_mm: Array | None = None,
     texts: Sequence[str] | None = None,
 ) -> Path:
@@ -143,19 +146,19 @@ def write_replay(
         title: Written above the picture.
         target_angle_deg: Direction of a straight target [deg]; it gives the trail its colour.
         target_path_mm: A target path `(M, 2)` [mm] from the start instead of the straight line.
-        contact: Whether each finger touched at each instant `(N, F)`, drawn as a strip below.
+        contact: Whether each finger touched at each instant `(N, F)`, drawn as a strip below over the time [s].
+        frame_s: Time between two instants of the trial [s]; None where it is shown as fast as it was.
         wall_mm: Corners `(K, 2)` [mm] from the start of something that stands still.
         texts: What to write at each instant instead of the distance.
 
     Raises:
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
-    out = Path(out)
     _check(frames, trail_mm, contact, fps, texts)
-    write = _writer(out)
+    write, touching = _writer(out), (contact, 1 / fps if frame_s is None else frame_s)
     still = Still(_target(trail_mm, target_angle_deg, target_path_mm), np.empty((0, 2)) if wall_mm is None else wall_mm)
     check_points(still.wall, "wall")
-    stage = _set_stage(frames, trail_mm, still, texts, angle_deg=target_angle_deg, title=title, contact=contact)
+    stage = _set_stage(frames, trail_mm, still, texts, angle_deg=target_angle_deg, title=title, touching=touching)
     with written_whole(out) as part:
         write(stage, frames, trail_mm, part, fps)
     return out
@@ -224,11 +227,12 @@ def _set_stage(
     *,
     angle_deg: float | None,
     title: str,
-    contact: NDArray[np.bool_] | None,
+    touching: tuple[NDArray[np.bool_] | None, float],
 ) -> Stage:
     """Draw everything once: axes that hold every frame, the target, the strip, and the artists that will move."""
     figure = new_figure(SIDE_IN, SIDE_IN)
     canvas = FigureCanvasAgg(figure)
+    contact, frame_s = touching
     strip_in = 0.0 if contact is None else 0.3 + 0.13 * contact.shape[1]
     ax = figure.add_axes(axes_box(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in)))
     _dress_view(ax, np.concatenate([*map(scene_points, frames), trail_mm, still.target, still.wall]))
@@ -246,11 +250,12 @@ def _set_stage(
     cursor = None
     if contact is not None:
         strip = figure.add_axes(axes_box(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1])))
-        draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else ())
+        draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else (), frame_s)
         strip.set_xlabel("")
+        strip.xaxis.set_major_formatter("{x:g} s")
         strip.tick_params(labelsize=TICK_POINTS - 1.5)
         cursor = strip.axvline(0, color="#d1242f", linewidth=1.4, zorder=5.0)
-    stage = Stage(figure, canvas, draw_scene(ax, frames[0], CLEAR), trail, counter, cursor, along, texts)
+    stage = Stage(figure, canvas, draw_scene(ax, frames[0], CLEAR), trail, counter, cursor, frame_s, along, texts)
     for artist in stage.moving():
         artist.set_animated(True)
     return stage
@@ -288,7 +293,7 @@ def _show(stage: Stage, outline: SceneOutline, trail_mm: Array) -> None:
     told = f"{done:.0f} mm" if np.isfinite(done) else ""
     stage.counter.set_text(told if stage.texts is None else stage.texts[len(trail_mm) - 1])
     if stage.cursor is not None:
-        stage.cursor.set_xdata([len(trail_mm) - 0.5] * 2)
+        stage.cursor.set_xdata([(len(trail_mm) - 0.5) * stage.frame_s] * 2)
 
 
 def _pictures(

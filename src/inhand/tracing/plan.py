@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, interpolate, way_along
+from inhand.geometry import TURN_ARM, Array, distance_to, interpolate, way_along
 from inhand.tasks.paths import TURN_STEP
 
 Kind = Literal["move", "turn", "press"]
@@ -140,14 +140,6 @@ def simplified(poses: Array, tolerance: float) -> NDArray[np.int64]:
             keep[middle] = True
             parts += [(first, middle), (middle, last)]
     return np.flatnonzero(keep)
-
-
-def distance_to(points: Array, start: Array, end: Array) -> Array:
-    """Return the distance `(...,)` of points `(..., d)` from the straight line between two others, ends included."""
-    chord = end - start
-    size = np.maximum((chord**2).sum(axis=-1, keepdims=True), 1e-18)
-    share = np.clip(((points - start) * chord).sum(axis=-1, keepdims=True) / size, 0.0, 1.0)
-    return np.asarray(np.linalg.norm(points - start - share * chord, axis=-1))
 
 
 def _legs(poses: Array) -> list[Leg]:

@@ -115,6 +115,7 @@ def _replay(run: TraceRun, figures: Path) -> Picture:
         title=f"{followed.plan.name}, trial {trial.passport.trial}{speed}",
         target_path_mm=plan_line(followed.plan, origin),
         contact=trial.touching[rows],
+        frame_s=step * trial.passport.substeps * trial.passport.timestep,
         wall_mm=None if wall is None else wall_mm(wall, origin),
         texts=[_told(followed, row) for row in rows],
     )

@@ -9,10 +9,10 @@ import similaritymeasures
 from numpy.typing import NDArray
 
 from inhand.control.trial import LOST, REACHED
-from inhand.geometry import TURN_ARM, Array, interpolate, longest_run, planar, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, distance_to, interpolate, longest_run, planar, way_along, wrap_angle
 from inhand.sim.walls import Wall, clearance
 from inhand.tracing.follow import Followed
-from inhand.tracing.plan import Plan, distance_to
+from inhand.tracing.plan import Plan
 
 POINTS, MOST_POINTS = 300, 1000
 """Points of path and plan between which the Frechet distance is taken: one for each millimetre of the plan, but not

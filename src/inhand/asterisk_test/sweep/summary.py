@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from inhand.asterisk_test.sweep.cells import CellFile
-from inhand.control.trial import REACHED
+from inhand.control.trial import KEPT
 from inhand.geometry import Array
 from inhand.tasks.primitives import Primitive
 
@@ -40,7 +40,7 @@ class Case:
 
     @property
     def kept(self) -> bool:
-        """Whether every trial came to its end with both fingers on the object."""
+        """Whether every trial carried the object and had both fingers on it at the end."""
         return not self.failures
 
 
@@ -157,7 +157,7 @@ def _case(hand: str, thing: str, entries: Sequence[Mapping[str, Any]]) -> Case:
     rotates = first["angle_deg"] is None
     reached = [entry["rotation_final_deg" if rotates else "distance_mm"] for entry in entries]
     limit = first["limit_deg" if rotates else "limit_mm"]
-    failures = tuple(_failure(entry) for entry in entries if entry["outcome"] != REACHED)
+    failures = tuple(_failure(entry) for entry in entries if entry["outcome"] not in KEPT)
     return Case(hand, thing, first["direction"], rotates, float(np.mean(reached)), limit, failures)
 
 

@@ -198,12 +198,15 @@ def test_a_grasp_whose_rehearsal_diverges_is_not_taken(monkeypatch: pytest.Monke
     others = 0
     for number in range(5):
 
-        def breaking(hand: HandSpec, objects: Sequence[ObjectSpec], world: int = number) -> MujocoSimulator:
+        def breaking(
+            engine: str, hand: HandSpec, objects: Sequence[ObjectSpec], world: int = number
+        ) -> MujocoSimulator:
+            assert engine == "mujoco"
             simulator = Breaking(hand, objects)
             simulator.world, simulator.at = world, 3
             return simulator
 
-        monkeypatch.setattr("inhand.control.rehearsal.MujocoSimulator", breaking)
+        monkeypatch.setattr("inhand.control.rehearsal.make_simulator", breaking)
         others += not np.array_equal(planned_grasp(HAND, CUBE, poses).opened, best.opened)
     assert others == 1
 

@@ -209,7 +209,10 @@ HEADS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda head: head.update(format=3), "it has format 3; this version reads 2"),
     (lambda head: head.update(passport={}), "passport has no field hand"),
     (lambda head: head.update(passport=[]), "passport is []; it must be a table"),
-    (lambda head: head.update(outcome="won"), "outcome is 'won'; it must be reached or lost contact or no grasp"),
+    (
+        lambda head: head.update(outcome="won"),
+        "outcome is 'won'; it must be reached or end of grip or no movement or lost contact",
+    ),
     (lambda head: head.update(phases="grasp"), "phases is 'grasp'; it must be a list"),
     (lambda head: head.update(phases=["grasp"]), "phase holds [0, 1, 2]; it must hold numbers from 0 to 0"),
     (lambda head: head["passport"].update(colour="red"), "passport.colour is a field that this version does not know"),

@@ -19,7 +19,7 @@ AROUND = round(360 / STEP_DEG)
 MOST_TRIALS = 10_000
 """Trials of a run at most: about 5 GB and a quarter of an hour of one core."""
 TRIAL_MB, TRIAL_S = 0.5, 0.1
-"""What a trial takes of memory [MB] and of one core [s]: measured with `ik`, rounded up."""
+"""What a trial takes of memory [MB] and of one core [s]: guessed, from shorter trials that were measured."""
 
 
 class Draws(Protocol):

@@ -216,12 +216,12 @@ def test_a_drawing_without_a_size_is_scaled_around_the_origin(name: str, size: f
 
 @settings(deadline=None)
 @given(st.floats(1e-4, 10.0))
-def test_a_drawing_with_a_size_is_scaled_around_its_own_middle(size: float) -> None:
+def test_a_drawing_with_a_size_is_scaled_about_the_start_that_its_way_points_count_from(size: float) -> None:
     got = scaled(HOP, size)
     assert got.sized
     assert larger_side(HOP) == pytest.approx(0.04)
     assert larger_side(got) == pytest.approx(size)
-    np.testing.assert_allclose(box_middle(got.poses[:, :2]), [0.03, 0.02], atol=1e-12)
+    np.testing.assert_allclose(got.poses[:, :2], HOP.poses[:, :2] * (size / 0.04), atol=1e-12)
     np.testing.assert_array_equal(got.poses[:, 2], HOP.poses[:, 2])
 
 

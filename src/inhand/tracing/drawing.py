@@ -43,8 +43,8 @@ class Drawing:
 def scaled(drawing: Drawing, size: float) -> Drawing:
     """Return a drawing with its larger side `size` long, in metres; angles stay.
 
-    One without a size keeps its middle at the origin. One with a size is scaled about the middle of its own bounding
-    box, which stays where it is, so its first way-point moves.
+    One without a size keeps its middle at the origin. One with a size is scaled about its origin, from which its
+    way-points count: the object's start.
 
     Args:
         drawing: What to scale.
@@ -61,8 +61,8 @@ def scaled(drawing: Drawing, size: float) -> Drawing:
             f"drawing {drawing.name!r} has no extent: all its {len(drawing.poses)} way-points are at one place (x, y);"
             " leave its size as it is, or take a drawing that goes somewhere"
         )
-    middle = _middle(drawing.poses[:, :2])
-    points = middle + (drawing.poses[:, :2] - middle) * (size / side)
+    about = np.zeros(2) if drawing.sized else _middle(drawing.poses[:, :2])
+    points = about + (drawing.poses[:, :2] - about) * (size / side)
     return replace(drawing, poses=np.column_stack([points, drawing.poses[:, 2]]), sized=True)
 
 

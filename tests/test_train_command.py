@@ -14,6 +14,8 @@ from PIL import Image
 
 from commands import Call
 from inhand.cli import train as command
+from inhand.control.trial import file_name
+from inhand.learning import train as trains
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Evaluation
@@ -75,14 +77,15 @@ def check_evaluation(folder: Path) -> None:
     assert len(content["directions"]) == len(content["expert"]["directions"]) == 16
     assert all(entry["trials"] == 1 for entry in content["directions"])
     assert content["policy"]["seed"] == 2
-    assert len(list((folder / "trials").glob("*.npz"))) == len(list((folder / "ik" / "trials").glob("*.npz"))) == 16
+    assert len(list((folder / "trials").glob("*.npz"))) == len(list((folder / "ik" / "trials").glob("*.npz"))) == 18
     page = (folder / "report.md").read_text()
     for text in ("## Trained directions", "## Unseen directions", "## What failed", "figures/learning.png"):
         assert text in page
     failed = content["failed"]["policy"]
     assert ("my_run: no trial failed." in page) == (not failed)
     assert (folder / "figures" / "failures_1.png").is_file() == bool(failed)
-    assert len(list((folder / "failed" / "trials").glob("*.npz"))) == len(failed)
+    for name in failed:
+        assert (folder / "trials" / f"{file_name(name.rpartition(' ')[0])}_{name.rpartition(' ')[2]}.npz").is_file()
     for name in ("trained_directions", "unseen_directions", "radar", "learning", "progress", "directions"):
         assert min(opened(folder / "figures" / f"{name}.png")) > 300
     assert "inhand evaluate" in page
@@ -118,7 +121,7 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
     assert "holds the results of a run; give another folder, or --overwrite" in err
     monkeypatch.setattr(command.Watch, "evaluated", evaluated)
     with monkeypatch.context() as patch:
-        patch.setattr(command, "write_training", lambda *_: sys.exit(137))  # killed before the figures
+        patch.setattr(trains, "write_training", lambda *_: sys.exit(137))  # killed before the figures
         assert inhand("train", "--out", run, "--resume")[0] == 137
     assert not (run / "report.md").exists()
     code, out, err = inhand("train", "--out", run, "--resume")
@@ -131,16 +134,16 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
 
 
 def test_what_is_kept_at_each_stage(tmp_path: Path) -> None:
-    assert command.kept(tmp_path / "none")[0] == "Stopped before anything was written."
-    assert command.kept(tmp_path)[0].startswith("Stopped before all demonstrations were there")
+    assert trains.kept(tmp_path / "none")[0] == "Stopped before anything was written."
+    assert trains.kept(tmp_path)[0].startswith("Stopped before all demonstrations were there")
     (tmp_path / "ready.npz").touch()
-    first, again = command.kept(tmp_path)
+    first, again = trains.kept(tmp_path)
     assert first == "Stopped before the first checkpoint. Kept: grasps and demonstrations."
     assert again.endswith("--resume")
 
 
 def test_training_is_an_extra(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "PACKAGES", ("no_such_package",))
+    monkeypatch.setattr(trains, "PACKAGES", ("no_such_package",))
     code, out, err = inhand("train", "--out", tmp_path / "run")
     assert (code, out) == (2, "")
     assert err == "inhand: `inhand train` needs the extra `rl`: pip install 'inhand[rl]'\n"

@@ -18,11 +18,12 @@ pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'i
 from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
 from inhand.learning.collect import Collector
-from inhand.learning.config import Training, default, thesis
+from inhand.learning.config import Training, default, preset, thesis
 from inhand.learning.journal import Evaluation
 from inhand.learning.replay import Replay
-from inhand.learning.runs import card_of, preset, read_config, resume, train
-from inhand.learning.setup import Ready, draw_directions, load_ready, make_ready, save_ready
+from inhand.learning.run_cards import card_of, read_config
+from inhand.learning.runs import resume, train
+from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
 from inhand.records import table_of
 from inhand.tasks.primitives import UNSEEN
@@ -145,7 +146,7 @@ def test_imitation_of_24_episodes_already_carries_the_object_most_of_the_time(pr
 
 
 def test_continuous_directions_leave_the_held_out_sectors_alone() -> None:
-    drawn = draw_directions(default(), np.random.default_rng(0), 4000)
+    drawn = default().recording.draw(np.random.default_rng(0), 4000)
     unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
     away = np.abs((drawn[:, None] - unseen + 180) % 360 - 180).min(axis=1)
     assert away.min() >= default().held_out

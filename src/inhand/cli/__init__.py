@@ -18,9 +18,8 @@ import tyro
 from inhand import __version__
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.errors import InputError
-from inhand.learning.record_config import RecordConfig
+from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.tracing.config import TraceConfig
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,11 @@ from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.learning.worlds import Interface
 from inhand.records import read_json, read_record, table_of
 from inhand.sim.names import MUJOCO, Engine
-from inhand.tasks.cards import NEW, InterfaceCard, differences
+from inhand.tasks.cards import NEW, InterfaceCard, differences, interface_card
+from inhand.tasks.observations import find_layout
 
 Floats = NDArray[np.float32]
 
@@ -40,6 +42,8 @@ OURS = "inhand"
 """Where our part of Minari's metadata is, and the namespace of our datasets."""
 FORMAT = 2
 """Version of that part; see `inhand.tasks.cards.NEW`."""
+CONTINUOUS = "continuous"
+"""The word for directions anywhere on the circle but near the unseen ones."""
 PACKAGES = ("minari", "h5py")
 """What of the extra `rl` a dataset needs."""
 BLOCK = 256
@@ -80,7 +84,7 @@ class DatasetHead:
     reward: str
     """Name of the reward."""
     directions: str
-    """Words for the directions, or `continuous`."""
+    """Words for the directions, or `CONTINUOUS`."""
     noise: tuple[float, float]
     """Standard deviations of the object's start [m] and [rad]."""
     push: float
@@ -159,7 +163,7 @@ def write_dataset(
     shutil.rmtree(temporary, ignore_errors=True)
     temporary.mkdir(parents=True)
     try:
-        storage = _new(temporary, head.kind)
+        storage = _new(temporary, head.kind).storage
         storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
         written = 0
         coming = iter(episodes)
@@ -174,8 +178,8 @@ def write_dataset(
     temporary.replace(folder / DATA)
 
 
-def read_dataset(folder: Path) -> tuple[DatasetHead, Iterator[DatasetEpisode]]:
-    """Return a dataset's head, and its episodes as they are asked for.
+def read_dataset(folder: Path) -> tuple[DatasetHead, StoredEpisodes]:
+    """Return a dataset's head and its episodes.
 
     Raises:
         InputError: the extra is missing, there is no dataset of ours, or one that cannot be read or of another format.
@@ -184,7 +188,7 @@ def read_dataset(folder: Path) -> tuple[DatasetHead, Iterator[DatasetEpisode]]:
     from minari.dataset.minari_storage import MinariStorage
 
     head = read_head(folder)
-    return head, _episodes(folder, MinariStorage.read(folder / DATA))
+    return head, StoredEpisodes(folder, MinariStorage.read(folder / DATA))
 
 
 def read_head(folder: Path) -> DatasetHead:
@@ -206,21 +210,36 @@ def read_head(folder: Path) -> DatasetHead:
         ) from error
 
 
-def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
+def kind_of(hand: HandSpec, interface: Interface) -> DatasetKind:
+    """Return the kind of dataset that a controller with a hand and an interface can learn from."""
+    return DatasetKind(hand, interface_card(find_layout(interface.observation)), interface.actions, interface.horizon)
+
+
+def check_fits(head: DatasetHead, wanted: DatasetKind, world: tuple[ObjectSpec, Engine, str]) -> None:
     """Refuse a dataset from which a controller of another kind is to learn.
+
+    Args:
+        head: the dataset's.
+        wanted: the kind to learn from.
+        world: the object, the engine and the name of the reward to learn with.
 
     Raises:
         InputError: the text tells every difference, observations part by part.
     """
     there = head.kind
+    pairs = {
+        "hand": (there.hand, wanted.hand),
+        "object": (head.object, world[0]),
+        "engine": (head.engine, world[1]),
+        "reward": (head.reward, world[2]),
+        "actions": (there.actions, wanted.actions),
+        "horizon": (there.horizon, wanted.horizon),
+    }
     lines = []
-    if there.hand != wanted.hand:
-        same = " of other measures" if there.hand.name == wanted.hand.name else ""
-        lines.append(f"hand: {there.hand.name} there, {wanted.hand.name}{same} here")
-    if there.actions != wanted.actions:
-        lines.append(f"actions: {there.actions} there, {wanted.actions} here")
-    if there.horizon != wanted.horizon:
-        lines.append(f"horizon: {there.horizon} decisions there, {wanted.horizon} here")
+    for what, (old, new) in pairs.items():
+        one, other = (getattr(each, "name", each) for each in (old, new))
+        if old != new:
+            lines.append(f"{what}: {one} there, {other}{' of other measures' if one == other else ''} here")
     lines += differences(there.interface, wanted.interface)
     if lines:
         raise InputError(
@@ -229,20 +248,31 @@ def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
         )
 
 
-class _Storage(Protocol):
-    """What is used of Minari's storage, which has no types."""
+@dataclass(frozen=True, eq=False)
+class StoredEpisodes:
+    """The episodes of a dataset, read from the disk as they are asked for."""
 
-    total_episodes: int
+    folder: Path
+    """Folder of the dataset."""
+    storage: Any
+    """Minari's, which has no types."""
 
-    def update_metadata(self, metadata: dict[str, Any]) -> None: ...
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return int(self.storage.total_episodes)
 
-    def update_episodes(self, episodes: Iterable[object]) -> None: ...
+    def __iter__(self) -> Iterator[DatasetEpisode]:
+        """Give one after the other.
 
-    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None: ...
-
-    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
-
-    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
+        Raises:
+            InputError: one cannot be read.
+        """
+        every = range(len(self))
+        pairs = zip(self.storage.get_episodes(every), self.storage.get_episode_metadata(every), strict=True)
+        try:
+            yield from (_episode(found, about) for found, about in pairs)
+        except (KeyError, TypeError, OSError) as error:
+            raise InputError(f"the episodes in {self.folder} cannot be read: {error}; record them again") from error
 
 
 def check_installed(what: str) -> None:
@@ -255,7 +285,7 @@ def check_installed(what: str) -> None:
         raise needs_extra("rl", what)
 
 
-def _new(folder: Path, kind: DatasetKind) -> _Storage:
+def _new(folder: Path, kind: DatasetKind) -> StoredEpisodes:
     """Return an empty storage; Minari's own reader makes its spaces, so that Gymnasium stays elsewhere."""
     from minari.dataset.minari_storage import MinariStorage
     from minari.serialization import deserialize_space
@@ -266,8 +296,7 @@ def _new(folder: Path, kind: DatasetKind) -> _Storage:
         )
         for n in (kind.size, kind.hand.n_joints)
     ]
-    storage: _Storage = MinariStorage.new(folder, *spaces, data_format="hdf5")
-    return storage
+    return StoredEpisodes(folder, MinariStorage.new(folder, *spaces, data_format="hdf5"))
 
 
 def _metadata(head: DatasetHead) -> dict[str, Any]:
@@ -310,21 +339,16 @@ def _about(episode: DatasetEpisode) -> dict[str, Any]:
     return {name: getattr(episode, name) for name in ("angle_deg", "distance", "limit", "start")}
 
 
-def _episodes(folder: Path, storage: _Storage) -> Iterator[DatasetEpisode]:
-    every = range(storage.total_episodes)
-    try:
-        for found, about in zip(storage.get_episodes(every), storage.get_episode_metadata(every), strict=True):
-            yield DatasetEpisode(
-                found["observations"],
-                found["actions"],
-                found["infos"]["wanted"],
-                found["rewards"],
-                bool(found["terminations"][-1]),
-                bool(found["truncations"][-1]),
-                float(about["angle_deg"]),
-                float(about["distance"]),
-                float(about["limit"]),
-                about["start"],
-            )
-    except (KeyError, TypeError, OSError) as error:
-        raise InputError(f"the episodes in {folder} cannot be read: {error}; record them again") from error
+def _episode(found: dict[str, Any], about: dict[str, Any]) -> DatasetEpisode:
+    return DatasetEpisode(
+        found["observations"],
+        found["actions"],
+        found["infos"]["wanted"],
+        found["rewards"],
+        bool(found["terminations"][-1]),
+        bool(found["truncations"][-1]),
+        float(about["angle_deg"]),
+        float(about["distance"]),
+        float(about["limit"]),
+        about["start"],
+    )

@@ -1,4 +1,4 @@
-"""Configuration of `inhand train` and `inhand evaluate`; imports nothing heavy, so that `--help` stays fast."""
+"""Configurations of `inhand record`, `train` and `evaluate`; imports nothing heavy, so that `--help` stays fast."""
 
 from __future__ import annotations
 
@@ -9,6 +9,51 @@ from typing import Literal
 import tyro
 
 from inhand.sim.names import MUJOCO, Engine
+
+
+@dataclass(frozen=True)
+class RecordConfig:
+    """Record an expert's demonstrations as a Minari dataset (extra `rl`)."""
+
+    hand: str = "2v2_50.50_50.50_1.1_53"
+    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
+    object: str = "cube_39"
+    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    directions: str = "train"
+    """train, unseen, all, thesis names, letters a-h or angles in degrees; or continuous: half of the draws the 8 of the
+    Asterisk Test, half anywhere on the circle but within 5 deg of the 8 unseen ones."""
+    expert: Literal["ik", "ik-cautious", "thesis-ik"] = "ik"
+    """Controller that demonstrates; thesis-ik holds the object on the middle of its sides."""
+    episodes: int = 5000
+    """Number of episodes."""
+    observation: str = "grip"
+    """Layout of observations: grip, grip-open or thesis (table 3.1)."""
+    actions: Literal["steps", "angles"] = "steps"
+    """steps (how far joint targets move on) or angles (joint targets over their ranges, thesis 3.3.2)."""
+    reward: str = "progress"
+    """Reward: progress or thesis (3.3.3)."""
+    horizon: int = 200
+    """Decisions after which an episode is cut off; one takes 20 ms."""
+    noise_mm: float = 1.0
+    """Standard deviation of the object's start in x and y [mm]."""
+    noise_deg: float = 1.0
+    """Standard deviation of the object's start rotation [deg]."""
+    push: float = 0.01
+    """Largest standard deviation of the noise on the expert's joint targets [rad]; each episode draws its own."""
+    midway: float = 0.25
+    """Share of the episodes that start where an earlier one was under way, in a new direction."""
+    whole: float = 1.0
+    """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
+    grip_spread: float = 0.0
+    """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
+    seed: int = 0
+    """Seed of everything drawn."""
+    out: Path | None = None
+    """Folder of the dataset; without it results/datasets and the dataset's id in there."""
+    overwrite: bool = False
+    """Replace the dataset that the folder holds."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +71,8 @@ class TrainConfig:
     """train: the 8 of the Asterisk Test. continuous: these and the circle between, the 8 unseen ones left out."""
     engine: Engine | None = None
     """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
+    demonstrations: Path | None = None
+    """Learn from the demonstrations of this dataset (`inhand record`) instead of recording some."""
     seed: int | None = None
     """Seed of everything drawn."""
     episodes: int | None = None

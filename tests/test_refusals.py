@@ -19,6 +19,8 @@ CASES = [
     ("evaluate --episodes 1000000", "a run holds at most 10000"),
     ("reach --resolution-mm 0.1", "--resolution-mm 0.1: give 0.5 or more"),
     ("reach --resolution-mm nan", "--resolution-mm nan: give 0.5 or more"),
+    ("trace --path square --size 500", "square of 500 mm is too large for hand '2v2_50.50_50.50_1.1_53': way-point 3"),
+    ("trace --path square --size 0.04", "the size of drawing 'square' is 0.04 mm, too small: it may be 1 to 1,000 mm"),
     ("asterisk --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),
     ("trace --path sqare --out file", "unknown --path 'sqare'; did you mean square"),
     ("trace --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),

@@ -262,8 +262,8 @@ def _user_part(name: str, given: object) -> Part:
     """Return a user's part, its values looked at; raise InputError where it is none."""
     if not isinstance(given, Part) or not callable(given.values) or given.fixed + given.for_joint < 1:
         raise InputError(
-            f"observation part {name!r} is {describe(given)}: it must be a function of state, aim and scene that gives"
-            " at least one number a world"
+            f"observation part {name!r} is {describe(getattr(given, 'values', given))}: it must be a function of state,"
+            " aim and scene that gives at least one number a world; tell how many by fixed or for_joint"
         )
 
     def values(state: State, aim: Aim, scene: Scene) -> Array:

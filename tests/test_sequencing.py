@@ -249,7 +249,8 @@ def test_a_turned_object_is_turned_back_before_it_is_brought_back() -> None:
     walk = begun()
     turned = (0.004, 0.003, math.radians(-20))
     feed(walk, [turned])
-    assert (walk.events[0].what, walk.events[0].turned) == ("left its path", pytest.approx(math.radians(20)))
+    assert walk.events[0].what == "left its path"
+    assert walk.events[0].turned == pytest.approx(math.radians(20))
     assert wait(walk, turned) == Request("turn", turned, (0.004, 0.003, 0.0))
     assert mode_of(walk) == "return"
     assert feed(walk, [(0.004, 0.003, math.radians(a)) for a in (-18, -10, -2)]) == [None] * 3

@@ -37,7 +37,7 @@ NOTE_IN = 0.13
 HEADING_CHARACTER_IN = 0.092
 """Width of a character of the title [in]; the figure is wide enough for it, however few cells there are."""
 CHARACTER_IN = 0.082
-"""Width of a character of a row's or column's name [in]."""
+"""Width of a character of the subtitle and of a row's or column's name [in]."""
 BAR_IN = 0.16
 """Width of the colour bar [in]."""
 NOTE_POINTS = 7.0
@@ -91,7 +91,7 @@ def heatmap_figure(heat: HeatMap, scale: str, title: str = "", subtitle: str = "
     lines = max(note.count("\n") + 1 for row in heat.notes for note in row)
     width = CELL_IN[0] * len(heat.columns)
     height = max((CELL_IN[1] + NOTE_IN * (lines - 1)) * len(heat.rows), 1.2)
-    heading = 0.4 + HEADING_CHARACTER_IN * max(len(title), len(subtitle))
+    heading = 0.4 + max(HEADING_CHARACTER_IN * len(title), CHARACTER_IN * len(subtitle))
     figure = new_figure(max(left + width + 1.0, heading), height + above + 0.2)
     ax = figure.add_axes(axes_box(figure, (left, 0.2, width, height)))
     _draw_cells(ax, heat, lines)

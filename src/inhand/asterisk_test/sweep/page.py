@@ -82,7 +82,7 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
     if column == "object":
         ran = sweep.cells.set_index(["hand", "object"]).reason.reindex(grid).isna().to_numpy()
         notes = np.where(ran, notes, "cannot run")
-    farthest = float(found[["distance", "limit"]].max(axis=None))
+    farthest = float(np.fmax(found.distance.max(), found.limit.max()))
     top = farthest if farthest > 0.0 and kind != "share" else 1.0
     heat = HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
     scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"

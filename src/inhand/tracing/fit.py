@@ -14,7 +14,7 @@ import numpy as np
 
 from inhand.control.catalogue import PLAN_EVERY
 from inhand.errors import InputError
-from inhand.geometry import Array, interpolate, way_along
+from inhand.geometry import Array, way_along
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
@@ -71,11 +71,11 @@ def check_extent(held: Held, drawing: Drawing) -> None:
     away = np.linalg.norm(points[:, None] + start, axis=-1)
     point, side = np.unravel_index((away - most).argmax(), away.shape)
     if away[point, side] > most[side]:
+        fits = math.floor(1e3 * size * _share(points, start, most))
         raise InputError(
             f"{drawing.name} of {1e3 * size:.0f} mm is too large for hand {hand.name!r}: way-point {point + 1} lies"
             f" {1e3 * away[point, side]:.0f} mm from where the {FINGER_NAMES[side]} finger begins, which with this"
-            f" object reaches {1e3 * most[side]:.0f} mm; give --size {math.floor(1e3 * size * _share(points, start, most))} or"
-            " less, or --scale"
+            f" object reaches {1e3 * most[side]:.0f} mm; give --size {fits} or less, or --scale"
         )
 
 
@@ -96,7 +96,7 @@ def _longest(hand: HandSpec, finger: FingerSpec) -> float:
 
 def reached(held: Held, plan: Plan) -> bool:
     """Return whether a plan lies inside the hand's reach."""
-    return reaches(*held, plan.poses())
+    return reaches(*held, plan.path.poses)
 
 
 def carried(held: Held, plan: Plan) -> float:
@@ -105,10 +105,10 @@ def carried(held: Held, plan: Plan) -> float:
     Raises:
         InputError: no grip holds the object at the start.
     """
-    poses = plan.poses()
-    looked = np.append(np.arange(0, len(poses) - 1, PLAN_EVERY), len(poses) - 1)
-    reach = plan_grasps(*held, poses[looked][None])[0][0].reach
-    return float(way_along(poses)[looked[reach - 1]])
+    last = len(plan.path.poses) - 1
+    looked = np.append(np.arange(0, last, PLAN_EVERY), last)
+    reach = plan_grasps(*held, plan.path.poses[looked][None])[0][0].reach
+    return float(plan.path.way[looked[reach - 1]])
 
 
 def fit_of(held: Held, plan: Plan) -> Fit:
@@ -161,21 +161,19 @@ def _tried(fits: Callable[[float], bool], size: float, progress: Callable[[float
 def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:
     """Return where a plan leaves the hand's reach and where it comes back: where some grip holds the object again."""
     found: list[tuple[Array, Array]] = []
-    rest = plan.poses()
+    rest = plan.path
     while True:
-        end = farthest(*held, rest)
-        way = way_along(rest)
+        end = farthest(*held, rest.poses)
         gone = 0.0 if end is None else end.way
-        if gone >= way[-1] - 1e-9:
+        if gone >= rest.length - 1e-9:
             return tuple(found)
-        left = interpolate(gone, way, rest)
         back = gone + LOOK
-        while back < way[-1] and farthest(*held, interpolate(back, way, rest)[None]) is None:
+        while back < rest.length and farthest(*held, rest.at([back])) is None:
             back += LOOK
-        found.append((left, interpolate(min(back, way[-1]), way, rest)))
-        if back >= way[-1]:
+        found.append((rest.at(gone), rest.at(back)))
+        if back >= rest.length:
             return tuple(found)
-        rest = np.concatenate([interpolate(back, way, rest)[None], rest[way > back + 1e-9]])
+        rest = rest.beyond(back)
 
 
 def _place(pose: Array, origin: Array) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, unit
-from inhand.hands.polylines import SUFFIXES, curve_points, read_csv_poses, read_polyline
+from inhand.hands.line_files import SUFFIXES, read_csv_poses, read_polyline
+from inhand.hands.polylines import curve_points
 from inhand.hands.sizes import LENGTHS, check_length
 from inhand.tracing.drawing import Drawing, larger_side, scaled, unit_drawing
 from inhand.tracing.letters import HEIGHT, LETTERS, Arc, Stroke

@@ -102,7 +102,7 @@ def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[Ro
         route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine) for add in (0, TEST_SEED)
     )
     tests = route_starts(held, test_pool, 16 * config.trials, rng, config.noise, engine=config.engine)
-    return pool, tests, routes_in(tests).way[:, -1]
+    return pool, tests, routes_in(tests).length
 
 
 def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: Told) -> tuple[Replay, Starts]:

@@ -37,6 +37,14 @@ class MetricsConfig:
 
 
 @dataclass(frozen=True)
+class EvaluateCommand(EvaluateConfig):
+    """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
+
+    run: tyro.conf.Positional[str] = EvaluateConfig.run
+    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
+
+
+@dataclass(frozen=True)
 class ViewConfig:
     """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
 
@@ -63,7 +71,7 @@ Command = (
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
     | Annotated[RecordConfig, tyro.conf.subcommand("record")]
     | Annotated[TrainConfig, tyro.conf.subcommand("train")]
-    | Annotated[EvaluateConfig, tyro.conf.subcommand("evaluate")]
+    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
     | Annotated[ViewConfig, tyro.conf.subcommand("view")]
     | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
@@ -103,7 +111,7 @@ RUNS = {
     SweepConfig: "sweep",
     RecordConfig: "record",
     TrainConfig: "train",
-    EvaluateConfig: "evaluate",
+    EvaluateCommand: "evaluate",
 }
 """The module of each command that runs something; its function is `run_` and the same name."""
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import tyro
-
 from inhand.sim.names import MUJOCO, Engine
 
 
@@ -89,7 +87,7 @@ class TrainConfig:
 class EvaluateConfig:
     """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
 
-    run: tyro.conf.Positional[str] = "rl"
+    run: str = "rl"
     """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
     last: bool = False
     """Evaluate the last policy of the run instead of its best."""

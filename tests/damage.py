@@ -113,8 +113,10 @@ def tables(draw: Draw, given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _places(table: object) -> list[tuple[Any, Any]]:
     """Return every field of tables and lists in each other, as what holds it and its key."""
-    keys = list(table) if isinstance(table, dict) else range(len(table)) if isinstance(table, list) else []
-    return [place for key in keys for place in ((table, key), *_places(table[key]))]
+    if not isinstance(table, dict | list):
+        return []
+    pairs = table.items() if isinstance(table, dict) else enumerate(table)
+    return [place for key, value in pairs for place in ((table, key), *_places(value))]
 
 
 @st.composite

@@ -20,15 +20,20 @@ class Storage(Protocol):
 
     total_episodes: int
 
-    def update_metadata(self, metadata: dict[str, Any]) -> None: ...
+    def update_metadata(self, metadata: dict[str, Any]) -> None:
+        """Add to the metadata of the dataset."""
 
-    def update_episodes(self, episodes: Iterable[object]) -> None: ...
+    def update_episodes(self, episodes: Iterable[object]) -> None:
+        """Write episodes behind those that are there."""
 
-    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None: ...
+    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None:
+        """Add to the metadata of some episodes."""
 
-    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
+    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]:
+        """Give episodes by their numbers."""
 
-    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
+    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]:
+        """Give their metadata."""
 
 
 def new_storage(folder: Path, sizes: tuple[int, int]) -> Storage:

@@ -9,7 +9,6 @@ its storage class takes a block after the other, in any folder, and writes the s
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from collections.abc import Iterable, Iterator
@@ -22,10 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.archives import check_shapes
 from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.learning.minari_files import Storage, new_storage, open_storage, reading
 from inhand.learning.worlds import Interface
 from inhand.records import read_json, read_record, table_of
 from inhand.sim.names import MUJOCO, Engine
@@ -46,6 +47,8 @@ CONTINUOUS = "continuous"
 """The word for directions anywhere on the circle but near the unseen ones."""
 PACKAGES = ("minari", "h5py")
 """What of the extra `rl` a dataset needs."""
+ABOUT = ("angle_deg", "distance", "limit", "start")
+"""What is kept beside an episode."""
 BLOCK = 256
 """Episodes written at a time."""
 
@@ -159,11 +162,11 @@ def write_dataset(
     check_installed("a dataset")
     if (folder / DATA).exists():
         raise InputError(f"{folder} holds a dataset; give another folder, or remove it first")
-    temporary = folder / f"{DATA}.part"
+    temporary = folder.resolve() / f"{DATA}.part"  # Minari doubles a path that is not absolute
     shutil.rmtree(temporary, ignore_errors=True)
     temporary.mkdir(parents=True)
     try:
-        storage = _new(temporary, head.kind).storage
+        storage = new_storage(temporary, _sizes(head.kind))
         storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
         written = 0
         coming = iter(episodes)
@@ -185,10 +188,9 @@ def read_dataset(folder: Path) -> tuple[DatasetHead, StoredEpisodes]:
         InputError: the extra is missing, there is no dataset of ours, or one that cannot be read or of another format.
     """
     check_installed("a dataset")
-    from minari.dataset.minari_storage import MinariStorage
-
     head = read_head(folder)
-    return head, StoredEpisodes(folder, MinariStorage.read(folder / DATA))
+    with reading(folder):
+        return head, StoredEpisodes(folder, head.kind, open_storage(folder / DATA, _sizes(head.kind)))
 
 
 def read_head(folder: Path) -> DatasetHead:
@@ -254,12 +256,14 @@ class StoredEpisodes:
 
     folder: Path
     """Folder of the dataset."""
-    storage: Any
-    """Minari's, which has no types."""
+    kind: DatasetKind
+    """What they hold."""
+    storage: Storage
+    """Minari's."""
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return int(self.storage.total_episodes)
+        return self.storage.total_episodes
 
     def __iter__(self) -> Iterator[DatasetEpisode]:
         """Give one after the other.
@@ -267,12 +271,7 @@ class StoredEpisodes:
         Raises:
             InputError: one cannot be read.
         """
-        every = range(len(self))
-        pairs = zip(self.storage.get_episodes(every), self.storage.get_episode_metadata(every), strict=True)
-        try:
-            yield from (_episode(found, about) for found, about in pairs)
-        except (KeyError, TypeError, OSError) as error:
-            raise InputError(f"the episodes in {self.folder} cannot be read: {error}; record them again") from error
+        return _episodes(self.folder, self.kind, self.storage)
 
 
 def check_installed(what: str) -> None:
@@ -285,18 +284,9 @@ def check_installed(what: str) -> None:
         raise needs_extra("rl", what)
 
 
-def _new(folder: Path, kind: DatasetKind) -> StoredEpisodes:
-    """Return an empty storage; Minari's own reader makes its spaces, so that Gymnasium stays elsewhere."""
-    from minari.dataset.minari_storage import MinariStorage
-    from minari.serialization import deserialize_space
-
-    spaces = [
-        deserialize_space(
-            json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-1.0] * n, "high": [1.0] * n})
-        )
-        for n in (kind.size, kind.hand.n_joints)
-    ]
-    return StoredEpisodes(folder, MinariStorage.new(folder, *spaces, data_format="hdf5"))
+def _sizes(kind: DatasetKind) -> tuple[int, int]:
+    """Return how many numbers an observation and an action have."""
+    return kind.size, kind.hand.n_joints
 
 
 def _metadata(head: DatasetHead) -> dict[str, Any]:
@@ -336,19 +326,45 @@ def _buffer(episode: DatasetEpisode) -> object:
 
 def _about(episode: DatasetEpisode) -> dict[str, Any]:
     """Return what Minari keeps beside an episode."""
-    return {name: getattr(episode, name) for name in ("angle_deg", "distance", "limit", "start")}
+    return {name: getattr(episode, name) for name in ABOUT}
 
 
-def _episode(found: dict[str, Any], about: dict[str, Any]) -> DatasetEpisode:
-    return DatasetEpisode(
-        found["observations"],
-        found["actions"],
-        found["infos"]["wanted"],
-        found["rewards"],
-        bool(found["terminations"][-1]),
-        bool(found["truncations"][-1]),
-        float(about["angle_deg"]),
-        float(about["distance"]),
-        float(about["limit"]),
-        about["start"],
-    )
+def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[DatasetEpisode]:
+    every = range(storage.total_episodes)
+    with reading(folder):
+        for found, about in zip(storage.get_episodes(every), storage.get_episode_metadata(every), strict=True):
+            arrays = {name: found[name] for name in ("observations", "actions", "rewards")}
+            arrays |= {"wanted": found["infos"]["wanted"], **{name: np.asarray(about[name]) for name in ABOUT}}
+            _check_episode(arrays, kind)
+            yield DatasetEpisode(
+                arrays["observations"],
+                arrays["actions"],
+                arrays["wanted"],
+                arrays["rewards"],
+                bool(found["terminations"][-1]),
+                bool(found["truncations"][-1]),
+                float(about["angle_deg"]),
+                float(about["distance"]),
+                float(about["limit"]),
+                about["start"],
+            )
+
+
+def _check_episode(arrays: dict[str, NDArray[Any]], kind: DatasetKind) -> None:
+    """Refuse arrays of an episode that hold anything but finite numbers, or do not fit together.
+
+    Raises:
+        InputError: the text names the array.
+    """
+    for name, array in arrays.items():
+        if array.dtype.kind != "f" or not np.isfinite(array).all():
+            raise InputError(f"{name} holds {array.dtype}, not finite throughout; it must hold finite numbers")
+    steps = len(arrays["rewards"])
+    shapes: dict[str, tuple[str | int, ...]] = {
+        "observations": (steps + 1, "d"),
+        "actions": (steps, "n"),
+        "wanted": (steps, "n"),
+        "rewards": (steps,),
+    }
+    shapes |= {"start": (3,), **dict.fromkeys(ABOUT[:-1], ())}
+    check_shapes(arrays, shapes, {"d": kind.size, "n": kind.hand.n_joints})

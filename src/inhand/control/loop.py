@@ -13,8 +13,13 @@ from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
+from inhand.sim.engines import make_simulator
+from inhand.sim.model import SceneSpec
+from inhand.sim.names import MUJOCO
 from inhand.sim.state import State
 
+Told = Callable[[str, int, int], None]
+"""Told what is being done, and two numbers that say how far it is."""
 LOST_AFTER = 20
 """A contact lost for more simulation steps than this ends an episode (thesis 3.2)."""
 
@@ -86,8 +91,7 @@ def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[
     return np.where(state.touching.all(axis=-1), 0, lost + substeps)
 
 
-def run_worlds(
-    simulator: Simulator,
+def simulate(
     task: Task,
     grasp: Grasp,
     starts: Array,
@@ -95,22 +99,31 @@ def run_worlds(
     *,
     twists: Array | None = None,
     longest: float = 8.0,
-    progress: Callable[[str, int, int], None] | None = None,
-) -> Recording:
-    """Place the objects, grip them and manipulate: how worlds start everywhere, in trials, rehearsals and training.
+    engine: str = MUJOCO,
+    surroundings: SceneSpec | None = None,
+    threads: int = 0,
+    progress: Told | None = None,
+) -> tuple[Simulator, Recording]:
+    """Place the objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
+
+    Trials, traces, rehearsals and the starts of training and environments all begin here.
 
     Args:
-        simulator: the worlds.
-        task: what they have to do.
+        task: what the worlds have to do.
         grasp: where the fingers hold the objects.
         starts: where the objects stand `(B, 3)` [m, m, rad].
         manipulate: makes the controller that carries them; None leaves them held.
         twists: poses on the spot `(B, S, 3)` that turn the objects first.
         longest: time after which manipulation ends [s].
+        engine: the physics engine.
+        surroundings: what stands around.
+        threads: for the simulation; 0 uses every core.
         progress: told the phase, the worlds still running and the simulated step, after every step.
     """
-    start = simulator.reset(starts, placed_joints(simulator.hand, grasp))
-    return run_episodes(simulator, task, standard_phases(grasp, manipulate, twists, longest), start, progress)
+    simulator = make_simulator(engine, task.hand, task.objects, surroundings, threads)
+    start = simulator.reset(starts, placed_joints(task.hand, grasp))
+    phases = standard_phases(grasp, manipulate, twists, longest)
+    return simulator, run_episodes(simulator, task, phases, start, progress)
 
 
 def run_episodes(
@@ -118,7 +131,7 @@ def run_episodes(
     task: Task,
     phases: Sequence[Phase],
     start: State,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Told | None = None,
 ) -> Recording:
     """Run one episode in every world of a batch, phase by phase.
 

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
+from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import Recording
 from inhand.control.trial import Passport, Trial
 from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec
+from inhand.sim.names import MUJOCO, Engine
+from inhand.versions import versions
 
 _STATE_FIELDS = (
     "time",
@@ -22,6 +29,22 @@ _STATE_FIELDS = (
     "forces",
     "penetration",
 )
+
+
+def passports(
+    hand: HandSpec, spec: ObjectSpec, controller: str, *, seed: int, engine: Engine = MUJOCO
+) -> Callable[..., Passport]:
+    """Return what makes the passports of a run's trials, given what `Passport` says of one, from `primitive` on.
+
+    Args:
+        hand: the hand.
+        spec: the object.
+        controller: name of the controller.
+        seed: of the run.
+        engine: the physics engine.
+    """
+    made = partial(Passport, hand, spec, controller, seed=seed, engine=engine)
+    return partial(made, substeps=SUBSTEPS, timestep=SceneSpec.timestep, versions=versions())
 
 
 def cut_trials(recording: Recording, passports: Sequence[Passport], references: Array) -> tuple[Trial, ...]:

@@ -75,6 +75,11 @@ class Passport:
     limit: float | None = None
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
 
+    @property
+    def period(self) -> float:
+        """Time between two rows [s]."""
+        return self.substeps * self.timestep
+
     def __post_init__(self) -> None:
         """Refuse what no trial has."""
         for name in ("trial", "substeps", "timestep"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import run_worlds
+from inhand.control.loop import Told, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials
 from inhand.control.trial import REACHED, STOPPED, Passport, Trial
 from inhand.geometry import Array, Path, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec
 from inhand.sim.names import MUJOCO
 from inhand.tasks.paths import stacked
@@ -73,9 +72,9 @@ def follow(
     starts: Array,
     passports: Sequence[Passport],
     *,
-    scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    surroundings: SceneSpec | None = None,
     config: SequenceConfig | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Told | None = None,
     threads: int = 0,
     engine: str = MUJOCO,
 ) -> tuple[Followed, ...]:
@@ -88,7 +87,7 @@ def follow(
         plans: a plan for each world, in the palm frame, from where the object is placed.
         starts: where each object really stands `(B, 3)` [m, m, rad].
         passports: of the worlds' trials.
-        scenes: what surrounds them.
+        surroundings: what stands around.
         config: when primitives have arrived or failed.
         progress: told the phase, the worlds still running and the simulated step.
         threads: for the simulation; 0 uses every core.
@@ -97,11 +96,19 @@ def follow(
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
     grasp = entry.grasp(hand, spec, poses, starts, engine=engine)
-    simulator = make_simulator(engine, hand, [spec] * len(plans), scenes, threads)
-    task = Task(hand, simulator.objects, Path(poses - poses[:, :1]), simulator.timestep)
+    task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
-    longest = max(map(_longest, plans))
-    recording = run_worlds(simulator, task, grasp, starts, lambda _: driver, longest=longest, progress=progress)
+    _, recording = simulate(
+        task,
+        grasp,
+        starts,
+        lambda _: driver,
+        longest=max(map(_longest, plans)),
+        engine=engine,
+        surroundings=surroundings,
+        threads=threads,
+        progress=progress,
+    )
     trials = cut_trials(recording, passports, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 

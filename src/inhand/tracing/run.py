@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from inhand.control.catalogue import ControllerEntry, find_controller
-from inhand.control.controller import SUBSTEPS
 from inhand.control.draws import check_count, check_draws, start_noise
+from inhand.control.loop import Told
 from inhand.control.policy import check_joints
-from inhand.control.trial import Passport
+from inhand.control.recording import passports
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engines import check_engine
-from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
@@ -28,12 +26,9 @@ from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.tracing.trace import Trace, trace_of
-from inhand.versions import versions
 
 SHARE = 0.6
 """Share of the reachable size that a drawing without a size gets."""
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is, and how far it has to go."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,15 +143,15 @@ def simulate_trace(
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = setup.hand, setup.object
-    scene = SceneSpec() if setup.task is None else setup.task.scene(held)
     noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
+    signed = passports(*held, setup.controller.name, seed=config.seed, engine=config.engine)
     found = follow(
         held,
         setup.controller,
         setup.plans,
         setup.hand.start_pose + noise,
-        _passports(config, setup, scene.timestep),
-        scenes=scene,
+        [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(setup.plans, start=1)],
+        surroundings=None if setup.task is None else setup.task.scene(held),
         progress=progress,
         threads=threads,
         engine=config.engine,
@@ -198,25 +193,3 @@ def _sized(
 
 def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:
     return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)
-
-
-def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[Passport]:
-    found = versions()
-    return [
-        Passport(
-            hand=setup.hand,
-            object=setup.object,
-            controller=setup.controller.name,
-            primitive=plan.name,
-            angle_deg=None,
-            rotation_deg=0.0,
-            path=plan.name,
-            trial=number,
-            seed=config.seed,
-            substeps=SUBSTEPS,
-            timestep=timestep,
-            versions=found,
-            engine=config.engine,
-        )
-        for number, plan in enumerate(setup.plans, start=1)
-    ]

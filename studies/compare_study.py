@@ -22,7 +22,7 @@ from compare_config import CompareConfig
 from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.controller import SUBSTEPS
 from inhand.control.ik import IkConfig
-from inhand.control.recording import passports
+from inhand.control.loop import Bench
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
@@ -200,9 +200,7 @@ def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[st
     plans = _plans((hand, spec), task, config.episodes)
     noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
     starts = hand.start_pose + NOISE * np.stack(noise)
-    signed = passports(hand, spec, who.name, seed=who.seed)
-    found = [signed(task, None, 0.0, task, k + 1) for k in range(config.episodes)]
-    return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, found)]
+    return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, Bench(), seed=who.seed)]
 
 
 @lru_cache(maxsize=16)

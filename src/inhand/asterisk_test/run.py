@@ -57,9 +57,7 @@ class Setup:
 def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     """Return a run's setup.
 
-    Args:
-        config: what to run.
-        people: human trials; their paths are followed where `config.paths` is human.
+    `people` are the human trials whose paths are followed where `config.paths` is human.
 
     Raises:
         InputError: anything in the configuration that cannot be run.
@@ -108,10 +106,8 @@ def simulate(
         setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine),
         start,
         setup.controller.manipulate,
+        loop.Bench(config.engine, threads=threads, progress=progress),
         twists=stacked([twist_poses(each.path) for each in assignments]),
-        engine=config.engine,
-        threads=threads,
-        progress=progress,
     )
     signed = passports(hand, setup.object, setup.controller.name, seed=config.seed, engine=config.engine)
     found = [

@@ -23,11 +23,7 @@ TRIAL_MB, TRIAL_S = 0.5, 0.1
 
 
 def check_count(count: int, given: str) -> None:
-    """Refuse more trials than one run can hold.
-
-    Args:
-        count: trials in all.
-        given: what was given, as the text is to say it.
+    """Refuse more trials than one run can hold; the text says `given`, what was asked for.
 
     Raises:
         InputError: the text tells the memory and the time that they would take, and what can be run.
@@ -56,12 +52,9 @@ def check_draws(config: RunConfig) -> None:
 def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, int]]) -> Array:
     """Return how far each object's start is from where it should be `(B, 3)` [m, m, rad].
 
-    It follows from the seed, the direction and the trial's number alone, so that the same trial starts alike whatever
-    runs beside it, and runs of other hands, objects and controllers are paired with it.
-
-    Args:
-        config: seed and standard deviations.
-        whose: direction [deg] (None where there is none), rotation [deg] and number of each trial.
+    It follows from the seed, the direction [deg] (None where there is none), the rotation [deg] and the trial's number
+    alone. So the same trial starts alike whatever runs beside it, and runs of other hands, objects and controllers are
+    paired with it.
     """
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
     drawn = [

@@ -14,7 +14,7 @@ import numpy as np
 
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import simulate
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, rotate, transform
@@ -82,7 +82,7 @@ def best_plans(
     opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
     task = Task(hand, (spec,) * len(each), Path(poses[owner] - poses[owner, :1]))
     expert = IkController(task, config)
-    _, found = simulate(task, Grasp(opened, closed), starts[owner], lambda _: expert, engine=engine)
+    _, found = simulate(task, Grasp(opened, closed), starts[owner], lambda _: expert, Bench(engine))
     value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
     return [each[number] for number in best]

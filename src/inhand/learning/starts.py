@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from inhand.control.catalogue import direction_plans, rough_plan
 from inhand.control.controller import Task
-from inhand.control.loop import simulate
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
@@ -195,6 +195,6 @@ def _close(
     poses = origin + spread * rng.standard_normal((count, 3))
     grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
     task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
-    simulator, recording = simulate(task, grasp, poses, None, engine=engine, threads=threads)
+    simulator, recording = simulate(task, grasp, poses, None, Bench(engine, threads=threads))
     held, distance = recording.states[-1], np.full(count, np.inf)
     return Starts(simulator.snapshot(), held, np.zeros(count), distance, engine=engine)

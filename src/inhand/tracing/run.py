@@ -8,9 +8,8 @@ import numpy as np
 
 from inhand.control.catalogue import ControllerEntry, find_controller
 from inhand.control.draws import check_count, check_draws, start_noise
-from inhand.control.loop import Told
+from inhand.control.loop import Bench, Told
 from inhand.control.policy import check_joints
-from inhand.control.recording import passports
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
@@ -83,11 +82,7 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
 
 
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
-    """Return a run's setup.
-
-    Args:
-        config: what to run.
-        told: told how the search for the reachable size goes.
+    """Return a run's setup; `told` is told how the search for the reachable size goes.
 
     Raises:
         InputError: anything in the configuration that cannot be run; of a drawing that is too large it says which part
@@ -144,18 +139,8 @@ def simulate_trace(
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = setup.hand, setup.object
     noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
-    signed = passports(*held, setup.controller.name, seed=config.seed, engine=config.engine)
-    found = follow(
-        held,
-        setup.controller,
-        setup.plans,
-        setup.hand.start_pose + noise,
-        [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(setup.plans, start=1)],
-        surroundings=None if setup.task is None else setup.task.scene(held),
-        progress=progress,
-        threads=threads,
-        engine=config.engine,
-    )
+    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), threads, progress)
+    found = follow(held, setup.controller, setup.plans, setup.hand.start_pose + noise, bench, seed=config.seed)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 

@@ -79,12 +79,7 @@ class Deviations:
 
 
 def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
-    """Return what one world reached.
-
-    Args:
-        followed: what it left.
-        wall: what it was to be pushed against, if anything.
-    """
+    """Return what one world reached, and of a wall for how long it was pushed against it."""
     plan, trial = followed.plan, followed.trial
     poses, _ = measured_rows(followed)
     rows = deviations(followed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 
 from inhand.asterisk_test.asterisk import people_of
@@ -16,7 +16,6 @@ from inhand.cli.asterisk import simulated
 from inhand.cli.learning_config import EvaluateConfig
 from inhand.cli.terminal import print_table, say
 from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, notes_of
-from inhand.control.run_config import RunConfig
 from inhand.control.trial import write_json, write_trials
 from inhand.errors import InputError
 from inhand.folders import run_folder
@@ -84,10 +83,13 @@ def asterisk_of(config: EvaluateConfig, name: str, entry: ControllerEntry) -> As
         hand=config.hand or trained["hand"],
         object=config.object or trained["object"],
         controller=name,
+        engine=config.engine,
         human=config.human,
         trials=config.trials,
+        seed=config.seed,
+        noise_mm=config.noise_mm,
+        noise_deg=config.noise_deg,
         out=config.out,
-        **{field.name: getattr(config, field.name) for field in fields(RunConfig)},
     )
 
 

@@ -8,8 +8,7 @@ from typing import Literal
 
 import tyro
 
-from inhand.control.run_config import RunConfig
-from inhand.sim.names import Engine
+from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class TrainConfig:
 
 
 @dataclass(frozen=True)
-class EvaluateConfig(RunConfig):
+class EvaluateConfig:
     """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
 
     run: tyro.conf.Positional[str] = "rl"
@@ -51,12 +50,20 @@ class EvaluateConfig(RunConfig):
     """Hand: a name of the laboratory's form or a TOML file; without it the one that the policy was trained with."""
     object: str | None = None
     """Object: a name, shape_SIZE in mm, or a TOML file; without it the one that the policy was trained with."""
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     trials: int = 3
     """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
     episodes: int = 100
     """Episodes in which lost objects are counted, spread evenly over the 16 directions."""
     human: Path | None = None
     """Folder of recorded human trials to set beside both."""
+    seed: int = 0
+    """Seed of the start noise."""
+    noise_mm: float = 1.0
+    """Standard deviation of the object's start in x and y [mm]."""
+    noise_deg: float = 1.0
+    """Standard deviation of the object's start rotation [deg]."""
     out: Path = Path("results/evaluate")
     """Folder to write the evaluation to."""
     overwrite: bool = False

@@ -17,7 +17,14 @@ FORMAT = 1
 
 
 def save_checkpoint(path: Path, learner: Learner, arrays: dict[str, Any], told: dict[str, Any]) -> None:
-    """Write a checkpoint: a learner, arrays and states of random generators by name, and what else JSON can hold."""
+    """Write a checkpoint.
+
+    Args:
+        path: the file.
+        learner: networks, moments and key.
+        arrays: arrays by name, and states of random generators, which are dictionaries.
+        told: counters, anything JSON can hold.
+    """
     leaves = jax.tree.leaves(learner._replace(key=jax.random.key_data(learner.key)))
     generators = {name: value for name, value in arrays.items() if isinstance(value, dict)}
     plain = {name: value for name, value in arrays.items() if name not in generators}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -88,78 +88,82 @@ def draw_directions(config: Training, rng: np.random.Generator, count: int) -> A
 
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     """Plan grasps, record the demonstrations into `folder/expert.rows` and measure the expert."""
+    if config.task:
+        return _ready_for_task(config, folder, told)
+    rng = np.random.default_rng(config.seed)
     held = load_hand(config.hand), load_object(config.object)
-    rng, test_rng = (np.random.default_rng(config.seed + more) for more in (0, TEST_SEED))
-    batches, draw_tests = (_on_routes if config.task else _on_directions)(config, held, rng, told)
-    columns = columns_of(config, held[0])
-    replay = Replay(folder / "expert.rows", columns, config.recipe.episodes * config.interface.horizon, 0)
-    parts = []
-    for batch in batches:
-        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
-        parts.append(batch.starts)
-        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
-    replay.flush()
-    tests = draw_tests(test_rng)
-    told("expert", 0, len(tests))
-    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
-    limit = _limits(held, tests.angle_deg) if tests.routes is None else tests.routes.length
-    total, fraction = (shown.rewards * shown.valid).sum(axis=0), shown.distance / limit
-    return Ready(held, columns, joined(parts), tests, limit, total, fraction, replay.written)
-
-
-def columns_of(config: Training, hand: HandSpec) -> Columns:
-    """Return the layout of a replay's rows."""
-    return Columns(find_layout(config.interface.observation).size(hand), hand.n_joints)
-
-
-Source = tuple[Iterator[Episodes], Callable[[np.random.Generator], Starts]]
-"""Demonstrations a batch at a time, and what draws the starts of evaluations."""
-
-
-def _on_directions(config: Training, held: tuple[HandSpec, ObjectSpec], rng: np.random.Generator, told: Told) -> Source:
     every = angles_of((*TRAIN, *UNSEEN))
     wide = config.directions == "continuous" or config.recipe.grip_spread > 0
     grid = grid_of(np.arange(0.0, 360.0, 1.0) if wide else every)
     told("grasps", 0, len(grid))
     plans = plans_for(*held, grid, config.recipe.grasp, config.engine)
+    columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
+    room = config.recipe.episodes * config.interface.horizon
+    replay = Replay(folder / "expert.rows", columns, room, 0)
+    parts = []
+    made = config.recipe, config.interface, config.noise
+    draw = partial(draw_directions, config, rng)
+    for batch in demonstrations(held, plans, draw, made, rng, engine=config.engine):
+        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
+        parts.append(batch.starts)
+        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
+    replay.flush()
+    test_rng = np.random.default_rng(config.seed + TEST_SEED)
+    tests = gripped(*held, (plans, np.repeat(every, config.trials)), test_rng, config.noise, engine=config.engine)
+    tests = replace(tests, distance=reach_of(held, tests))
+    told("expert", 0, len(tests))
+    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
+    reach = {each.primitive.angle_deg: each.distance for each in limits(*held, (*TRAIN, *UNSEEN))}
+    limit = np.array([reach[angle] for angle in tests.angle_deg])
+    return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
 
-    def tests(drawn: np.random.Generator) -> Starts:
-        grips = plans, np.repeat(every, config.trials)
-        found = gripped(*held, grips, drawn, config.noise, engine=config.engine)
-        return replace(found, distance=reach_of(held, found))
 
-    made, draw = (config.recipe, config.interface, config.noise), partial(draw_directions, config, rng)
-    return demonstrations(held, plans, draw, made, rng, engine=config.engine), tests
+def _expert(shown: Episodes, limit: Array) -> tuple[Array, Array]:
+    """Return the sum of rewards and the share of the limit of the expert's episodes, each `(N,)`."""
+    return (shown.rewards * shown.valid).sum(axis=0), shown.distance / limit
 
 
-def _on_routes(config: Training, held: tuple[HandSpec, ObjectSpec], rng: np.random.Generator, told: Told) -> Source:
-    """Return the same of a whole task, its routes in the place of directions."""
+def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
+    """Return what training end to end on a whole task starts with: its routes in the place of directions."""
+    rng = np.random.default_rng(config.seed)
+    held = load_hand(config.hand), load_object(config.object)
     told("grasps", 0, 1)
     pool, test_pool = (
-        route_pool(held, config.task, ROUTES, (config.seed + more, 3), config.engine) for more in (0, TEST_SEED)
+        route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine) for add in (0, TEST_SEED)
     )
+    columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
+    replay = Replay(folder / "expert.rows", columns, config.recipe.episodes * config.interface.horizon, 0)
+    parts = []
+    made = config.recipe, config.interface
 
     def draw(count: int) -> Starts:
         return route_starts(held, pool, count, rng, config.noise, engine=config.engine)
 
-    def tests(drawn: np.random.Generator) -> Starts:
-        return route_starts(held, test_pool, 16 * config.trials, drawn, config.noise, engine=config.engine)
-
-    return route_demonstrations(held, draw, (config.recipe, config.interface), rng), tests
-
-
-def _limits(held: tuple[HandSpec, ObjectSpec], angle_deg: Array) -> Array:
-    reach = {each.primitive.angle_deg: each.distance for each in limits(*held, (*TRAIN, *UNSEEN))}
-    return np.array([reach[angle] for angle in angle_deg])
+    for batch in route_demonstrations(held, draw, made, rng):
+        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
+        parts.append(batch.starts)
+        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
+    replay.flush()
+    test_rng = np.random.default_rng(config.seed + TEST_SEED)
+    tests = route_starts(held, test_pool, 16 * config.trials, test_rng, config.noise, engine=config.engine)
+    told("expert", 0, len(tests))
+    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
+    limit = routes_in(tests).length
+    return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
 
 
 @lru_cache(maxsize=16)
 def route_pool(
     held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO
 ) -> tuple[Routes, list[GraspPlan]]:
-    """Return drawn routes of a task of `find_task`, each once, and the grasp of each, tried out in an engine.
+    """Return drawn routes of a task, each once, and the grasp of each.
 
-    Of a task that draws nothing all draws are one route. Draws of one seed are planned once.
+    Args:
+        held: the hand and the object.
+        task: what `inhand.tracing.tasks.find_task` takes.
+        count: number of draws; a task that draws nothing has one route.
+        seed: of the draws; those of one seed are planned once.
+        engine: in which the grasps are tried out.
     """
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
@@ -183,6 +187,17 @@ def route_starts(
     rows = rng.integers(len(routes), size=count)
     fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)
     return replace(fresh, routes=Routes(routes.poses[rows]))
+
+
+def routes_in(starts: Starts) -> Routes:
+    """Return the routes of starts that have some.
+
+    Raises:
+        ValueError: they have directions.
+    """
+    if starts.routes is None:
+        raise ValueError("starts of primitives have no routes")
+    return starts.routes
 
 
 def add_demonstrations(replay: Replay, columns: Columns, batch: Episodes, looking: tuple[float, int]) -> None:
@@ -222,9 +237,10 @@ def load_ready(config: Training, path: Path) -> Ready:
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
             return Starts(snapshot, state, angle_deg, distance, routes, config.engine)
 
+        columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
         return Ready(
             held,
-            columns_of(config, held[0]),
+            columns,
             starts("starts"),
             starts("tests"),
             data["limit"],

@@ -64,9 +64,14 @@ class Trainer:
     def __init__(
         self, config: Training, ready: Ready, folder: Path, told: Callable[[Evaluation], None], progress: Told = _quiet
     ) -> None:
-        """Set the run of a folder up; if that holds a checkpoint, go on from it.
+        """Set the run up; if the folder holds a checkpoint, go on from it.
 
-        Every evaluation is told, and to `progress` what is being done, how far it is, and how far it has to go.
+        Args:
+            config: what to train.
+            ready: what it starts with.
+            folder: the run's.
+            told: told every evaluation.
+            progress: told what is being done, how far it is, and how far it has to go.
         """
         self.config, self._ready, self._folder, self._told = config, ready, folder, told
         self._progress = progress

@@ -16,15 +16,8 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.learning import datasets
 from inhand.learning.commands import RecordConfig
-from inhand.learning.datasets import (
-    DATA,
-    DatasetEpisode,
-    check_fits,
-    kind_of,
-    read_dataset,
-    read_head,
-    write_dataset,
-)
+from inhand.learning.dataset_cards import check_fits, kind_of
+from inhand.learning.datasets import DATA, DatasetEpisode, read_dataset, read_head, write_dataset
 from inhand.learning.demonstrations import Recipe, Recording, demonstrations, plans_of
 from inhand.learning.record import environment_spec, head_of
 from inhand.learning.starts import Noise

@@ -207,7 +207,8 @@ def _dataset() -> tuple[dict[str, Any], bytes]:
 
 
 def runs(draw: Callable[..., Any], folder: Path) -> Callable[[], object]:
-    from inhand.learning.runs import MARK, card_of, preset, read_config
+    from inhand.learning.config import preset
+    from inhand.learning.run_cards import MARK, card_of, read_config
     from inhand.records import table_of
 
     card = draw(damage.tables(table_of(card_of(preset("smoke")))))

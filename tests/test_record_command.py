@@ -11,7 +11,8 @@ from commands import Call
 from inhand.cli.record import rows_of
 from inhand.errors import InputError
 from inhand.learning.commands import RecordConfig
-from inhand.learning.datasets import CONTINUOUS, MARK, read_dataset, read_head
+from inhand.learning.dataset_cards import CONTINUOUS
+from inhand.learning.datasets import MARK, read_dataset, read_head
 from inhand.learning.record import Dataset, head_of, recording_of
 
 FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
@@ -89,7 +90,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
         (("--episodes", 0), "--episodes 0: give at least 1"),
         (("--episodes", 2000000), "they would take about 180 GB of disk and 20 hours of two cores; at most 100000"),
         (("--push", -1), "--push -1: give 0 or more"),
-        (("--noise-mm", "nan"), "--noise-mm nan: give 0 or more"),
+        (("--noise-mm", "nan"), "--noise-mm nan: noise must be 0 or more"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),
         (("--observation", "gripp"), "unknown observation 'gripp'; did you mean grip"),
         (("--reward", "progres"), "unknown reward 'progres'; did you mean progress?"),
@@ -123,8 +124,8 @@ def test_a_named_or_continuous_recording_plans_the_grid_it_needs() -> None:
 
 def test_the_table_counts_by_direction_or_sector() -> None:
     found = Dataset(
-        Path("nowhere"),
         head_of(recording_of(RecordConfig()), CONTINUOUS),
+        Path("nowhere"),
         np.array([90.0, 90.0, 70.0, -160.0]),
         np.array([False, True, False, False]),
         np.array([0.06, 0.02, 0.05, 0.04]),
@@ -135,7 +136,7 @@ def test_the_table_counts_by_direction_or_sector() -> None:
         ("Left +-22.5", "1", "0", "40.0", "-"),
         ("all", "4", "1", "42.5", "0.667"),
     ]
-    named = rows_of(replace(found, head=replace(found.head, directions="90 70 -160")))
+    named = rows_of(replace(found, config=replace(found.config, directions="90 70 -160")))
     assert [row[0] for row in named] == ["Out", "-160 deg", "70 deg", "all"]
     assert named[0][1:] == ("2", "1", "40.0", "0.750")
     assert list(found.table()["direction"]) == ["Out", "Out", "70 deg", "-160 deg"]

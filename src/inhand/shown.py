@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -61,6 +62,29 @@ class Shown:
         with io.BytesIO() as file:
             self.figure().savefig(file, format="png")
             return file.getvalue()
+
+
+@dataclass(frozen=True, eq=False)
+class Kept(Shown):
+    """A finished run that lives in its folder, and can be given where that folder is asked for."""
+
+    folder: Path
+    """The folder."""
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Copy the run to another folder and return that.
+
+        Raises:
+            InputError: the folder holds something, or another run and `overwrite` is off.
+        """
+        out = Path(folder)
+        with run_folder(out, overwrite=overwrite, mark=self.mark) as part:
+            shutil.copytree(self.folder, part, dirs_exist_ok=True)
+        return out
+
+    def __fspath__(self) -> str:
+        """Return the folder."""
+        return str(self.folder)
 
 
 def frame(entries: Sequence[dict[str, Any]]) -> DataFrame:

@@ -31,7 +31,7 @@ def run_record(config: RecordConfig) -> None:
         raise
     title = f"{config.expert} on {config.object}, {config.hand}: {len(found.lost)} episodes"
     print_table(title, HEADER, rows_of(found))
-    say(f"Dataset {found.head.dataset_id}: {found.folder}")
+    say(f"Dataset {found.config.dataset_id}: {found.folder}")
     place = found.folder.as_posix()
     say(f'Read it: minari.MinariDataset("{place}/{DATA}"), or inhand.load("{place}")')
 

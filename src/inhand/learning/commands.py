@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from inhand.sim.names import MUJOCO, Engine
+from inhand.control.run_config import HeldConfig, RunConfig
+from inhand.sim.names import Engine
 
 
 @dataclass(frozen=True)
-class RecordConfig:
+class RecordConfig(RunConfig, HeldConfig):
     """Record an expert's demonstrations as a Minari dataset (extra `rl`)."""
 
-    hand: str = "2v2_50.50_50.50_1.1_53"
-    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
-    object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     directions: str = "train"
     """train, unseen, all, thesis names, letters a-h or angles in degrees; or continuous: half of the draws the 8 of the
     Asterisk Test, half anywhere on the circle but within 5 deg of the 8 unseen ones."""
@@ -32,10 +29,6 @@ class RecordConfig:
     """Reward: progress or thesis (3.3.3)."""
     horizon: int = 200
     """Decisions after which an episode is cut off; one takes 20 ms."""
-    noise_mm: float = 1.0
-    """Standard deviation of the object's start in x and y [mm]."""
-    noise_deg: float = 1.0
-    """Standard deviation of the object's start rotation [deg]."""
     push: float = 0.01
     """Largest standard deviation of the noise on the expert's joint targets [rad]; each episode draws its own."""
     midway: float = 0.25
@@ -44,10 +37,6 @@ class RecordConfig:
     """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
     grip_spread: float = 0.0
     """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
-    seed: int = 0
-    """Seed of everything drawn."""
     out: Path | None = None
     """Folder of the dataset; without it results/datasets and the dataset's id in there."""
     overwrite: bool = False
@@ -84,7 +73,7 @@ class TrainConfig:
 
 
 @dataclass(frozen=True)
-class EvaluateConfig:
+class EvaluateConfig(RunConfig):
     """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
 
     run: str = "rl"
@@ -95,20 +84,12 @@ class EvaluateConfig:
     """Hand: a name of the laboratory's form or a TOML file; without it the one that the policy was trained with."""
     object: str | None = None
     """Object: a name, shape_SIZE in mm, or a TOML file; without it the one that the policy was trained with."""
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     trials: int = 3
     """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
     episodes: int = 100
     """Episodes in which lost objects are counted, spread evenly over the 16 directions."""
     human: Path | None = None
     """Folder of recorded human trials to set beside both."""
-    seed: int = 0
-    """Seed of the start noise."""
-    noise_mm: float = 1.0
-    """Standard deviation of the object's start in x and y [mm]."""
-    noise_deg: float = 1.0
-    """Standard deviation of the object's start rotation [deg]."""
     out: Path = Path("results/evaluate")
     """Folder to write the evaluation to."""
     overwrite: bool = False

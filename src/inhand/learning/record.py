@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from copy import deepcopy
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import find_controller
+from inhand.control.draws import check_draws
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.folders import run_folder
@@ -25,16 +25,13 @@ from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import RecordConfig
+from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, kind_of
 from inhand.learning.dataset_figure import dataset_figure
 from inhand.learning.datasets import (
-    CONTINUOUS,
-    DATA,
     MARK,
     DatasetEpisode,
-    DatasetHead,
     StoredEpisodes,
     check_installed,
-    kind_of,
     read_dataset,
     write_dataset,
 )
@@ -42,7 +39,7 @@ from inhand.learning.demonstrations import Episodes, Recipe, Recording, Told, ch
 from inhand.learning.environment_config import angles_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
-from inhand.shown import Shown, configured, listed
+from inhand.shown import Kept, configured, listed
 from inhand.sim.engines import check_engine
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
@@ -56,12 +53,12 @@ DATASETS = Path("results/datasets")
 
 
 @dataclass(frozen=True, eq=False)
-class Dataset(Shown):
+class Dataset(Kept):
     """A dataset of E demonstrations in its folder."""
 
-    folder: Path
-    """The folder."""
-    head: DatasetHead
+    mark = MARK
+
+    config: DatasetHead
     """Where it comes from."""
     angle_deg: Array
     """Direction of each episode `(E,)` [deg]."""
@@ -92,7 +89,7 @@ class Dataset(Shown):
     def summary(self) -> pd.DataFrame:
         """Return a row for each direction, or for each sector of 45 deg about the training ones, and one for all."""
         table = self.table()
-        if self.head.directions == CONTINUOUS:
+        if self.config.directions == CONTINUOUS:
             sectors = np.round(table["angle_deg"] / 45.0) * 45.0 % 360.0
             table["direction"] = [f"{primitive_at(angle).name} +-22.5" for angle in sectors]
         order = [f"{each.name}{end}" for end in ("", " +-22.5") for each in TRAIN]
@@ -106,24 +103,9 @@ class Dataset(Shown):
 
     def figure(self) -> Figure:
         """Return where the episodes ended."""
-        head = self.head
+        head = self.config
         title = f"{head.expert} on {head.object.name}, {head.kind.hand.name}"
         return dataset_figure(self.angle_deg, self.distance, self.lost, title)
-
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Copy the dataset to a folder of its own and return that.
-
-        Raises:
-            InputError: the folder holds something, or another dataset and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
-            shutil.copytree(self.folder / DATA, part / DATA)
-        return out
-
-    def __fspath__(self) -> str:
-        """Return the folder, so that the dataset itself can be given where its folder is asked for."""
-        return str(self.folder)
 
 
 def record(
@@ -194,7 +176,8 @@ def recording_of(config: RecordConfig) -> Recording:
     check_episodes(config.episodes, f"--episodes {config.episodes}")
     if config.horizon < 1:
         raise InputError(f"--horizon {config.horizon}: give at least 1")
-    for name in ("noise_mm", "noise_deg", "push", "grip_spread", "seed"):
+    check_draws(config)
+    for name in ("push", "grip_spread"):
         if not (np.isfinite(getattr(config, name)) and getattr(config, name) >= 0):
             raise InputError(f"--{name.replace('_', '-')} {getattr(config, name):g}: give 0 or more")
     for name in ("midway", "whole"):
@@ -269,4 +252,4 @@ def _end(episode: DatasetEpisode) -> tuple[float, bool, float, float]:
 
 def _dataset(folder: Path, head: DatasetHead, ends: Sequence[tuple[float, bool, float, float]]) -> Dataset:
     angle_deg, lost, distance, planned = np.array(ends).reshape(-1, 4).T
-    return Dataset(folder, head, angle_deg, lost.astype(bool), distance, planned)
+    return Dataset(head, folder, angle_deg, lost.astype(bool), distance, planned)

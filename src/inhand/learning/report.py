@@ -21,7 +21,6 @@ from inhand.asterisk_test.report import Run, both_radars, only, side_by_side
 from inhand.asterisk_test.results import as_entry, summary_of
 from inhand.asterisk_test.table import failures
 from inhand.control.trial import write_json, write_trials
-from inhand.folders import run_folder
 from inhand.learning.commands import EvaluateConfig
 from inhand.learning.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
@@ -46,9 +45,9 @@ CURVES = (
 class Compared(Shown):
     """A policy's evaluation beside the expert."""
 
-    asked: EvaluateConfig
+    config: EvaluateConfig
     """What was asked for."""
-    config: AsteriskConfig
+    test: AsteriskConfig
     """What was run, as a run of the Asterisk Test has it."""
     policy: Evaluation
     """The policy's trials."""
@@ -72,17 +71,6 @@ class Compared(Shown):
         """Return people, expert and policy side by side."""
         return side_by_side(self.run, f"{self.policy.name} and {self.expert.name}")
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write trials, numbers, figures and report, as `inhand evaluate` does, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another run and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite) as part:
-            replace(self, asked=replace(self.asked, out=out)).write(part)
-        return out
-
     def write(self, folder: Path) -> None:
         """Write the same into a folder that is there."""
         both = {"policy": self.policy, "expert": self.expert}
@@ -99,9 +87,9 @@ class Compared(Shown):
             },
             "failed": {name: [f"{r.direction} {r.trial}" for _, r in each.failed] for name, each in both.items()},
             "policy": self.trained,
-            "config": asdict(self.asked),
+            "config": asdict(self.config),
             "versions": versions(),
-            "seed": self.asked.seed,
+            "seed": self.config.seed,
         }
         write_json(content, folder / "metrics.json")
 
@@ -110,7 +98,7 @@ class Compared(Shown):
         """The policy's shown trials as a run of the Asterisk Test, the expert's beside it."""
         trials, results = self.policy.first
         others = Beside(self.expert.name, *self.expert.first, told="from the same starts")
-        return Run(self.config, trials, results, self.people, self.notes, (others,))
+        return Run(self.test, trials, results, self.people, self.notes, (others,))
 
 
 def write_training(folder: Path, what: str) -> None:
@@ -164,7 +152,7 @@ def summary(found: Compared) -> str:
 
 
 def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
-    config, policy = found.config, found.policy
+    config, policy = found.test, found.policy
     tables = []
     for title, group in GROUPS:
         shown = rows(policy, found.expert, found.people, group)
@@ -190,7 +178,7 @@ def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
         "## Figures",
         "",
         *picture_lines(pictures),
-        *again_lines(shlex.join(["inhand", "evaluate", found.asked.run, *options(found.asked, without=("run",))])),
+        *again_lines(shlex.join(["inhand", "evaluate", found.config.run, *options(found.config, without=("run",))])),
     ]
 
 

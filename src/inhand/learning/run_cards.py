@@ -12,7 +12,8 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training
-from inhand.learning.datasets import CONTINUOUS, check_fits, check_installed, kind_of, read_head
+from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
+from inhand.learning.datasets import check_installed, read_head
 from inhand.learning.demonstrations import check_episodes, from_unseen
 from inhand.learning.environment_config import angles_of
 from inhand.records import read_json, read_record

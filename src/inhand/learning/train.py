@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os
 import shlex
-import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
@@ -17,7 +16,6 @@ from matplotlib.figure import Figure
 
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.folders import run_folder
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -29,7 +27,7 @@ from inhand.learning.figures import learning_figure
 from inhand.learning.progress import BEST, Learned, read_learning
 from inhand.learning.report import write_training
 from inhand.learning.run_cards import MARK, read_config
-from inhand.shown import Shown
+from inhand.shown import Kept
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Evaluation
@@ -45,11 +43,11 @@ SILENT: Telling = (lambda *_: None, lambda _: None)
 
 
 @dataclass(frozen=True, eq=False)
-class Trained(Shown):
+class Trained(Kept):
     """A training run in its folder."""
 
-    folder: Path
-    """The folder."""
+    mark = MARK
+
     config: Training
     """What was trained, and how."""
     learned: Learned
@@ -80,21 +78,6 @@ class Trained(Shown):
         """Return rewards and losses over the episodes."""
         return learning_figure(self.learned, self.folder.resolve().name, self.title)
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Copy the run to another folder and return that.
-
-        Raises:
-            InputError: the folder holds something, or another run and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
-            shutil.copytree(self.folder, part, dirs_exist_ok=True)
-        return out
-
-    def __fspath__(self) -> str:
-        """Return the folder, so that the run itself can be given where its folder is asked for."""
-        return str(self.folder)
-
 
 def train(
     hand: str | Path | HandSpec | None = None,
@@ -120,19 +103,18 @@ def train(
         demonstrations: a dataset of `inhand.record` or its folder to learn from; None records by the preset.
         out: folder of the run; None for a temporary one.
         overwrite: whether a run that the folder holds may be replaced.
-        resume: whether to go on with the run of the folder from its last checkpoint, by its own configuration.
-        settings: other fields of `inhand.learning.config.Training`, or of its parts, such as imitate, hidden, batch,
-            push, observation and reward.
+        resume: whether to go on with the run of the folder, by its own configuration.
+        settings: other fields of `Training` or of its parts, such as imitate, hidden, batch, push and reward.
 
     Raises:
         InputError: anything that cannot be trained; the text says what, and what is allowed.
     """
     check_installed()
     folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(out)
-    named = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
     shown = None if demonstrations is None else os.fspath(demonstrations)
-    given = named | {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings
-    given = {name: value for name, value in given.items() if value is not None}
+    named: dict[str, Any] = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
+    named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings
+    given = {name: value for name, value in named.items() if value is not None}
     if resume:
         refuse_changes(given, folder)
         return go_on(folder)
@@ -186,7 +168,7 @@ def load_training(folder: Path) -> Trained:
     Raises:
         InputError: there is none, or one that has not been evaluated yet.
     """
-    return Trained(folder, read_config(folder), read_learning(folder))
+    return Trained(read_config(folder), folder, read_learning(folder))
 
 
 def check_installed() -> None:

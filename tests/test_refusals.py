@@ -18,7 +18,7 @@ CASES = [
     ("evaluate --trials 1000000", "a run holds at most 10000"),
     ("evaluate --episodes 1000000", "a run holds at most 10000"),
     ("reach --resolution-mm 0.1", "--resolution-mm 0.1: give 0.5 or more"),
-    ("reach --resolution-mm nan", "--resolution-mm nan: give 0.5 or more"),
+    ("reach --resolution-mm nan", "resolution_mm is nan; it must be a finite number"),
     ("asterisk --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),
     ("trace --path sqare --out file", "unknown --path 'sqare'; did you mean square"),
     ("trace --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),

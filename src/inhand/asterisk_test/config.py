@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
-class ReachCommand:
+class ReachCommand(Config):
     """Compute how far a hand could carry an object in each direction, whatever controls it."""
 
     hand: str = "2v2_50.50_50.50_1.1_53"
@@ -34,7 +35,7 @@ class ReachCommand:
 
 
 @dataclass(frozen=True)
-class AsteriskConfig:
+class AsteriskConfig(Config):
     """Run the Asterisk Test in simulation and report it beside human trials."""
 
     hand: str = "2v2_50.50_50.50_1.1_53"

@@ -192,7 +192,7 @@ def resolution_of(config: ReachCommand) -> float:
     Raises:
         InputError: a step that cannot be, or one that would take too long.
     """
-    if not (np.isfinite(config.resolution_mm) and config.resolution_mm >= FINEST_MM):
+    if config.resolution_mm < FINEST_MM:
         raise InputError(
             f"--resolution-mm {config.resolution_mm:g}: give {FINEST_MM:g} or more; all directions at that take about"
             f" {FINEST_S:g} s"

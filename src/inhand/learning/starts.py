@@ -25,6 +25,7 @@ from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.records import Config
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec
@@ -40,7 +41,7 @@ GRID_DEG = 7.5
 
 
 @dataclass(frozen=True)
-class Noise:
+class Noise(Config):
     """Standard deviations of the object's start."""
 
     position: float = 0.001

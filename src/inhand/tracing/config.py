@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
-class TraceConfig:
+class TraceConfig(Config):
     """Trace a drawing with the object, or do a task, as a sequence of motion primitives."""
 
     path: str = "square"

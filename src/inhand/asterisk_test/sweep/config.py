@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 HANDS = (
@@ -38,7 +39,7 @@ OBJECTS = (
 
 
 @dataclass(frozen=True)
-class SweepConfig:
+class SweepConfig(Config):
     """Run the Asterisk Test with every hand on every object; a sweep that was stopped goes on where it was."""
 
     hands: tuple[str, ...] = HANDS

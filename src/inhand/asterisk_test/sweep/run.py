@@ -24,7 +24,8 @@ from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.plots.heatmap import heatmap_figure
-from inhand.shown import Shown, configured, frame, listed
+from inhand.records import configured
+from inhand.shown import Shown, frame, listed
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from inhand.control.run_config import HeldConfig, RunConfig
+from inhand.records import Config
 from inhand.sim.names import Engine
 
 
@@ -23,10 +24,10 @@ class RecordConfig(RunConfig, HeldConfig):
     """Number of episodes."""
     observation: str = "grip"
     """Layout of observations: grip, grip-open or thesis (table 3.1)."""
-    actions: Literal["steps", "angles"] = "steps"
-    """steps (how far joint targets move on) or angles (joint targets over their ranges, thesis 3.3.2)."""
+    actions: Literal["steps", "fine", "angles"] = "steps"
+    """steps (how far joint targets move on), fine steps, or angles (joint targets over their ranges, thesis 3.3.2)."""
     reward: str = "progress"
-    """Reward: progress or thesis (3.3.3)."""
+    """Reward: progress, gain or thesis (3.3.3)."""
     horizon: int = 200
     """Decisions after which an episode is cut off; one takes 20 ms."""
     push: float = 0.01
@@ -44,7 +45,7 @@ class RecordConfig(RunConfig, HeldConfig):
 
 
 @dataclass(frozen=True)
-class TrainConfig:
+class TrainConfig(Config):
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
     preset: Literal["default", "thesis", "smoke"] | None = None

@@ -10,12 +10,13 @@ from inhand.hands.files import load_hand, load_object
 from inhand.learning.demonstrations import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.primitives import TRAIN
 
 
 @dataclass(frozen=True)
-class Learning:
+class Learning(Config):
     """Numbers of the algorithm."""
 
     hidden: tuple[int, ...] = (128, 128)
@@ -53,7 +54,7 @@ class Learning:
 
 
 @dataclass(frozen=True)
-class Training:
+class Training(Config):
     """A whole training run."""
 
     preset: str

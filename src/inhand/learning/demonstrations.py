@@ -26,6 +26,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.starts import Noise, Starts, expert_task, grid_of, gripped, joined, plans_for, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import actions_of
 from inhand.tasks.paths import stacked
@@ -54,7 +55,7 @@ EARLIEST = 20
 
 
 @dataclass(frozen=True)
-class Recipe:
+class Recipe(Config):
     """How demonstrations are made."""
 
     episodes: int = 5000

@@ -23,7 +23,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import EXPERT, Compared
-from inhand.shown import configured
+from inhand.records import configured
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""

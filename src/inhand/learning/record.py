@@ -39,7 +39,8 @@ from inhand.learning.demonstrations import Episodes, Recipe, Recording, Told, ch
 from inhand.learning.environment_config import angles_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
-from inhand.shown import Kept, configured, listed
+from inhand.records import configured
+from inhand.shown import Kept, listed
 from inhand.sim.engines import check_engine
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at

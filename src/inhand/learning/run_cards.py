@@ -18,6 +18,7 @@ from inhand.learning.demonstrations import check_episodes, from_unseen
 from inhand.learning.environment_config import angles_of
 from inhand.records import read_json, read_record
 from inhand.sim.engines import check_engine
+from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import primitive_at
@@ -49,7 +50,7 @@ class RunCard:
 def card_of(config: Training) -> RunCard:
     """Return what a run's folder says of itself."""
     found = versions()
-    interface = interface_card(find_layout(config.interface.observation))
+    interface = interface_card(find_layout(config.interface.observation), config.interface.actions)
     return RunCard(FORMAT, found["inhand"].partition(" ")[0], interface, config, found)
 
 
@@ -64,7 +65,7 @@ def read_config(out: Path) -> Training:
         raise InputError(f"no training run in {out}: it has no {MARK}; give the --out of a run of `inhand train`")
     try:
         card = read_record(read_json(path.read_bytes()), RunCard, FORMAT, NEW)
-        check_same(card.interface, card.config.interface.observation)
+        check_same(card.interface, card.config.interface.observation, card.config.interface.actions)
         _check_version(card)
     except InputError as error:
         raise InputError(
@@ -83,6 +84,7 @@ def check(config: Training) -> None:
     find_layout(config.interface.observation)
     find_reward(config.interface.reward)
     check_engine(config.engine)
+    check_memory(f"worlds={config.worlds}", config.worlds, WORLD_BYTES[config.engine])
     check_episodes(config.recipe.episodes, f"demonstrations {config.recipe.episodes}")
     least = {
         "episodes": config.episodes,

@@ -15,7 +15,7 @@ from inhand.control.loop import LOST_AFTER, Recording, control_step, dropped, lo
 from inhand.control.phases import Grasp, Phase, standard_phases
 from inhand.control.recording import cut_trials
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
-from inhand.geometry import Array, spatial
+from inhand.geometry import Array, Path, spatial
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -128,7 +128,7 @@ class Counting:
 def task_for(simulator: Scripted | MujocoSimulator, substeps: int = 5) -> Task:
     """Return the task of carrying every world's object straight out."""
     path, n = straight_path(TRAIN[0]), len(simulator.objects)
-    return Task(simulator.hand, simulator.objects, np.tile(path.poses, (n, 1, 1)), 0.004, substeps)
+    return Task(simulator.hand, simulator.objects, Path(np.tile(path.poses, (n, 1, 1))), 0.004, substeps)
 
 
 def run_script(
@@ -312,7 +312,7 @@ def grasped(count: int) -> tuple[MujocoSimulator, Task, Grasp, State]:
     simulator = MujocoSimulator(HAND, [CUBE] * count)
     task = task_for(simulator)
     origin = np.tile(HAND.start_pose, (count, 1))
-    grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.paths)
+    grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.path.poses)
     return simulator, task, grasp, simulator.reset(origin, grasp.opened)
 
 
@@ -349,7 +349,7 @@ def test_a_finger_pulled_away_ends_only_its_own_world() -> None:
     simulator, task, grasp, start = grasped(2)
     phases = standard_phases(grasp, lambda _: LetGo(world=1, decision=4))
     recording = run_episodes(simulator, task, phases, start)
-    held, dropped = cut_trials(recording, [passport(1), passport(2)], task.paths)
+    held, dropped = cut_trials(recording, [passport(1), passport(2)], task.path.poses)
     assert (held.outcome, dropped.outcome) == (REACHED, LOST_CONTACT)
     touching = dropped.manipulated_path()[2]
     assert touching[:4].all()
@@ -433,6 +433,6 @@ def test_a_user_adds_a_phase_and_switches_a_controller() -> None:
     assert changed.outcomes == usual.outcomes == (REACHED,)
     assert (changed.phase == 2).sum() == 5
     assert (changed.phase == 1).sum() > 1.5 * (usual.phase == 1).sum()
-    trial: Trial = cut_trials(changed, [passport(1)], task.paths)[0]
+    trial: Trial = cut_trials(changed, [passport(1)], task.path.poses)[0]
     assert trial.phases == ("place", "grasp", "wait", MANIPULATE)
     assert trial.manipulated_path()[0][-1, 1] > 40

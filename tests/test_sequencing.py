@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from inhand.control.catalogue import find_controller
 from inhand.control.trial import REACHED, STOPPED, Passport
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, distance_to, way_along
+from inhand.geometry import TURN_ARM, Array, distance_to
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.sim.state import State
@@ -114,15 +114,15 @@ def test_every_primitive_starts_where_the_one_before_it_ends(drawn: list[tuple[f
             phi if leg.kind == "move" else (u, v), abs=1e-8
         )
     assert plan.way[-1] == pytest.approx(sum(leg.length for leg in plan.legs))
-    along = plan.poses()
-    steps = np.diff(along, axis=0)
+    along = plan.path
+    steps = np.diff(along.poses, axis=0)
     assert np.hypot(*steps[:, :2].T).max() <= STEP * (1 + 1e-6)
     assert np.abs(steps[:, 2]).max() <= TURN_STEP * (1 + 1e-6)
-    assert way_along(along)[-1] == pytest.approx(plan.way[-1])
+    assert along.length == pytest.approx(plan.way[-1])
     come = plan.way[-1] / 3
-    rest = plan.poses_from(come)
-    assert way_along(rest)[-1] == pytest.approx(plan.way[-1] - come)
-    np.testing.assert_allclose(rest[-1], along[-1])
+    rest = along.beyond(come)
+    assert rest.length == pytest.approx(plan.way[-1] - come)
+    np.testing.assert_allclose(rest.poses[-1], along.poses[-1])
 
 
 @settings(deadline=None)
@@ -157,7 +157,7 @@ def test_a_stay_is_at_the_end_and_a_push_goes_nowhere() -> None:
     assert [leg.stay for leg in plan.legs] == [0.0, 0.5]
     press = Plan("press", (CORNER.legs[0], Leg("press", (0.01, 0.0, 0.0), (0.02, 0.0, 0.0), 1.0)))
     assert press.way.tolist() == pytest.approx([0.0, 0.01, 0.01])
-    assert press.poses()[-1] == pytest.approx([0.01, 0.0, 0.0])
+    assert press.path.poses[-1] == pytest.approx([0.01, 0.0, 0.0])
 
 
 @pytest.mark.parametrize(
@@ -250,6 +250,7 @@ def test_a_turned_object_is_turned_back_before_it_is_brought_back() -> None:
     turned = (0.004, 0.003, math.radians(-20))
     feed(walk, [turned])
     assert walk.events[0].what == "left its path"
+    assert walk.events[0].turned == pytest.approx(math.radians(20))
     assert wait(walk, turned) == Request("turn", turned, (0.004, 0.003, 0.0))
     assert mode_of(walk) == "return"
     assert feed(walk, [(0.004, 0.003, math.radians(a)) for a in (-18, -10, -2)]) == [None] * 3

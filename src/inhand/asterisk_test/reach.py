@@ -27,10 +27,6 @@ from inhand.tasks.primitives import Primitive, parse_directions, with_twists
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
 
-FINEST_MM = 0.5
-"""Finest step [mm]."""
-FINEST_S = 40.0
-"""What all directions take of one core at the finest step, measured with the default hand and object [s]."""
 MARK = "reach.json"
 """The file that marks a folder as one of a reach."""
 DEFAULT = ReachCommand()
@@ -165,7 +161,7 @@ def ready_reach(config: ReachCommand) -> Asked:
     """
     held = load_hand(config.hand), load_object(config.object)
     assumed = ReachConfig(
-        resolution=resolution_of(config), friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
+        resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )
     primitives = parse_directions(config.directions)
     if config.twist:
@@ -184,20 +180,6 @@ def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int],
     start = start_grip(*held, asked.assumed)
     tell = None if told is None else lambda name: told(name, count)
     return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell))
-
-
-def resolution_of(config: ReachCommand) -> float:
-    """Return the step along path and outline [m].
-
-    Raises:
-        InputError: a step that cannot be, or one that would take too long.
-    """
-    if not (np.isfinite(config.resolution_mm) and config.resolution_mm >= FINEST_MM):
-        raise InputError(
-            f"--resolution-mm {config.resolution_mm:g}: give {FINEST_MM:g} or more; all directions at that take about"
-            f" {FINEST_S:g} s"
-        )
-    return config.resolution_mm / 1e3
 
 
 def _entry(limit: Limit) -> dict[str, Any]:

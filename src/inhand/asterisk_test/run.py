@@ -16,6 +16,7 @@ from inhand.control.loop import run_worlds
 from inhand.control.recording import cut_trials
 from inhand.control.trial import Passport, Trial
 from inhand.errors import InputError
+from inhand.geometry import Path
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
@@ -104,7 +105,7 @@ def simulate(
     whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in setup.assignments]
     start = hand.start_pose + start_noise(config, whose)
     grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
-    task = Task(hand, simulator.objects, paths, simulator.timestep)
+    task = Task(hand, simulator.objects, Path(paths), simulator.timestep)
     twists = stacked([twist_poses(each.path) for each in setup.assignments])
     manipulate = setup.controller.manipulate
     recording = run_worlds(simulator, task, grasp, start, manipulate, twists=twists, progress=progress)

@@ -17,7 +17,7 @@ from inhand.control.ik import IkConfig, IkController
 from inhand.control.loop import run_worlds
 from inhand.control.phases import Grasp
 from inhand.control.trial import REACHED, TIME_OUT
-from inhand.geometry import Array, rotate, transform
+from inhand.geometry import Array, Path, rotate, transform
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
@@ -82,7 +82,7 @@ def best_plans(
     each = [plan for group in plans for plan in group]
     opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
     simulator = make_simulator(engine, hand, [spec] * len(each))
-    task = Task(hand, simulator.objects, poses[owner] - poses[owner, :1], simulator.timestep)
+    task = Task(hand, simulator.objects, Path(poses[owner] - poses[owner, :1]), simulator.timestep)
     expert = IkController(task, config)
     outcomes = np.array(run_worlds(simulator, task, Grasp(opened, closed), starts[owner], lambda _: expert).outcomes)
     value = expert.progress - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)

@@ -214,12 +214,14 @@ def load_trial(path: str | Path) -> Trial:
 def _read_trial(path: Path) -> Trial:
     head = read_record(read_json(str(read_arrays(path, {"head": "text"})["head"])), _Head, FORMAT)
     arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in _SHAPES})
+    if len(arrays["reference"]) == 1:
+        raise InputError("reference has one way-point; a path has two or more")
     hand = head.passport.hand
     check_shapes(arrays, _SHAPES, {"n": hand.n_joints, "F": len(hand.fingers)})
     links = min(len(finger.links) for finger in hand.fingers)
     for name, count in (("phase", len(head.phases)), ("contact_links", links)):
         values = arrays[name]
-        if values.size == 0 or values.min() < 0 or values.max() >= count:
+        if values.min() < 0 or values.max() >= count:
             raise InputError(f"{name} holds {np.unique(values).tolist()}; it must hold numbers from 0 to {count - 1}")
     return Trial(head.passport, head.outcome, head.phases, **arrays)
 

@@ -85,6 +85,5 @@ def _distance(primitive: Primitive, end: Farthest, path: ReferencePath) -> float
     if primitive.angle_deg is None:
         return end.way / TURN_ARM
     if primitive.path is not None:  # the farthest along the direction, as metrics count it
-        come = path.progress <= end.way
-        return float((path.poses[come, :2] @ unit(math.radians(primitive.angle_deg))).max())
+        return float((path.poses[path.way <= end.way, :2] @ unit(math.radians(primitive.angle_deg))).max())
     return max(end.way - TURN_ARM * abs(path.twist), 0.0)

@@ -13,10 +13,10 @@ class TraceConfig:
     """Trace a drawing with the object, or do a task, as a sequence of motion primitives."""
 
     path: str = "square"
-    """square, triangle, circle, figure-eight, star, a letter A to Z, an SVG file, a CSV file of way-points (x_mm, y_mm,
-    theta_deg), or a task: pose, place, tour, wall or key."""
+    """square, triangle, circle, figure-eight, star, a letter A to Z, an SVG or DXF file, a CSV file of way-points
+    (x_mm, y_mm, theta_deg), or a task: pose, place, tour, wall or key."""
     size: float | None = None
-    """Larger side of the drawing [mm]; without it 60 % of the reachable size, and of a CSV file its own size."""
+    """Larger side of the drawing [mm]; without it 60 % of the reachable size, or the size that a file gives."""
     scale: bool = False
     """Scale a drawing that is too large down to the largest that fits, instead of refusing it."""
     controller: str = "ik"

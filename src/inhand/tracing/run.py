@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.drawings import SHAPES, find_drawing
-from inhand.tracing.fit import carried, fit_of, largest, reached, refusal
+from inhand.tracing.fit import carried, check_extent, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
@@ -81,7 +82,12 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
     if config.path not in TASKS:
         if config.size is not None and not (np.isfinite(config.size) and config.size > 0):
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
-        return held, entry, find_path(config.path)
+        drawing = find_path(config.path)
+        if config.size is not None:
+            drawing = scaled(drawing, config.size / 1e3)
+        if drawing.sized and not config.scale:
+            check_extent(held, drawing)
+        return held, entry, drawing
     if config.size is not None or config.scale:
         raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
     return held, entry, TASKS[config.path]
@@ -168,9 +174,7 @@ def _sized(
     config: TraceConfig, held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: Told | None
 ) -> tuple[Drawing, tuple[str, ...]]:
     """Return the drawing at the size that is to be traced, and what a reader should know of that."""
-    if config.size is not None:
-        drawing = scaled(drawing, config.size / 1e3)
-    elif not drawing.sized:
+    if not drawing.sized:
         most = reachable_size(held, drawing, told)
         if most == 0:
             raise InputError(
@@ -179,6 +183,8 @@ def _sized(
         return scaled(drawing, SHARE * most), (
             f"Size {1e3 * SHARE * most:.0f} mm is {100 * SHARE:.0f} % of the reachable {1e3 * most:.0f} mm.",
         )
+    if told is not None:
+        told(f"whether {drawing.name} fits", 0, 0)
     fit = fit_of(held, plan_of(held, drawing))
     if fit.fits:
         return drawing, ()
@@ -190,7 +196,8 @@ def _sized(
         return scaled(drawing, most), (
             f"Scaled from {1e3 * larger_side(drawing):.0f} to {1e3 * most:.0f} mm, the largest that fits.",
         )
-    fits = f"the largest that fits is {1e3 * most:.0f} mm: give --size {1e3 * most:.0f} or less, or --scale"
+    floor = math.floor(1e3 * most)
+    fits = f"the largest that fits is {floor} mm: give --size {floor} or less, or --scale"
     none = "and no size of it fits: use another path, hand or object"
     name = f"{drawing.name} of {1e3 * larger_side(drawing):.0f} mm"
     raise refusal(name, fit, held[0].start_pose, fits if most > 0 else none)

@@ -17,7 +17,7 @@ from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tracing.drawing import scaled
 from inhand.tracing.drawings import find_drawing
-from inhand.tracing.fit import Fit, Held, fit_of, refusal
+from inhand.tracing.fit import Fit, Held, check_extent, fit_of, refusal
 from inhand.tracing.plan import Leg, Plan, plan_along
 
 SHARE = 0.5
@@ -160,6 +160,7 @@ def find_task(text: str) -> SequenceTask:
 
     def plan(held: Held, rng: np.random.Generator) -> Plan:
         del rng
+        check_extent(held, drawing)
         return plan_along(text, held[0].start_pose + drawing.poses, held[0].start_pose)
 
     return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)

@@ -51,14 +51,14 @@ def human_path(trial: HumanTrial, *, step: float = 0.001, keep_rotation: bool = 
     if trial.angle_deg is None:
         sign = ROTATION_SIGNS[trial.primitive]
         progress, drift = _along(name, sign * (theta - theta[0]), place, TURN_STEP)
-        return ReferencePath(name, np.column_stack([drift, sign * progress]), progress)
+        return ReferencePath(np.column_stack([drift, sign * progress]), name)
     aligned = geometry.rotate(-math.radians(trial.angle_deg), place)
     across = np.column_stack([aligned[:, 1], theta])
     progress, parts = _along(name, aligned[:, 0], across, step)
     points = geometry.rotate(math.radians(trial.angle_deg), np.column_stack([progress, parts[:, 0]]))
     held = parts[:, 1] + theta[0] if keep_rotation else np.zeros(len(progress))
     twist = 0.0 if keep_rotation else math.radians(trial.twist_deg)
-    return ReferencePath(name, np.column_stack([points, held]), progress, twist)
+    return ReferencePath(np.column_stack([points, held]), name, twist)
 
 
 def _along(name: str, progress: Array, across: Array, step: float) -> tuple[Array, Array]:

@@ -95,12 +95,7 @@ def draw_asterisk(
     if len(limit):
         ax.fill(*limit.T, facecolor="none", edgecolor=MUTED, linewidth=0.8, alpha=0.8, joinstyle="round", zorder=1.9)
     for curve in ordered:
-        colour = direction_colour(curve.angle_deg)
-        for polygon in band_polygons(curve):
-            ax.fill(*polygon.T, color=colour, alpha=0.18, linewidth=0, zorder=2.5)
-        ax.plot(*curve.points_mm.T, color=colour, linewidth=2.0, zorder=3.0)
-        if curve.failed:
-            draw_cross(ax, tip(curve), colour)
+        _draw_curve(ax, curve)
     if ordered:
         ax.plot(0, 0, "o", markersize=3.6, color=INK, zorder=4.5)
         _write_distances(ax, ordered, target_mm)
@@ -136,6 +131,16 @@ def _draw_target(ax: Axes, curve: PathCurve, target_mm: float, cap_mm: float) ->
         across = cap_mm * perpendicular(unit(np.deg2rad(curve.angle_deg)))
         cap = np.stack([target[-1] - across, target[-1] + across])
         ax.plot(*cap.T, color=colour, linewidth=1.4, solid_capstyle="butt", alpha=0.85, zorder=2.0)
+
+
+def _draw_curve(ax: Axes, curve: PathCurve) -> None:
+    """Draw the band, the path, and where the contact was lost a cross at its end."""
+    colour = direction_colour(curve.angle_deg)
+    for polygon in band_polygons(curve):
+        ax.fill(*polygon.T, color=colour, alpha=0.18, linewidth=0, zorder=2.5)
+    ax.plot(*curve.points_mm.T, color=colour, linewidth=2.0, zorder=3.0)
+    if curve.failed:
+        draw_cross(ax, tip(curve), colour)
 
 
 def _write_distances(ax: Axes, curves: Sequence[PathCurve], target_mm: float) -> None:

@@ -70,15 +70,15 @@ def heatmap_figure(heat: HeatMap, scale: str, title: str = "", subtitle: str = "
     height = max((CELL_IN[1] + NOTE_IN * (lines - 1)) * len(heat.rows), 1.2)
     sizes = (CELL_IN[0] * len(heat.columns), height), (BAR_IN, height)
     with sheet([sizes], title, subtitle, gap=(0.2, 0.0)) as (figure, (ax, bar)):
-        _draw_cells(ax, heat)
+        _draw_cells(ax, heat, lines)
         figure.colorbar(ScalarMappable(Normalize(0.0, heat.top), COLOURS), bar, label=scale)
         for spine in (*ax.spines.values(), *bar.spines.values()):
             spine.set_visible(False)
     return figure
 
 
-def _draw_cells(ax: Axes, heat: HeatMap) -> None:
-    """Draw every cell with its number and notes; one without a number is hatched."""
+def _draw_cells(ax: Axes, heat: HeatMap, most: int) -> None:
+    """Draw every cell with its number and at most so many lines of notes; one without a number is hatched."""
     rows, columns = len(heat.rows), len(heat.columns)
     for i, j in np.ndindex(rows, columns):
         value, note = float(heat.values[i, j]), heat.notes[i][j]
@@ -90,7 +90,8 @@ def _draw_cells(ax: Axes, heat: HeatMap) -> None:
         lines += [(line, NOTE_POINTS) for line in note.split("\n") if line]
         box = None if known else {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         for number, (text, size) in enumerate(lines, start=1):
-            written = ax.text(j + 0.5, i + number / (len(lines) + 1), text, ha="center", va="center", bbox=box)
+            place = i + 0.5 + (number - (len(lines) + 1) / 2) / (most + 2)
+            written = ax.text(j + 0.5, place, text, ha="center", va="center", bbox=box)
             written.set(fontsize=size, color=_ink_on(colour))
     ax.grid(visible=False)
     ax.set(xlim=(0, columns), ylim=(rows, 0))

@@ -110,25 +110,21 @@ def write_replay(
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
     _check(frames, trail_mm, contact, fps, texts)
-    check_points(np.empty((0, 2)) if wall_mm is None else wall_mm, "wall")
+    wall = np.empty((0, 2)) if wall_mm is None else wall_mm
+    check_points(wall, "wall")
     write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
     told = _distances(trail_mm, target_angle_deg) if texts is None else texts
+    colour = INK if target_angle_deg is None else direction_colour(target_angle_deg)
     with mpl.rc_context(STYLE), written_whole(out) as part:
         figure = new_figure(SIDE_IN, SIDE_IN)
         figure.text(0.2 / SIDE_IN, 1 - 0.15 / SIDE_IN, title, fontsize=TITLE_POINTS, fontweight="bold", va="top")
-        strip_in = 0.0 if contact is None else 0.3 + 0.13 * contact.shape[1]
-        ax = _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
-        drawn = [*map(scene_points, frames), trail_mm, target, *([] if wall_mm is None else [wall_mm])]
-        _show_all(ax, np.concatenate(drawn))
-        if wall_mm is not None:
-            ax.add_patch(Polygon(wall_mm, **WALL, linewidth=0.9, zorder=1.25))
-        ax.plot(*target.T, "--", color=MUTED, linewidth=1.1, zorder=2.0)
-        colour = INK if target_angle_deg is None else direction_colour(target_angle_deg)
-        parts = [_scene(ax, frames), _trail(ax, trail_mm, colour), _counter(ax, told)]
+        parts, strip_in = [], 0.0
         if contact is not None:
-            strip = _axes(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1]))
-            parts.append(_cursor(strip, contact, 1 / fps if frame_s is None else frame_s))
-        write(Film(figure, tuple(parts), len(frames)), part, fps)
+            strip_in = 0.3 + 0.13 * contact.shape[1]
+            parts.append(_cursor(figure, contact, 1 / fps if frame_s is None else frame_s))
+        ax = _view(figure, strip_in, frames, trail_mm, (target, wall))
+        parts += [_scene(ax, frames), _trail(ax, trail_mm, colour), _counter(ax, told)]
+        write(Film(figure, parts, len(frames)), part, fps)
     return out
 
 
@@ -196,15 +192,22 @@ def _axes(figure: Figure, box: Box) -> Axes:
     return ax
 
 
-def _show_all(ax: Axes, points: Array) -> None:
-    """Give axes equal mm both ways and room for every point of every frame."""
-    left, right, bottom, top = extent_of(points, 6.0)
-    box = ax.get_window_extent()
+def _view(
+    figure: Figure, strip_in: float, frames: Sequence[SceneOutline], trail_mm: Array, still: tuple[Array, Array]
+) -> Axes:
+    """Return axes above the strip, in equal mm, that hold every frame, the trail, and the still target and wall."""
+    ax = _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
+    left, right, bottom, top = extent_of(np.concatenate([*map(scene_points, frames), trail_mm, *still]), 6.0)
+    box, (target, wall) = ax.get_window_extent(), still
     scale = max((right - left) / box.width, (top - bottom) / box.height) / 2
     x, y, wide, high = (left + right) / 2, (bottom + top) / 2, scale * box.width, scale * box.height
     ax.set(xlim=(x - wide, x + wide), ylim=(y - high, y + high), aspect="equal")
-    unit_text = ax.annotate("mm", (1, 0), (0, -16), xycoords="axes fraction", textcoords="offset points", ha="right")
-    unit_text.set(fontsize=TICK_POINTS - 1.5, color=MUTED)
+    told = ax.annotate("mm", (1, 0), (0, -16), xycoords="axes fraction", textcoords="offset points", ha="right")
+    told.set(fontsize=TICK_POINTS - 1.5, color=MUTED)
+    if len(wall):
+        ax.add_patch(Polygon(wall, **WALL, linewidth=0.9, zorder=1.25))
+    ax.plot(*target.T, "--", color=MUTED, linewidth=1.1, zorder=2.0)
+    return ax
 
 
 def _scene(ax: Axes, frames: Sequence[SceneOutline]) -> Moving:
@@ -224,8 +227,9 @@ def _counter(ax: Axes, told: Sequence[str]) -> Moving:
     return Moving((text,), lambda number: text.set_text(told[number]))
 
 
-def _cursor(strip: Axes, contact: NDArray[np.bool_], frame_s: float) -> Moving:
+def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float) -> Moving:
     """Draw the contacts over time and return the line that says where in them a frame is."""
+    strip = _axes(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1]))
     draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else (), frame_s)
     strip.set_xlabel("")
     strip.xaxis.set_major_formatter("{x:g} s")

@@ -110,20 +110,14 @@ def write_replay(
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
     _check(frames, trail_mm, contact, fps, texts)
-    wall = np.empty((0, 2)) if wall_mm is None else wall_mm
-    check_points(wall, "wall")
     write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
-    told = _distances(trail_mm, target_angle_deg) if texts is None else texts
+    told = texts or _distances(trail_mm, target_angle_deg)
     colour = INK if target_angle_deg is None else direction_colour(target_angle_deg)
     with mpl.rc_context(STYLE), written_whole(out) as part:
-        figure = new_figure(SIDE_IN, SIDE_IN)
-        figure.text(0.2 / SIDE_IN, 1 - 0.15 / SIDE_IN, title, fontsize=TITLE_POINTS, fontweight="bold", va="top")
-        parts, strip_in = [], 0.0
-        if contact is not None:
-            strip_in = 0.3 + 0.13 * contact.shape[1]
-            parts.append(_cursor(figure, contact, 1 / fps if frame_s is None else frame_s))
-        ax = _view(figure, strip_in, frames, trail_mm, (target, wall))
-        parts += [_scene(ax, frames), _trail(ax, trail_mm, colour), _counter(ax, told)]
+        figure = _titled(title)
+        parts = [] if contact is None else [_cursor(figure, contact, frame_s or 1 / fps)]
+        ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
+        parts = [_scene(ax, frames), _trail(ax, trail_mm, colour), _counter(ax, told), *parts]
         write(Film(figure, parts, len(frames)), part, fps)
     return out
 
@@ -184,6 +178,12 @@ def _distances(trail_mm: Array, angle_deg: float | None) -> list[str]:
     return [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
 
 
+def _titled(title: str) -> Figure:
+    figure = new_figure(SIDE_IN, SIDE_IN)
+    figure.text(0.2 / SIDE_IN, 1 - 0.15 / SIDE_IN, title, fontsize=TITLE_POINTS, fontweight="bold", va="top")
+    return figure
+
+
 def _axes(figure: Figure, box: Box) -> Axes:
     """Return axes whose box is given in inches of the square figure."""
     left, bottom, width, height = (each / SIDE_IN for each in box)
@@ -192,13 +192,13 @@ def _axes(figure: Figure, box: Box) -> Axes:
     return ax
 
 
-def _view(
-    figure: Figure, strip_in: float, frames: Sequence[SceneOutline], trail_mm: Array, still: tuple[Array, Array]
-) -> Axes:
-    """Return axes above the strip, in equal mm, that hold every frame, the trail, and the still target and wall."""
+def _view(figure: Figure, frames: Sequence[SceneOutline], trail_mm: Array, target: Array, wall: Array) -> Axes:
+    """Return axes, above a strip where there is one, that hold every frame and trail in equal mm; draw what is still."""
+    check_points(wall, "wall")
+    strip_in = sum(0.3 + strip.get_position().height * SIDE_IN for strip in figure.axes)
     ax = _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
-    left, right, bottom, top = extent_of(np.concatenate([*map(scene_points, frames), trail_mm, *still]), 6.0)
-    box, (target, wall) = ax.get_window_extent(), still
+    left, right, bottom, top = extent_of(np.concatenate([*map(scene_points, frames), trail_mm, target, wall]), 6.0)
+    box = ax.get_window_extent()
     scale = max((right - left) / box.width, (top - bottom) / box.height) / 2
     x, y, wide, high = (left + right) / 2, (bottom + top) / 2, scale * box.width, scale * box.height
     ax.set(xlim=(x - wide, x + wide), ylim=(y - high, y + high), aspect="equal")

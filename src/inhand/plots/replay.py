@@ -111,13 +111,11 @@ def write_replay(
     """
     _check(frames, trail_mm, contact, fps, texts)
     write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
-    told = texts or _distances(trail_mm, target_angle_deg)
-    colour = INK if target_angle_deg is None else direction_colour(target_angle_deg)
     with mpl.rc_context(STYLE), written_whole(out) as part:
-        figure = _titled(title)
-        parts = [] if contact is None else [_cursor(figure, contact, frame_s or 1 / fps)]
+        figure, strips = _titled(title, contact, frame_s or 1 / fps)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
-        parts = [_scene(ax, frames), _trail(ax, trail_mm, colour), _counter(ax, told), *parts]
+        told = _counter(ax, texts or _distances(trail_mm, target_angle_deg))
+        parts = [_scene(ax, frames), _trail(ax, trail_mm, target_angle_deg), told, *strips]
         write(Film(figure, parts, len(frames)), part, fps)
     return out
 
@@ -178,10 +176,11 @@ def _distances(trail_mm: Array, angle_deg: float | None) -> list[str]:
     return [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
 
 
-def _titled(title: str) -> Figure:
+def _titled(title: str, contact: NDArray[np.bool_] | None, frame_s: float) -> tuple[Figure, list[Moving]]:
+    """Return the figure with its title and, where contacts are known, their strip."""
     figure = new_figure(SIDE_IN, SIDE_IN)
     figure.text(0.2 / SIDE_IN, 1 - 0.15 / SIDE_IN, title, fontsize=TITLE_POINTS, fontweight="bold", va="top")
-    return figure
+    return figure, [] if contact is None else [_cursor(figure, contact, frame_s)]
 
 
 def _axes(figure: Figure, box: Box) -> Axes:
@@ -193,7 +192,7 @@ def _axes(figure: Figure, box: Box) -> Axes:
 
 
 def _view(figure: Figure, frames: Sequence[SceneOutline], trail_mm: Array, target: Array, wall: Array) -> Axes:
-    """Return axes, above a strip where there is one, that hold every frame and trail in equal mm; draw what is still."""
+    """Return axes above a strip, if there is one, that hold all frames in equal mm, and what stands still on them."""
     check_points(wall, "wall")
     strip_in = sum(0.3 + strip.get_position().height * SIDE_IN for strip in figure.axes)
     ax = _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
@@ -215,7 +214,8 @@ def _scene(ax: Axes, frames: Sequence[SceneOutline]) -> Moving:
     return Moving(artists.all(), lambda number: move_scene(artists, frames[number]))
 
 
-def _trail(ax: Axes, trail_mm: Array, colour: str) -> Moving:
+def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None) -> Moving:
+    colour = INK if angle_deg is None else direction_colour(angle_deg)
     (line,) = ax.plot([], [], color=colour, linewidth=2.2, path_effects=halo(4.2), zorder=3.0)
     return Moving((line,), lambda number: line.set_data(*trail_mm[: number + 1].T))
 

@@ -114,8 +114,7 @@ def write_replay(
     with mpl.rc_context(STYLE), written_whole(out) as part:
         figure, strips = _titled(title, contact, frame_s or 1 / fps)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
-        told = _counter(ax, texts or _distances(trail_mm, target_angle_deg))
-        parts = [_scene(ax, frames), _trail(ax, trail_mm, target_angle_deg), told, *strips]
+        parts = [_scene(ax, frames), *_trail(ax, trail_mm, target_angle_deg, texts), *strips]
         write(Film(figure, parts, len(frames)), part, fps)
     return out
 
@@ -170,12 +169,6 @@ def _target(trail_mm: Array, angle_deg: float | None, path_mm: Array | None) -> 
     return np.stack([np.zeros(2), float(np.max(progress[np.isfinite(progress)], initial=10.0)) * along])
 
 
-def _distances(trail_mm: Array, angle_deg: float | None) -> list[str]:
-    """Return the way along the direction at each instant, or without one the distance from the start."""
-    done = np.hypot(*trail_mm.T) if angle_deg is None else trail_mm @ unit(np.deg2rad(angle_deg))
-    return [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
-
-
 def _titled(title: str, contact: NDArray[np.bool_] | None, frame_s: float) -> tuple[Figure, list[Moving]]:
     """Return the figure with its title and, where contacts are known, their strip."""
     figure = new_figure(SIDE_IN, SIDE_IN)
@@ -214,17 +207,19 @@ def _scene(ax: Axes, frames: Sequence[SceneOutline]) -> Moving:
     return Moving(artists.all(), lambda number: move_scene(artists, frames[number]))
 
 
-def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None) -> Moving:
+def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None, texts: Sequence[str] | None) -> tuple[Moving, Moving]:
+    """Return the way so far, and the text at the top right: how far that is, or the given one."""
     colour = INK if angle_deg is None else direction_colour(angle_deg)
     (line,) = ax.plot([], [], color=colour, linewidth=2.2, path_effects=halo(4.2), zorder=3.0)
-    return Moving((line,), lambda number: line.set_data(*trail_mm[: number + 1].T))
-
-
-def _counter(ax: Axes, told: Sequence[str]) -> Moving:
-    """Return the text at the top right, on the axes: in films matplotlib leaves out a figure's own animated artists."""
+    done = np.hypot(*trail_mm.T) if angle_deg is None else trail_mm @ unit(np.deg2rad(angle_deg))
+    told = texts or [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
+    # On the axes, not on the figure: matplotlib leaves out a figure's own animated artists when it saves a film.
     place, on = (1 - 0.2 / SIDE_IN, 1 - 0.17 / SIDE_IN), ax.figure.transFigure
     text = ax.text(*place, "", transform=on, ha="right", va="top")
-    return Moving((text,), lambda number: text.set_text(told[number]))
+    return (
+        Moving((line,), lambda number: line.set_data(*trail_mm[: number + 1].T)),
+        Moving((text,), lambda number: text.set_text(told[number])),
+    )
 
 
 def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float) -> Moving:

@@ -67,14 +67,9 @@ class Wall:
 
 
 def clearance(wall: Wall, spec: ObjectSpec, pose: Array) -> Array:
-    """Return how far an object is in front of a wall's face `(B,)` [m], negative where it overlaps.
+    """Return how far an object at poses `(B, 3)` is in front of a wall's face `(B,)` [m], negative where it overlaps.
 
     It is the distance of the outline's nearest point from the plane of the face, however long the face is.
-
-    Args:
-        wall: the wall.
-        spec: the object.
-        pose: planar poses of the object in the palm frame `(B, 3)` [m, m, rad].
     """
     if spec.shape == "cylinder":
         return np.asarray((pose[..., :2] - wall.middle) @ wall.normal - spec.size[0] / 2)

@@ -118,11 +118,7 @@ def body_of(spec: ObjectSpec, spacing: float, fan: float) -> Body:
 def farthest(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig | None = None) -> Farthest | None:
     """Return how far an object can be carried along a path, or None where no grip holds it at the start.
 
-    Args:
-        hand: the hand.
-        spec: the object.
-        path: object poses `(S, 3)` in the palm frame, followed on straight lines between them.
-        config: resolution, friction, bound of rotation.
+    The path is object poses `(S, 3)` in the palm frame, followed on straight lines between them.
     """
     config = config or ReachConfig()
     scene = _scene(hand, spec, config)
@@ -182,13 +178,9 @@ def _scene(hand: HandSpec, spec: ObjectSpec, config: ReachConfig) -> _Scene:
 
 
 def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | None = None) -> Iterator[_Column]:
-    """Give what is reached at each pose in turn, from what was reached before the first, until nothing is.
+    """Give what is reached at each pose `(P, 3)` in turn, from what was reached before the first, until nothing is.
 
-    Args:
-        scene: hand and object.
-        poses: object poses `(P, 3)`.
-        column: what was reached before; None starts with every grip of the first pose.
-        around: look only at cells so near to the last grips; None looks at all.
+    None before the first starts with every grip of it. Only cells `around` the last grips are looked at, or all.
     """
     block = BLOCK if around is None else FINE // 2
     bodies = (scene.body, scene.body)

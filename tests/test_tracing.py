@@ -13,6 +13,7 @@ from inhand.control.scenes import scene_at
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Passport, Trial
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, spatial
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.plots.replay import write_replay
@@ -27,7 +28,7 @@ from inhand.tracing.trace import PUSHED, Trace, deviations, measured_rows, trace
 from inhand.tracing.walk import Event
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
-HELD = HAND, CUBE
+HELD = Held(HAND, CUBE)
 START = HAND.start_pose
 BEFORE, PERIOD = 3, 0.02
 LINE = plan_along("line", START + np.array([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]), START)

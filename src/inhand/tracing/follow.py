@@ -16,8 +16,7 @@ from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
 from inhand.control.trial import REACHED, STOPPED, Trial
 from inhand.geometry import Array, Path, planar
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.fit import Held
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
@@ -64,7 +63,7 @@ def _press(task: Task) -> Controller:
 
 
 def follow(
-    held: tuple[HandSpec, ObjectSpec],
+    held: Held,
     entry: ControllerEntry,
     plans: Sequence[Plan],
     starts: Array,

@@ -104,8 +104,6 @@ def test_unusable_input_is_refused() -> None:
         average_path([], None, 0.0)
     with pytest.raises(InputError, match="1 paths but 2 rotations"):
         average_path([line(5)], [np.zeros(200)] * 2, 0.0)
-    with pytest.raises(InputError, match="bin width 0 mm is not usable"):
-        average_path([line(5)], None, 0.0, bin_mm=0.0)
     with pytest.raises(InputError, match="row 0 is not finite"):
         compat_average([np.full((3, 2), np.nan)], [np.zeros(3)], 0.0)
     with pytest.raises(InputError, match="there is no trial to summarise"):

@@ -14,6 +14,8 @@ from inhand.asterisk_test.metrics import Metrics, check_rows
 from inhand.errors import InputError
 from inhand.geometry import Array
 
+BIN_MM = 5.0
+"""Width of a bin of progress, about [mm]."""
 COMPAT_POINTS = 25
 """Points of the Asterisk Test's average along its target line."""
 COMPAT_LENGTH = 0.5
@@ -66,7 +68,6 @@ def average_path(
     rotations_deg: Sequence[Array] | None,
     angle_deg: float,
     *,
-    bin_mm: float = 5.0,
     end_mm: float | None = None,
 ) -> AveragePath:
     """Return the mean path of several trials, every trial counting once.
@@ -80,20 +81,16 @@ def average_path(
         paths_mm: Positions `(T_i, 2)` of each trial [mm], filtered.
         rotations_deg: Rotation `(T_i,)` of each [deg], or None where it is unknown.
         angle_deg: Direction counter-clockwise from +x [deg].
-        bin_mm: Width of a bin, about [mm].
         end_mm: Progress at which the line ends [mm]; None for the mean of the trials' farthest.
 
     Raises:
-        InputError: no trial, unequal numbers of paths and rotations, rows that are not finite, or a width that is
-            not positive.
+        InputError: no trial, unequal numbers of paths and rotations, or rows that are not finite.
     """
-    if not (math.isfinite(bin_mm) and bin_mm > 0.0):
-        raise InputError(f"bin width {bin_mm:g} mm is not usable: give a positive, finite width")
     rows = _aligned(paths_mm, rotations_deg, angle_deg)
     rows = [each[: int(np.argmax(each[:, 0])) + 1] - each[0] * (1.0, 1.0, 0.0) for each in rows]
     end = float(np.mean([each[-1, 0] for each in rows])) if end_mm is None else end_mm
-    centres = np.linspace(0.0, end, max(round(end / bin_mm), 1) + 1) if end > 0.0 else np.zeros(1)
-    half = centres[1] / 2 if len(centres) > 1 else bin_mm / 2
+    centres = np.linspace(0.0, end, max(round(end / BIN_MM), 1) + 1) if end > 0.0 else np.zeros(1)
+    half = centres[1] / 2 if len(centres) > 1 else BIN_MM / 2
     mean, lateral_sd, count = _across_trials(np.stack([_bin_means(each, centres, half) for each in rows]))
     points = geometry.rotate(math.radians(angle_deg), np.column_stack([centres, mean[:, 1]]))
     points[count == 0] = np.nan

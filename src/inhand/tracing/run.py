@@ -140,12 +140,12 @@ def reachable_size(held: Held, drawing: Drawing, told: Told | None = None) -> fl
 
 
 def simulate_trace(
-    config: TraceConfig, setup: TraceSetup, progress: Told | None = None, threads: int = 0
+    config: TraceConfig, setup: TraceSetup, progress: Told | None = None
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = Held(setup.hand, setup.object)
     noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
-    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), threads, progress)
+    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), progress=progress)
     found = follow(held, setup.controller, setup.plans, setup.hand.start_pose + noise, bench, seed=config.seed)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 

@@ -74,7 +74,7 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     if entry.policy is not None:
         check_joints(entry.policy, held.hand)
     if config.path not in TASKS:
-        if config.size is not None and not (np.isfinite(config.size) and config.size > 0):
+        if config.size is not None and config.size <= 0:
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
         drawing = find_path(config.path)
         if config.size is not None:

@@ -32,7 +32,7 @@ class Interface(Config):
     """What a learned controller sees, does and is rewarded for."""
 
     observation: str = "thesis"
-    """Layout of observations: thesis (table 3.1) or grip."""
+    """Layout of observations: thesis (table 3.1) or another of `inhand.tasks.observations.LAYOUTS`."""
     actions: Actions = "angles"
     """angles (joint targets over their ranges, thesis 3.3.2), steps (how far the targets move on) or fine steps."""
     reward: str = "thesis"

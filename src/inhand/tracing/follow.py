@@ -55,7 +55,8 @@ def repertoire_of(entry: ControllerEntry) -> Repertoire:
     and pushing, where a force is commanded and not a place.
     """
     expert = CONTROLLERS["ik"].manipulate
-    return Repertoire(entry.manipulate, entry.manipulate if entry.policy is None else expert, _press, expert)
+    turn = entry.manipulate if entry.policy is None else expert
+    return {"move": entry.manipulate, "turn": turn, "press": _press, "hold": expert}
 
 
 def _press(task: Task) -> Controller:

@@ -167,11 +167,7 @@ def angles_of(directions: str | Sequence[str | float]) -> tuple[float, ...]:
 def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """Return the rows of a pool `(count,)` to start from, drawn of all or of the direction that options give.
 
-    Args:
-        pool: the starts.
-        options: `direction`, a word or degrees, for all or one for each of the worlds.
-        count: number of worlds.
-        rng: draws the rows.
+    `direction` is a word or degrees, for all worlds or one for each.
 
     Raises:
         InputError: another option, or a direction that the pool has not.

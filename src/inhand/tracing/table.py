@@ -36,6 +36,8 @@ COLUMNS: dict[str, Callable[[Trace], str]] = {
     "Turn [deg]": lambda trace: f"{trace.turn_deg:.1f}",
     "Time [s]": lambda trace: f"{trace.time_s:.1f}",
     "Failures": lambda trace: str(trace.failures),
+    "Force [N]": lambda trace: f"{trace.force_max_n:.2f}",
+    "Overlap [mm]": lambda trace: f"{trace.penetration_max_mm:.2f}",
     "Pushed [s]": lambda trace: NOTHING if trace.pushed_s is None else f"{trace.pushed_s:.1f}",
 }
 """The table's columns, the last for pushes alone."""

@@ -20,6 +20,7 @@ from inhand.control.loop import sense
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -265,7 +266,7 @@ def route_pool(
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
         raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
-    paths = [found.plan(held, rng).path.poses for _ in range(count)]
+    paths = [found.plan(Held(*held), rng).path.poses for _ in range(count)]
     kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
     return routes_of(kept), direction_plans(*held, stacked(kept), engine)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
@@ -12,9 +11,6 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result
 from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
 from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
-
-if TYPE_CHECKING:
-    pass
 
 
 def page(
@@ -24,11 +20,22 @@ def page(
     notes: Sequence[str],
     pictures: tuple[Sequence[Picture], Sequence[Picture]],
     *,
-    beside: Sequence[Beside] = (),
+    subject: str,
+    beside: tuple[str, Sequence[Beside]] = ("", ()),
 ) -> str:
-    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again.
+
+    Args:
+        config: what was run.
+        results: what came out.
+        people: human trials beside it.
+        notes: what a reader should know, a sentence each.
+        pictures: the figures, and those of the first trial of every direction.
+        subject: the controller, the object and the hand.
+        beside: the run's name among those set beside it, and they.
+    """
     lines = [
-        f"# Asterisk Test: {results[0].source} on {config.object} with {config.hand}",
+        f"# Asterisk Test: {subject}",
         "",
         f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
@@ -39,8 +46,10 @@ def page(
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         "",
-        *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
+        *table_lines(*with_beside(*shown_columns(table_rows(results, people)), *beside)),
         "",
+        *[f"* Beside it, {run.name}: {', '.join(run.settings)}." for run in beside[1]],
+        *[""] * bool(beside[1]),
         *_failed(results),
         *people_lines(people),
         *[f"* {note}" for note in notes],

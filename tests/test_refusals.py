@@ -17,6 +17,8 @@ CASES = [
     ("trace --trials 1000000", "--trials 1000000: 1000000 trials would take about 500 GB"),
     ("evaluate --trials 1000000", "a run holds at most 10000"),
     ("evaluate --episodes 1000000", "a run holds at most 10000"),
+    ("trace --path square --size 500", "square of 500 mm is too large for hand '2v2_50.50_50.50_1.1_53': way-point 3"),
+    ("trace --path square --size 0.04", "the size of drawing 'square' is 0.04 mm, too small: it may be 1 to 1,000 mm"),
     ("sweep --trials 700", "--trials 700 in each of 16 directions: 11200 trials would take about 6 GB"),
     ("reach --resolution-mm 0.1", "resolution 0.1 mm: give 0.5 to 10 mm"),
     ("reach --resolution-mm nan", "resolution nan mm: give 0.5 to 10 mm"),

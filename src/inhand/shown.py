@@ -81,8 +81,9 @@ def configured(kind: type[C], settings: dict[str, Any]) -> C:
     Raises:
         InputError: an unknown keyword.
     """
-    allowed = [field.name for field in fields(kind)]
+    allowed = {field.name: str(field.type) for field in fields(kind)}
     for name in settings:
         if name not in allowed:
             raise InputError(f"unknown keyword {name!r}{near_matches(name, allowed)}; allowed are {', '.join(allowed)}")
-    return kind(**settings)
+    folders = {k: Path(v) for k, v in settings.items() if isinstance(v, str) and allowed[k].startswith("Path")}
+    return kind(**settings | folders)

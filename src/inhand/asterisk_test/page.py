@@ -10,7 +10,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result
 from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 
 
 def page(
@@ -50,7 +50,9 @@ def page(
         "",
         *[f"* Beside it, {run.name}: {', '.join(run.settings)}." for run in beside[1]],
         *[""] * bool(beside[1]),
-        *_failed(results),
+        endings(results),
+        "",
+        *listed_lines("What failed", failures(results)),
         *people_lines(people),
         *[f"* {note}" for note in notes],
         "",
@@ -68,12 +70,6 @@ def page(
 def command(config: AsteriskConfig) -> str:
     """Return the command line that repeats a run, quoted for a shell."""
     return shlex.join(["inhand", "asterisk", *options(config)])
-
-
-def _failed(results: Sequence[Result]) -> list[str]:
-    sentences = failures(results)
-    failed = ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""] if sentences else []
-    return [endings(results), "", *failed]
 
 
 def people_lines(people: Sequence[HumanTrial]) -> list[str]:

@@ -20,7 +20,8 @@ from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.shown import configured, listed
+from inhand.records import configured
+from inhand.shown import listed
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""

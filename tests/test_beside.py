@@ -101,7 +101,7 @@ def test_table_panels_radar_and_report_have_the_names(
     assert (tmp_path / "new" / "figures" / "panels.png").is_file()
     text = (tmp_path / "new" / "report.md").read_text(encoding="utf-8")
     assert "| new [mm] | old [mm] |" in text
-    assert f"Beside it, old: {LONG}, cube_39, thesis-ik, mujoco." in text
+    assert f"## Set beside it\n\n* old: {LONG}, cube_39, thesis-ik, mujoco." in text
     assert f"--beside {earlier} --label new old" in command(run.config)
 
 

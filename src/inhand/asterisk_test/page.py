@@ -12,6 +12,15 @@ from inhand.asterisk_test.results import Result
 from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
 from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 
+COLUMNS = (
+    "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
+    " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
+    " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
+    " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
+    " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it."
+)
+"""What the columns of the table hold."""
+
 
 def page(
     config: AsteriskConfig,
@@ -25,14 +34,7 @@ def page(
 ) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again.
 
-    Args:
-        config: what was run.
-        results: what came out.
-        people: human trials beside it.
-        notes: what a reader should know, a sentence each.
-        pictures: the figures, and those of the first trial of every direction.
-        subject: the controller, the object and the hand.
-        beside: the run's name among those set beside it, and they.
+    `subject` names controller, object and hand; `beside` is the run's name among those set beside it, and they.
     """
     lines = [
         f"# Asterisk Test: {subject}",
@@ -40,16 +42,11 @@ def page(
         f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "",
-        "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
-        " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
-        " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
-        " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
-        " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
+        COLUMNS,
         "",
         *table_lines(*with_beside(*shown_columns(table_rows(results, people)), *beside)),
         "",
-        *[f"* Beside it, {run.name}: {', '.join(run.settings)}." for run in beside[1]],
-        *[""] * bool(beside[1]),
+        *listed_lines("Set beside it", [f"{run.name}: {', '.join(run.settings)}." for run in beside[1]]),
         endings(results),
         "",
         *listed_lines("What failed", failures(results)),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.control.catalogue import PLAN_EVERY
+from inhand.control.rehearsal import PLAN_EVERY
 from inhand.errors import InputError
 from inhand.geometry import Array, interpolate, way_along
 from inhand.hands.grasp_search import plan_grasps

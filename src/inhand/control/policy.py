@@ -106,7 +106,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
     for number, layer in enumerate(zip(policy.weights, policy.biases, strict=True)):
         for name, array in zip(PARTS, layer, strict=True):
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
-    interface, count = interface_card(find_layout(policy.observation)), len(policy.weights)
+    interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
     card = _Card(FORMAT, count, policy.observation, interface, policy.actions, policy.grasp, policy.trained)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
@@ -123,7 +123,7 @@ def load_policy(folder: Path) -> Policy:
     """
     try:
         card = read_record(read_json((folder / CARD).read_bytes()), _Card, FORMAT, NEW)
-        check_same(card.interface, card.observation)
+        check_same(card.interface, card.observation, card.actions)
         weights, biases = _layers(card, load_file(folder / ACTOR))
     except FileNotFoundError as error:
         raise InputError(
@@ -169,7 +169,7 @@ class PolicyController:
             InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
         """
         self._task, self._policy = task, policy
-        self._angle = straight_angles(task.paths)
+        self._angle = straight_angles(task.path.poses)
         self._layout = find_layout(policy.observation)
         if isinstance(policy, Policy):
             check_joints(policy, task.hand)
@@ -177,7 +177,7 @@ class PolicyController:
 
     def begin(self, state: State) -> None:
         """Start a primitive where the object is now."""
-        start = state.pose if self._task.start is None else self._task.start
+        start = self._task.origin(state)
         self._aim = Aim(self._angle, start, self._distance(state))
         self._best = np.zeros(state.n_worlds)
         self._still = np.zeros(state.n_worlds)
@@ -226,8 +226,8 @@ class RouteController:
 
     def begin(self, state: State) -> None:
         """Start at the beginning of every route."""
-        start = state.pose if self._task.start is None else self._task.start
-        self._routes = routes_of(list(start[:, None] + self._task.paths))
+        start = self._task.origin(state)
+        self._routes = routes_of(list(start[:, None] + self._task.path.poses))
         self._come = np.zeros(state.n_worlds, dtype=np.int64)
         self._still = np.zeros(state.n_worlds)
 

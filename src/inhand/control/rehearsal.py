@@ -19,15 +19,14 @@ import numpy as np
 
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import run_worlds
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.trial import REACHED, TIME_OUT
-from inhand.geometry import Array, rotate, transform, way_along
+from inhand.geometry import Array, Path, rotate, transform, way_along
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
-from inhand.sim.engines import make_simulator
 from inhand.sim.names import MUJOCO
 
 LOSS = 1.0
@@ -132,13 +131,9 @@ def best_closings(
     plans = plan_grasps(*held, distinct, search)
     groups = [[Closing(plan) for plan in plans[k]] for k in index]
     best, ways = _farthest(held, groups, (poses, starts), config[1], engine)
-    promised = np.array(
-        [
-            way_along(path)[max(plan.reach for plan in plans[k]) - 1]
-            for path, k in zip(distinct[index], index, strict=True)
-        ]
-    )
-    short = np.flatnonzero(ways < promised - SHORT)
+    reaches = [max(plan.reach for plan in group) for group in plans]
+    promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
+    short = np.flatnonzero(ways < promised[index] - SHORT)
     if len(short) == 0:
         return best
     wanted, which = np.unique(index[short], return_inverse=True)
@@ -163,11 +158,10 @@ def _farthest(
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     each = [closing for group in groups for closing in group]
     poses, starts = (part[owner] for part in where)
-    grasp = closed_on(held, each, poses[:, 0], starts)
-    simulator = make_simulator(engine, hand, [spec] * len(each))
-    task = Task(hand, simulator.objects, poses - poses[:, :1], simulator.timestep)
+    task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]))
     expert = IkController(task, config)
-    outcomes = np.array(run_worlds(simulator, task, grasp, starts, lambda _: expert).outcomes)
-    value = expert.progress - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
+    grasp = closed_on(held, each, poses[:, 0], starts)
+    _, found = simulate(task, grasp, starts, lambda _: expert, Bench(engine))
+    value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(groups))]
     return [each[number] for number in best], value[best]

@@ -10,7 +10,7 @@ from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.shown import configured
+from inhand.records import configured
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.report import TraceRun
@@ -60,12 +60,7 @@ def run_trace(
     prepare: Callable[[TraceConfig], TraceSetup] = prepare_trace,
     run: Simulate = simulate_trace,
 ) -> TraceRun:
-    """Return the finished run of a configuration.
-
-    Args:
-        config: what to run.
-        prepare: returns its setup.
-        run: runs the checked setup.
+    """Return the finished run of a configuration, prepared and simulated as the command line shows it or silently.
 
     Raises:
         InputError: anything in the configuration that cannot be run.

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import inhand as front
 from commands import Call
 from inhand.cli.record import rows_of
 from inhand.errors import InputError
@@ -48,6 +49,11 @@ def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) ->
     assert (head.grasp, head.directions, head.push, head.seed) == ("rough", "Right,Out", 0.0, 2)
     read = list(episodes)
     assert len(read) == 5
+    found = front.load(tmp_path / "set")
+    assert isinstance(found, Dataset)
+    assert list(found.table()["distance_mm"]) == pytest.approx([1e3 * each.distance for each in read])
+    assert [each.angle_deg for each in found.episodes] == list(found.angle_deg)
+    assert found._repr_png_().startswith(b"\x89PNG")
     assert {each.angle_deg for each in read} <= {0.0, 90.0}
     for each in read:
         np.testing.assert_array_equal(each.actions, each.wanted)

@@ -15,15 +15,17 @@ from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.control.catalogue import SHIPPED, find_controller, notes_of
-from inhand.control.trial import Trial, load_trial
+from inhand.control.trial import Trial, load_trials
 from inhand.errors import InputError
+from inhand.folders import MARK
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import EXPERT, Compared
-from inhand.records import configured
+from inhand.records import checked, configured
+from inhand.shown import saved
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""
@@ -111,26 +113,20 @@ def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simu
     return Compared(config, test, both[0], both[1], trained, known.people.trials, notes, _learned(config.run))
 
 
-def load_evaluation(folder: Path, config: EvaluateConfig, trained: dict[str, Any]) -> Compared:
+def load_evaluation(folder: Path) -> Compared:
     """Return the evaluation of a folder, measured again from its trials; the policy itself need not be there.
 
-    Args:
-        folder: the folder.
-        config: what was asked for.
-        trained: what the policy said of its training.
-
     Raises:
-        InputError: a trial that cannot be read, or none.
+        InputError: there is none that can be read.
     """
-    both = []
-    for place in (folder / "trials", folder / EXPERT / "trials"):
-        trials = [load_trial(path) for path in sorted(place.glob("*.npz"))]
-        if not trials:
-            raise InputError(f"{place} holds no trials: give the whole folder of an evaluation")
-        both.append(_evaluation(tuple(trials), config.trials))
-    test = _test(config, both[0].name, trained)
+    config, content = saved(folder, MARK, EvaluateConfig)
+    policy, expert = (_evaluation(tuple(load_trials(each)), config.trials) for each in (folder, folder / EXPERT))
+    trained = checked("policy", content.get("policy"), dict[str, Any])
+    passport = policy.trials[0].passport
+    known = {"hand": passport.hand.name, "object": passport.object.name} | trained
+    test = _test(config, policy.name, known)
     people = people_of(test)
-    return Compared(config, test, both[0], both[1], trained, people.trials, people.notes, _learned(config.run))
+    return Compared(config, test, policy, expert, trained, people.trials, people.notes, _learned(config.run))
 
 
 def name_of(config: EvaluateConfig) -> str:

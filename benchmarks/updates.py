@@ -18,7 +18,7 @@ import numpy as np
 
 from inhand.learning.config import Learning
 from inhand.learning.ddpgfd import new_learner, update_many
-from inhand.learning.replay import Columns
+from inhand.learning.replay_buffer import Columns
 from timing import best_times, environment, verdict
 
 UPDATES, COLUMNS = 500, Columns(31, 4)

@@ -17,7 +17,7 @@ import optax
 from inhand.learning.config import Learning
 from inhand.learning.ddpgfd import Learner, imitate_many, new_learner, update_many
 from inhand.learning.networks import Layer, act, values
-from inhand.learning.replay import Columns, Replay, rows_of
+from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
 
 COLUMNS = Columns(1, 1)
 SMALL = Learning(
@@ -93,8 +93,8 @@ def _six_rows() -> np.ndarray:
     rng = np.random.default_rng(7)
     rows = np.asarray(rng.uniform(-1, 1, (6, TWO.width)))
     part = {name: rows[:, columns] for name, columns in TWO.parts().items()}
-    part["wanted"][3:] = part["action"][3:]
-    part["shown"][:, 0] = (1, 1, 1, 0, 0, 0)
+    part["expert_action"][3:] = part["action"][3:]
+    part["is_demo"][:, 0] = (1, 1, 1, 0, 0, 0)
     part["discount"][:, 0] = (0.9, 0.9, 0.0, 0.9, 0.9, 0.0)
     part["discount_n"][:, 0] = (0.7, 0.0, 0.0, 0.7, 0.0, 0.0)
     return rows
@@ -104,9 +104,9 @@ def test_one_update_is_the_one_that_is_written_out_by_hand() -> None:
     """Targets, both losses, their gradients, the optimisers' first step and the target networks, in NumPy."""
     fast, slow, rows, weight = _drawn(1), _drawn(6), _six_rows(), np.array([1.0, 0.5, 0.8, 1.0, 0.3, 0.9])
     row = {name: rows[:, columns] for name, columns in TWO.parts().items()}
-    (actor, critics), (slow_actor, slow_critics) = fast.layers(), slow.layers()
+    (actor, critics), (target_actor, target_critics) = fast.layers(), slow.layers()
     fresh = new_learner(HAND_MADE, TWO, 0)
-    learner = fresh._replace(actor=actor, critics=critics, slow_actor=slow_actor, slow_critics=slow_critics)
+    learner = fresh._replace(actor=actor, critics=critics, target_actor=target_actor, target_critics=target_critics)
     after, report = update_many(learner, rows[None], weight[None], HAND_MADE, TWO, strength=0.6)
 
     seen, action, count = row["observation"], row["action"], len(rows)
@@ -124,10 +124,10 @@ def test_one_update_is_the_one_that_is_written_out_by_hand() -> None:
     better = _stepped(after.critics[0], after.critic_moments, fast.critics, gradient, HAND_MADE.critic_rate)
 
     now = replace(fast, critics=better)
-    chosen, shown = fast.act(seen), row["shown"][:, 0]
+    chosen, shown = fast.act(seen), row["is_demo"][:, 0]
     first = now.values(seen, chosen)[0]
     factor = 0.3 / (np.abs(first).mean() + 1e-6)
-    away = ((chosen - row["wanted"])[:, 0] * shown, shown.sum())
+    away = ((chosen - row["expert_action"])[:, 0] * shown, shown.sum())
     assert float(report.actor_loss[0]) == pytest.approx(
         -0.6 * factor * first.mean() + 1.5 * (away[0] ** 2).sum() / away[1], rel=1e-4
     )
@@ -135,8 +135,8 @@ def test_one_update_is_the_one_that_is_written_out_by_hand() -> None:
     pull = pull[:, None] * (1 - chosen**2)
     moved = _stepped(after.actor[0], after.actor_moments, fast.actor, (seen.T @ pull, pull.sum(axis=0)), 1e-3)
     for old, new, found in (
-        (slow.actor, moved, after.slow_actor[0]),
-        (slow.critics, better, after.slow_critics[0]),
+        (slow.actor, moved, after.target_actor[0]),
+        (slow.critics, better, after.target_critics[0]),
     ):
         for a, b, c in zip(old, new, found, strict=True):
             np.testing.assert_allclose(c, a + 0.2 * (b - a), atol=1e-6)
@@ -243,7 +243,7 @@ def test_terminated_rows_have_no_value_after_them() -> None:
 
 def test_one_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     rows = _points(np.random.default_rng(6), 50, expert=False)
-    replay = Replay(tmp_path / "rows", COLUMNS, len(rows), 0)
+    replay = ReplayBuffer(tmp_path / "rows", COLUMNS, len(rows), 0)
     replay.add(rows)
     first, second = (_learned(replay.at(np.arange(len(rows))), SMALL, 500) for _ in range(2))
     for one, other in zip(jax.tree.leaves(first.actor), jax.tree.leaves(second.actor), strict=True):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inhand.learning.replay import Columns, Priorities, Replay, n_step, rows_of
+from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, n_step, rows_of
 
 COLUMNS = Columns(3, 2)
 
@@ -61,18 +61,18 @@ def test_every_part_of_a_row_belongs_to_one_decision() -> None:
     np.testing.assert_allclose(part["successor"][:, 0], t + 1)
     np.testing.assert_allclose(part["later"][:, 0], np.minimum(t + 3, 106))
     np.testing.assert_allclose(part["action"][:, 0], t)
-    np.testing.assert_allclose(part["wanted"][:, 0], 2 * t)
+    np.testing.assert_allclose(part["expert_action"][:, 0], 2 * t)
     np.testing.assert_allclose(part["reward"][:, 0], t)
     np.testing.assert_allclose(part["discount"][:, 0], [0.9] * 5 + [0.0], rtol=1e-6)
-    np.testing.assert_array_equal(part["shown"], 1.0)
+    np.testing.assert_array_equal(part["is_demo"], 1.0)
 
 
 def test_rows_of_the_agent_are_not_shown_by_an_expert() -> None:
     observations, actions, _, rewards = _episode(4, 0.0)
     rows = rows_of(COLUMNS, (observations, actions, None, rewards), (0.9, 3), terminated=False)
     parts = COLUMNS.parts()
-    np.testing.assert_array_equal(rows[:, parts["shown"]], 0.0)
-    np.testing.assert_array_equal(rows[:, parts["wanted"]], rows[:, parts["action"]])
+    np.testing.assert_array_equal(rows[:, parts["is_demo"]], 0.0)
+    np.testing.assert_array_equal(rows[:, parts["expert_action"]], rows[:, parts["action"]])
 
 
 def _numbered(first: int, count: int) -> np.ndarray:
@@ -80,7 +80,7 @@ def _numbered(first: int, count: int) -> np.ndarray:
 
 
 def test_the_oldest_rows_fall_out(tmp_path: Path) -> None:
-    replay = Replay(tmp_path / "rows", COLUMNS, capacity=10, spare=5)
+    replay = ReplayBuffer(tmp_path / "rows", COLUMNS, capacity=10, spare=5)
     for first in range(0, 40, 4):
         replay.add(_numbered(first, 4))
     drawn = replay.at(replay.draw(np.random.default_rng(0), 500))
@@ -89,16 +89,16 @@ def test_the_oldest_rows_fall_out(tmp_path: Path) -> None:
 
 
 def test_what_is_written_after_a_checkpoint_leaves_its_rows_alone(tmp_path: Path) -> None:
-    replay = Replay(tmp_path / "rows", COLUMNS, capacity=10, spare=6)
+    replay = ReplayBuffer(tmp_path / "rows", COLUMNS, capacity=10, spare=6)
     replay.add(_numbered(0, 23))
     at_checkpoint, written = replay.at(np.arange(13, 23)), replay.written
     replay.add(_numbered(500, 6))
-    again = Replay(tmp_path / "rows", COLUMNS, capacity=10, spare=6, written=written)
+    again = ReplayBuffer(tmp_path / "rows", COLUMNS, capacity=10, spare=6, written=written)
     np.testing.assert_array_equal(again.at(np.arange(13, 23)), at_checkpoint)
 
 
 def test_rows_are_drawn_in_proportion_to_their_priority(tmp_path: Path) -> None:
-    replay = Replay(tmp_path / "rows", COLUMNS, capacity=4, spare=0)
+    replay = ReplayBuffer(tmp_path / "rows", COLUMNS, capacity=4, spare=0)
     replay.add(_numbered(0, 4))
     priorities = Priorities(replay, exponent=1.0, correction=1.0)
     priorities.draw(np.random.default_rng(0), 1)
@@ -110,7 +110,7 @@ def test_rows_are_drawn_in_proportion_to_their_priority(tmp_path: Path) -> None:
 
 
 def test_new_rows_start_with_the_largest_priority(tmp_path: Path) -> None:
-    replay = Replay(tmp_path / "rows", COLUMNS, capacity=3, spare=0)
+    replay = ReplayBuffer(tmp_path / "rows", COLUMNS, capacity=3, spare=0)
     replay.add(_numbered(0, 2))
     priorities = Priorities(replay, exponent=1.0, correction=0.0)
     priorities.draw(np.random.default_rng(0), 1)

@@ -106,7 +106,7 @@ def test_route_worlds_go_on_byte_for_byte_from_what_they_kept(starts: Starts) ->
     one, other = worlds(), worlds()
     for action in actions[:8]:
         one.step(action)
-    other.resume(one.kept())
+    other.load_state_dict(one.state_dict())
     for action in actions[8:]:
         ours, theirs = one.step(action), other.step(action)
         np.testing.assert_array_equal(ours.observation, theirs.observation)

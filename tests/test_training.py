@@ -25,7 +25,7 @@ from inhand.learning.datasets import write_dataset
 from inhand.learning.demonstrations import demonstrations, plans_of
 from inhand.learning.journal import Evaluation
 from inhand.learning.record import head_of
-from inhand.learning.replay import Replay
+from inhand.learning.replay_buffer import ReplayBuffer
 from inhand.learning.run_cards import card_of, check, read_config
 from inhand.learning.runs import resume, train
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
@@ -120,8 +120,8 @@ def _timeless(lines: str) -> list[dict[str, object]]:
 def test_a_value_that_is_not_a_number_stops_training_with_its_state_kept(
     prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    add = Replay.add
-    monkeypatch.setattr(Replay, "add", lambda self, rows: add(self, rows * np.nan))
+    add = ReplayBuffer.add
+    monkeypatch.setattr(ReplayBuffer, "add", lambda self, rows: add(self, rows * np.nan))
     with pytest.raises(InputError, match=r"stopped at update \d+: the critic's loss is nan.*lower the learning rate"):
         _trainer(prepared, tmp_path / "run", replace(SMALL, expert_share=0.2)).run()
     assert (tmp_path / "run" / "stopped.npz").is_file()

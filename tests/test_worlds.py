@@ -19,7 +19,7 @@ from inhand.learning import demonstrations as made_of
 from inhand.learning.collect import Collector
 from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, Recording, demonstrations, plans_of, recorded
 from inhand.learning.environment_config import EnvironmentConfig
-from inhand.learning.replay import Columns
+from inhand.learning.replay_buffer import Columns
 from inhand.learning.starts import (
     Noise,
     Starts,
@@ -156,7 +156,7 @@ def test_what_an_agent_collects_is_not_shown_by_an_expert() -> None:
     found = np.concatenate(rows)
     assert sum(end.decisions for end in ends) == len(found) >= 12
     assert np.ptp(found[:, columns.parts()["action"]]) > 0
-    assert not found[:, columns.parts()["shown"]].any()
+    assert not found[:, columns.parts()["is_demo"]].any()
 
 
 def test_a_decision_leads_on_from_the_rows_it_was_reset_to() -> None:
@@ -257,13 +257,13 @@ def test_worlds_go_on_from_what_was_kept_byte_for_byte(actions: Actions) -> None
     batch = worlds(interface=interface)
     for number in range(20):
         batch.step(shaking(batch, number))
-    kept = batch.kept()
+    kept = batch.state_dict()
     state = batch.state
     onward = [batch.step(shaking(batch, number)) for number in range(20, 60)]
     assert any(step.terminated.any() for step in onward) or actions == "steps"
     assert any(step.truncated.any() for step in onward) or actions == "angles"
     for other in (worlds(interface=interface, seed=77, threads=2), batch):
-        other.resume(kept)
+        other.load_state_dict(kept)
         same(other.state, state)
         for number, step in enumerate(onward, start=20):
             same(other.step(shaking(other, number)), step)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from inhand.geometry import Array
-from inhand.learning.replay import Columns, Rows, rows_of
+from inhand.learning.replay_buffer import Columns, Rows, rows_of
 from inhand.learning.worlds import ManipulationWorlds
 
 CORRELATION = 0.8
@@ -78,8 +78,8 @@ class Collector:
             self._observation = step.observation
         return rows, ends
 
-    def kept(self) -> dict[str, Any]:
-        """Return everything that `resume` needs: arrays and the worlds' own."""
+    def state_dict(self) -> dict[str, Any]:
+        """Return everything that `load_state_dict` needs: arrays and the worlds' own."""
         own = {
             "observations": self._observations,
             "actions": self._actions,
@@ -88,14 +88,14 @@ class Collector:
             "noise": self._noise,
             "observation": self._observation,
         }
-        return {f"collect.{name}": array for name, array in own.items()} | self._worlds.kept()
+        return {f"collect.{name}": array for name, array in own.items()} | self._worlds.state_dict()
 
-    def resume(self, kept: dict[str, Any]) -> None:
-        """Go on from what `kept` returned, byte for byte."""
+    def load_state_dict(self, kept: dict[str, Any]) -> None:
+        """Go on from what `state_dict` returned, byte for byte."""
         self._observations, self._actions = kept["collect.observations"], kept["collect.actions"]
         self._rewards, self._at = kept["collect.rewards"], kept["collect.at"]
         self._noise, self._observation = kept["collect.noise"], kept["collect.observation"]
-        self._worlds.resume(kept)
+        self._worlds.load_state_dict(kept)
 
     def _cut(self, world: int, *, terminated: bool) -> Rows:
         count = self._at[world]

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from inhand.learning.config import Learning
 from inhand.learning.networks import Network, act, new_network, values
-from inhand.learning.replay import Columns
+from inhand.learning.replay_buffer import Columns
 
 Batches = jax.Array | NDArray[np.float32]
 """Arrays of the host or of the device."""
@@ -39,8 +39,8 @@ class Learner(NamedTuple):
 
     actor: Network
     critics: Network
-    slow_actor: Network
-    slow_critics: Network
+    target_actor: Network
+    target_critics: Network
     actor_moments: optax.OptState
     critic_moments: optax.OptState
     key: jax.Array
@@ -102,7 +102,7 @@ def imitate_many(
     optimiser = optax.adam(optax.cosine_decay_schedule(IMITATION_RATE, total, 0.05))
 
     def loss(network: Network, batch: jax.Array) -> jax.Array:
-        return jnp.abs(act(network, batch[:, parts["observation"]]) - batch[:, parts["wanted"]]).mean()
+        return jnp.abs(act(network, batch[:, parts["observation"]]) - batch[:, parts["expert_action"]]).mean()
 
     def one(state: Imitator, batch: jax.Array) -> tuple[Imitator, jax.Array]:
         value, slope = jax.value_and_grad(loss)(state[0], batch)
@@ -143,8 +143,8 @@ def _update(
     after = Learner(
         actor,
         critics,
-        slow(actor, state.slow_actor),
-        slow(critics, state.slow_critics),
+        slow(actor, state.target_actor),
+        slow(critics, state.target_critics),
         actor_moments,
         critic_moments,
         key,
@@ -159,9 +159,9 @@ def _targets(state: Learner, row: dict[str, jax.Array], learning: Learning, key:
     found = []
     for later, reward, discount in (("successor", "reward", "discount"), ("later", "reward_n", "discount_n")):
         key, drawn = jax.random.split(key)
-        action = act(state.slow_actor, row[later])
+        action = act(state.target_actor, row[later])
         noise = learning.smoothing * jnp.clip(jax.random.normal(drawn, action.shape), -2.0, 2.0)
-        value = values(state.slow_critics, row[later], jnp.clip(action + noise, -1.0, 1.0)).min(axis=0)
+        value = values(state.target_critics, row[later], jnp.clip(action + noise, -1.0, 1.0)).min(axis=0)
         found.append(learning.reward_scale * row[reward][:, 0] + row[discount][:, 0] * value)
     return tuple(found)
 
@@ -181,8 +181,8 @@ def _actor_loss(
     value = values(critics, row["observation"], action)[0]
     size = jax.lax.stop_gradient(jnp.abs(value).mean()) + 1e-6
     factor = learning.value_weight / size if learning.value_weight else 1.0
-    away = ((action - row["wanted"]) ** 2).mean(axis=-1) * row["shown"][:, 0]
-    imitation = away.sum() / jnp.maximum(row["shown"].sum(), 1.0)
+    away = ((action - row["expert_action"]) ** 2).mean(axis=-1) * row["is_demo"][:, 0]
+    imitation = away.sum() / jnp.maximum(row["is_demo"].sum(), 1.0)
     return -strength * factor * value.mean() + learning.imitation * imitation, value.mean()
 
 

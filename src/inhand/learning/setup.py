@@ -26,7 +26,7 @@ from inhand.learning.demonstrations import (
     route_starts,
     starts_of,
 )
-from inhand.learning.replay import Columns, Replay, rows_of
+from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
 from inhand.learning.starts import Starts, gripped, joined, reach_of
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
@@ -105,25 +105,25 @@ def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[Ro
     return pool, tests, routes_in(tests).length
 
 
-def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: Told) -> tuple[Replay, Starts]:
+def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: Told) -> tuple[ReplayBuffer, Starts]:
     """Return the rows of demonstrations, recorded now or read from a dataset, and where the agent starts."""
     recording, rng = config.recording, np.random.default_rng(config.seed)
     columns, looking = _columns(config, recording.hand), (config.learning.discount, config.learning.look_ahead)
 
-    def add(replay: Replay, shown: DatasetEpisode) -> None:
+    def add(replay: ReplayBuffer, shown: DatasetEpisode) -> None:
         episode = shown.observations, shown.actions, shown.wanted, shown.rewards
         replay.add(rows_of(columns, episode, looking, terminated=shown.terminated))
 
     if config.demonstrations:
         _, episodes = read_dataset(Path(config.demonstrations))
-        replay = Replay(path, columns, len(episodes) * config.interface.horizon, 0)
+        replay = ReplayBuffer(path, columns, len(episodes) * config.interface.horizon, 0)
         for number, episode in enumerate(episodes, start=1):
             add(replay, episode)
             if number % BATCH == 0 or number == len(episodes):
                 told("reading demonstrations", number, len(episodes))
         starts = starts_of(recording, given, BATCH, rng)
     else:
-        replay = Replay(path, columns, config.recipe.episodes * config.interface.horizon, 0)
+        replay = ReplayBuffer(path, columns, config.recipe.episodes * config.interface.horizon, 0)
         parts = []
         for batch in demonstrations(recording, given, rng, told):
             for episode in batch.apart():

@@ -25,7 +25,7 @@ from inhand.learning.demonstrations import Told
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.networks import Network
 from inhand.learning.progress import BEST
-from inhand.learning.replay import Priorities, Replay, Rows
+from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
@@ -95,10 +95,10 @@ class Trainer:
             self.counters, written = Counters(**head["counters"]), head["written"]
             length = head["journal"]
             self._rng.bit_generator.state = arrays["rng.training"]
-            self._collector.resume(arrays)
+            self._collector.load_state_dict(arrays)
         self._journal = Journal(folder, length)
-        self._expert = Replay(folder / "expert.rows", ready.columns, ready.expert_rows, 0, ready.expert_rows)
-        self._agent = Replay(folder / "agent.rows", ready.columns, rows, spare, written)
+        self._expert = ReplayBuffer(folder / "expert.rows", ready.columns, ready.expert_rows, 0, ready.expert_rows)
+        self._agent = ReplayBuffer(folder / "agent.rows", ready.columns, rows, spare, written)
         self._priorities = self._all_priorities(arrays)
         self._began = time.perf_counter() - self.counters.seconds
 
@@ -128,8 +128,8 @@ class Trainer:
         return float(self.config.expert_share * self.config.share_kept**decays)
 
     def actor(self) -> Policy:
-        """Return the actor that acts best: of the default's, the slow copy, which the noise of updates moves less."""
-        return self._policy(self._learner.slow_actor if self.config.learning.imitation else self._learner.actor)
+        """Return the actor that acts best: of the default's, the target actor, which single updates move less."""
+        return self._policy(self._learner.target_actor if self.config.learning.imitation else self._learner.actor)
 
     def _imitate(self) -> None:
         """Fit the actor to the demonstrations."""
@@ -141,7 +141,7 @@ class Trainer:
             actor, moments, loss = imitate_many(actor, moments, rows, self._ready.columns, left)
             self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
             self._progress("imitating the demonstrations", done + CHUNK, left)
-        self._learner = self._learner._replace(actor=actor, slow_actor=actor)
+        self._learner = self._learner._replace(actor=actor, target_actor=actor)
 
     def _warm_up(self) -> None:
         """Fit the critic to the demonstrations; the actor stays as it is."""
@@ -149,7 +149,7 @@ class Trainer:
         for done in range(0, self.config.warm_up, chunk):
             actor = self._learner.actor
             self._learner, report = self._updated(self._draw(chunk, 1.0), 0.0)
-            self._learner = self._learner._replace(actor=actor, slow_actor=actor)
+            self._learner = self._learner._replace(actor=actor, target_actor=actor)
             self._journal.scalars("warm-up", done + chunk, {"critic loss": float(report.critic_loss.mean())})
             self._progress("learning their values", done + chunk, self.config.warm_up)
 
@@ -247,9 +247,9 @@ class Trainer:
     def _keep(self, name: str) -> None:
         """Write everything that going on needs."""
         self._agent.flush()
-        arrays = self._collector.kept() | {"rng.training": self._rng.bit_generator.state}
+        arrays = self._collector.state_dict() | {"rng.training": self._rng.bit_generator.state}
         for number, priorities in enumerate(self._priorities):
-            arrays |= {f"priorities.{number}.{n}": v for n, v in priorities.kept().items()}
+            arrays |= {f"priorities.{number}.{n}": v for n, v in priorities.state_dict().items()}
         told = {"counters": vars(self.counters), "written": self._agent.written, "journal": self._journal.length()}
         save_checkpoint(self._folder / name, self._learner, arrays, told)
 
@@ -260,7 +260,7 @@ class Trainer:
         both = tuple(Priorities(replay, PRIORITY, CORRECTION) for replay in (self._expert, self._agent))
         for number, priorities in enumerate(both):
             mine = f"priorities.{number}."
-            priorities.resume({n.removeprefix(mine): v for n, v in arrays.items() if n.startswith(mine)})
+            priorities.load_state_dict({n.removeprefix(mine): v for n, v in arrays.items() if n.startswith(mine)})
         return both
 
     def _policy(self, network: Network) -> Policy:

@@ -176,8 +176,8 @@ class ManipulationWorlds:
         self._steps[worlds] = 0
         self._lost[worlds] = 0
 
-    def kept(self) -> dict[str, Any]:
-        """Return everything that `resume` needs, arrays by name and the random generator's state as `rng`."""
+    def state_dict(self) -> dict[str, Any]:
+        """Return everything that `load_state_dict` needs, arrays by name and the random generator's state as `rng`."""
         snapshot = self.simulator.snapshot()
         arrays = {f"world.{field.name}": getattr(snapshot, field.name) for field in fields(Snapshot)}
         return arrays | {
@@ -191,8 +191,8 @@ class ManipulationWorlds:
             "rng": self.rng.bit_generator.state,
         }
 
-    def resume(self, kept: dict[str, Any]) -> None:
-        """Go on from what `kept` returned, byte for byte."""
+    def load_state_dict(self, kept: dict[str, Any]) -> None:
+        """Go on from what `state_dict` returned, byte for byte."""
         snapshot = Snapshot(**{field.name: kept[f"world.{field.name}"] for field in fields(Snapshot)})
         every = np.arange(self.count)
         self.simulator.restore(every, snapshot, every)

@@ -38,8 +38,8 @@ class Columns:
             "successor": self.d,
             "later": self.d,
             "action": self.n,
-            "wanted": self.n,
-            "shown": 1,
+            "expert_action": self.n,
+            "is_demo": 1,
             "reward": 1,
             "discount": 1,
             "reward_n": 1,
@@ -86,8 +86,8 @@ def rows_of(
         "successor": observations[1:],
         "later": observations[index],
         "action": actions,
-        "wanted": actions if wanted is None else wanted,
-        "shown": np.full((len(rewards), 1), float(wanted is not None)),
+        "expert_action": actions if wanted is None else wanted,
+        "is_demo": np.full((len(rewards), 1), float(wanted is not None)),
         "reward": rewards[:, None],
         "discount": weight_one[:, None],
         "reward_n": later[:, None],
@@ -98,7 +98,7 @@ def rows_of(
     return rows
 
 
-class Replay:
+class ReplayBuffer:
     """The last `capacity` rows of those written, in a file of `capacity + spare` rows."""
 
     def __init__(self, path: Path, columns: Columns, capacity: int, spare: int, written: int = 0) -> None:
@@ -137,7 +137,7 @@ class Replay:
 class Priorities:
     """Priorities of the rows of a replay, which draws rows in their proportion (DDPGfD, prioritised replay)."""
 
-    def __init__(self, replay: Replay, exponent: float, correction: float) -> None:
+    def __init__(self, replay: ReplayBuffer, exponent: float, correction: float) -> None:
         """Give every row the largest priority seen so far until it is told its own.
 
         Rows are drawn in proportion to priority to the power `exponent`; importance weights to the power `correction`
@@ -164,12 +164,12 @@ class Priorities:
         self.values[numbers.ravel() % len(self.values)] = priorities.ravel()
         self.largest = max(self.largest, float(priorities.max()))
 
-    def kept(self) -> dict[str, Any]:
-        """Return everything that `resume` needs."""
+    def state_dict(self) -> dict[str, Any]:
+        """Return everything that `load_state_dict` needs."""
         return {"values": self.values, "scalars": np.array([self.largest, self._known])}
 
-    def resume(self, kept: dict[str, Any]) -> None:
-        """Go on from what `kept` returned; from nothing, start anew."""
+    def load_state_dict(self, kept: dict[str, Any]) -> None:
+        """Go on from what `state_dict` returned; from nothing, start anew."""
         if kept:
             self.values = kept["values"]
             self.largest, self._known = float(kept["scalars"][0]), int(kept["scalars"][1])

@@ -16,7 +16,8 @@ class ReachCommand:
     hand: str = "2v2_50.50_50.50_1.1_53"
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    """Object: a name (`inhand objects`), shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with
+    its unit and mass, as part.dxf:unit=mm:mass_kg=0.05."""
     directions: str = "all,twist"
     """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
     twist: float = 0.0
@@ -40,7 +41,8 @@ class AsteriskConfig:
     hand: str = "2v2_50.50_50.50_1.1_53"
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    """Object: a name (`inhand objects`), shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with
+    its unit and mass, as part.dxf:unit=mm:mass_kg=0.05."""
     controller: str = "ik"
     """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
     engine: Engine = MUJOCO

@@ -16,7 +16,7 @@ from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.folders import run_folder
-from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
+from inhand.hands.files import HANDS, OBJECTS, assumed, load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -45,6 +45,8 @@ class Reach(Shown):
     """A grip at the start."""
     limits: tuple[Limit, ...]
     """The limit of each direction."""
+    notes: tuple[str, ...]
+    """What a reader should know, a sentence each."""
 
     @property
     def subtitle(self) -> str:
@@ -100,6 +102,7 @@ class Reach(Shown):
             "limits": [_entry(limit) for limit in self.limits],
             "config": asdict(self.config),
             "friction": self._friction,
+            "notes": self.notes,
             "versions": versions(),
         }
         write_json(content, folder / MARK)
@@ -115,6 +118,8 @@ class Asked:
     """Resolution, friction and bound of rotation."""
     primitives: tuple[Primitive, ...]
     """The directions."""
+    notes: tuple[str, ...]
+    """What a reader should know, a sentence each."""
 
 
 def reach(
@@ -131,7 +136,7 @@ def reach(
 
     Args:
         hand: a name, a TOML file or a spec.
-        object: a name, a TOML file or a spec.
+        object: a name, a TOML file, an outline (`part.dxf:unit=mm:mass_kg=0.05`) or a spec.
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         twist: rotation to hold, each way [deg].
         friction: coefficient between finger and object; None for the product of both bodies'.
@@ -160,14 +165,14 @@ def ready_reach(config: ReachCommand) -> Asked:
         InputError: anything in the configuration that cannot be computed.
     """
     held = load_hand(config.hand), load_object(config.object)
-    assumed = ReachConfig(
+    known = ReachConfig(
         resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )
     primitives = parse_directions(config.directions)
     if config.twist:
         primitives = with_twists(primitives, config.twist)
     check_fit(*held)
-    return Asked(held, assumed, primitives)
+    return Asked(held, known, primitives, assumed([config.hand]))
 
 
 def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int], None] | None = None) -> Reach:
@@ -179,7 +184,7 @@ def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int],
     held, count = asked.held, len(asked.primitives)
     start = start_grip(*held, asked.assumed)
     tell = None if told is None else lambda name: told(name, count)
-    return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell))
+    return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell), asked.notes)
 
 
 def _entry(limit: Limit) -> dict[str, Any]:

@@ -19,7 +19,7 @@ def run_asterisk(config: AsteriskConfig) -> None:
         run.write(folder)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.beside)
     print_table(f"{run.name} on {config.object}, {config.hand}", header, rows)
-    for sentence in failures(run.results):
+    for sentence in (*failures(run.results), *run.notes):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")
 

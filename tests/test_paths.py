@@ -120,14 +120,9 @@ def test_fast_frames_leave_no_gaps() -> None:
     np.testing.assert_allclose(path.poses[:, 1], 0.5 * path.poses[:, 0], atol=1.1e-3)
 
 
-def test_rotation_is_followed_only_where_its_sign_is_known() -> None:
-    points = np.column_stack([np.linspace(0, 40, 200), np.zeros(200)])
-    turn = np.linspace(-15, -11, 200)
-    path = human_path(made_trial(points, turn, signed=True), keep_rotation=True)
-    np.testing.assert_allclose(path.poses[[0, -1], 2], np.radians([-15, -11]), atol=3e-3)
+def test_a_translation_keeps_its_rotation() -> None:
+    points, turn = np.column_stack([np.linspace(0, 40, 200), np.zeros(200)]), np.linspace(-15, -11, 200)
     np.testing.assert_array_equal(human_path(made_trial(points, turn, signed=True)).poses[:, 2], 0)
-    with pytest.raises(InputError, match=r"made.csv: the sign of the rotation is unknown.*leave keep_rotation off"):
-        human_path(made_trial(points, -turn), keep_rotation=True)
 
 
 def test_a_trial_that_hardly_moves_has_no_path() -> None:

@@ -5,7 +5,6 @@ import io
 import json
 import re
 from dataclasses import fields
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,7 @@ from inhand.tracing import report as trace_report
 from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
-from inhand.tracing.fit import carried, largest
+from inhand.tracing.fit import carried
 from inhand.tracing.run import find_path, plan_of, prepare_trace
 from inhand.tracing.tasks import find_task
 from inhand.tracing.trace import Trace
@@ -111,7 +110,8 @@ def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None
     assert "2 trial(s) of 5 primitives, 1 of them an approach, then 120 mm of way" in text
     for picture in re.findall(r"!\[.*\]\((.*)\)", text):
         assert (run / picture).is_file()
-    assert "    inhand trace --path square --size 30 --controller ik" in text
+    assert "    inhand trace --hand 2v2_50.50_50.50_1.1_53 --object cube_39 --engine mujoco" in text
+    assert " --controller ik --trials 2 --path square --size 30 --out" in text
 
 
 def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: Path, inhand: Call) -> None:
@@ -234,7 +234,7 @@ def test_a_shape_that_is_too_large_is_refused_with_the_largest_that_fits(
     tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fit, "EXACT", 0.015)
-    monkeypatch.setattr(trace_run, "largest", partial(largest, above=0.06))  # which saves most of the search
+    monkeypatch.setattr(fit, "SMALLEST", 0.06)  # which saves most of the search
     code, _, err = inhand("trace", "--path", "J", "--size", "130", "--out", tmp_path / "run")
     assert code == 2
     assert list(tmp_path.iterdir()) == []

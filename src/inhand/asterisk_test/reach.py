@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.folders import run_folder
 from inhand.hands.files import HANDS, OBJECTS, assumed, load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
@@ -36,6 +35,8 @@ DEFAULT = ReachCommand()
 @dataclass(frozen=True, eq=False)
 class Reach(Shown):
     """How far a hand could carry an object."""
+
+    mark = MARK
 
     config: ReachCommand
     """What was asked for."""
@@ -82,19 +83,8 @@ class Reach(Shown):
         title = f"Reach{f', holding {chosen:+g} deg' if chosen else ''} [mm]"
         return reach_figure(self.held, self.start, shown, title, self.subtitle)
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write numbers and figures, as `inhand reach` does, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another reach and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
-            replace(self, config=replace(self.config, out=out)).write(part)
-        return out
-
     def write(self, folder: Path) -> None:
-        """Write the same into a folder that is there."""
+        """Write everything into a folder that is there."""
         for twist in self.twists:
             name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
             save_figure(self.figure(twist), folder / name)

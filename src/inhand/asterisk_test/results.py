@@ -97,7 +97,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
     """Return the result of a simulated trial, with the users' metrics of some names."""
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
-    target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.substeps * passport.timestep
+    target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.period
     reference = 1e3 * trial.reference[:, :2]
     primary = measure(
         path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference

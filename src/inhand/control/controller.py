@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec
 from inhand.sim.state import State
 
 SUBSTEPS = 5
@@ -27,7 +28,7 @@ class Task:
     """The object of each world."""
     path: Path
     """Object poses relative to `start`, in palm axes `(B, S, 3)`."""
-    timestep: float
+    timestep: float = SceneSpec.timestep
     """Physics step [s]."""
     substeps: int = SUBSTEPS
     """Physics steps for one decision."""

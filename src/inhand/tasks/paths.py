@@ -51,15 +51,10 @@ def path_of(primitive: Primitive) -> ReferencePath:
 
 
 def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.001) -> ReferencePath:
-    """Return the path straight along a primitive.
+    """Return the path straight along a primitive, in steps [m], by default farther [m] than any hand reaches.
 
     A translation that holds a twist has the twist before it (docs/metrics.md). A primitive that only rotates has steps
     of one degree and ignores `length` and `step`.
-
-    Args:
-        primitive: What to do.
-        length: How far [m], longer than any hand reaches.
-        step: Spacing of the waypoints [m].
 
     Raises:
         InputError: length or step is not positive and finite, or a rotation by nothing.

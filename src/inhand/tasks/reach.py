@@ -35,14 +35,9 @@ def limits(
     config: ReachConfig | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[Limit, ...]:
-    """Return the limit of every primitive, from the start of the object.
+    """Return the limit of every primitive, from the start of the object; `progress` is told the name of each.
 
-    Args:
-        hand: the hand.
-        spec: the object.
-        primitives: what to do; a held twist comes before the translation and is not part of the distance.
-        config: resolution, friction, bound of rotation.
-        progress: told each primitive's name once it is done.
+    A held twist comes before the translation and is not part of the distance.
 
     Raises:
         InputError: no pair of contacts holds the object at the start.

@@ -120,22 +120,23 @@ def fit_of(held: Held, plan: Plan) -> Fit:
     return Fit(float(plan.way[-1]), _outside(held, plan), carried(held, plan))
 
 
-def largest(
-    fits: Callable[[float], bool], progress: Callable[[float], None] | None = None, above: float = SMALLEST
-) -> float:
-    """Return the largest size that fits [m], or 0 where not even the smallest does.
+def largest(fits: Callable[[float], bool], progress: Callable[[float], None] | None = None) -> float:
+    """Return the largest size that fits [m], or 0 where not even the smallest does; `progress` is told each tried.
 
-    Args:
-        fits: whether a size [m] does; every size below one that does is taken to do so too.
-        progress: told each size before it is tried.
-        above: a size known to fit, or the smallest to try.
+    Every size below one that fits is taken to fit too.
     """
-    low, high = 0.0, above
-    while high <= LARGEST and _tried(fits, high, progress):
+
+    def tried(size: float) -> bool:
+        if progress is not None:
+            progress(size)
+        return fits(size)
+
+    low, high = 0.0, SMALLEST
+    while high <= LARGEST and tried(high):
         low, high = high, 2 * high
     while high - low > EXACT and low > 0:
         middle = (low + high) / 2
-        low, high = (middle, high) if _tried(fits, middle, progress) else (low, middle)
+        low, high = (middle, high) if tried(middle) else (low, middle)
     return low
 
 
@@ -150,12 +151,6 @@ def refusal(name: str, fit: Fit, origin: Array, largest_mm: str) -> InputError:
             f" {1e3 * fit.way:.0f} mm along it"
         )
     return InputError(f"{name} {why}; {largest_mm}")
-
-
-def _tried(fits: Callable[[float], bool], size: float, progress: Callable[[float], None] | None) -> bool:
-    if progress is not None:
-        progress(size)
-    return fits(size)
 
 
 def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:

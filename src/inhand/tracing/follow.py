@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,16 +11,13 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import run_worlds
+from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
-from inhand.control.recording import cut_trials
-from inhand.control.trial import REACHED, STOPPED, Passport, Trial
+from inhand.control.recording import cut_trials, passports
+from inhand.control.trial import REACHED, STOPPED, Trial
 from inhand.geometry import Array, Path, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
-from inhand.sim.names import MUJOCO
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
@@ -71,13 +68,10 @@ def follow(
     entry: ControllerEntry,
     plans: Sequence[Plan],
     starts: Array,
-    passports: Sequence[Passport],
+    bench: Bench,
     *,
-    scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    seed: int = 0,
     config: SequenceConfig | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
-    threads: int = 0,
-    engine: str = MUJOCO,
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it and return what each world left.
 
@@ -87,22 +81,19 @@ def follow(
             whole task follows plans without a sequence.
         plans: a plan for each world, in the palm frame, from where the object is placed.
         starts: where each object really stands `(B, 3)` [m, m, rad].
-        passports: of the worlds' trials.
-        scenes: what surrounds them.
+        bench: in what they are simulated.
+        seed: of the run.
         config: when primitives have arrived or failed.
-        progress: told the phase, the worlds still running and the simulated step.
-        threads: for the simulation; 0 uses every core.
-        engine: the physics engine.
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
-    grasp = entry.grasp(hand, spec, poses, starts, engine=engine)
-    simulator = make_simulator(engine, hand, [spec] * len(plans), scenes, threads)
-    task = Task(hand, simulator.objects, Path(poses - poses[:, :1]), simulator.timestep)
+    grasp = entry.grasp(hand, spec, poses, starts, engine=bench.engine)
+    task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
-    longest = max(map(_longest, plans))
-    recording = run_worlds(simulator, task, grasp, starts, lambda _: driver, longest=longest, progress=progress)
-    trials = cut_trials(recording, passports, task.path.poses)
+    _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=max(map(_longest, plans)))
+    signed = passports(hand, spec, entry.name, seed=seed, engine=bench.engine)
+    found = [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(plans, start=1)]
+    trials = cut_trials(recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
 

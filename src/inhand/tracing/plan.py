@@ -117,13 +117,10 @@ def plan_along(name: str, poses: Array, start: Array, *, stay: float = 0.0, tole
 
 
 def simplified(poses: Array, tolerance: float) -> NDArray[np.int64]:
-    """Return the way-points that are kept so that none lies farther than the tolerance from the line between them.
+    """Return which way-points `(N, 3)` are kept so that none lies farther than the tolerance [m] from their line.
 
-    Douglas and Peucker's cut: the farthest point from a chord is kept, and both parts are looked at in turn.
-
-    Args:
-        poses: way-points `(N, 3)`: x [m], y [m], theta [rad].
-        tolerance: largest distance [m]; an angle counts as an arc at `TURN_ARM`.
+    Douglas and Peucker's cut: the farthest point from a chord is kept, and both parts are looked at in turn. An angle
+    counts as an arc at `TURN_ARM`.
     """
     points = poses * np.array([1.0, 1.0, TURN_ARM])
     keep = np.zeros(len(points), dtype=bool)
@@ -149,12 +146,13 @@ def _legs(poses: Array) -> list[Leg]:
     for here, there in pairwise(poses):
         turned = np.array([here[0], here[1], there[2]])
         if abs(turned[2] - here[2]) > SAME:
-            legs.append(Leg("turn", _triple(here), _triple(turned)))
+            legs.append(Leg("turn", triple(here), triple(turned)))
         if np.hypot(*(there - turned)[:2]) > SAME:
-            legs.append(Leg("move", _triple(turned), _triple(there)))
+            legs.append(Leg("move", triple(turned), triple(there)))
     return legs
 
 
-def _triple(pose: Array | Sequence[float]) -> tuple[float, float, float]:
+def triple(pose: Array | Sequence[float]) -> tuple[float, float, float]:
+    """Return a pose as plain numbers."""
     x, y, theta = (float(value) for value in pose)
     return x, y, theta

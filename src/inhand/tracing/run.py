@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from inhand.control.catalogue import ControllerEntry, find_controller
-from inhand.control.controller import SUBSTEPS
 from inhand.control.draws import check_count, check_draws, start_noise
+from inhand.control.loop import Bench, Told
 from inhand.control.policy import check_joints
-from inhand.control.trial import Passport
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engines import check_engine
-from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
@@ -29,12 +26,9 @@ from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.tracing.trace import Trace, trace_of
-from inhand.versions import versions
 
 SHARE = 0.6
 """Share of the reachable size that a drawing without a size gets."""
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is, and how far it has to go."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +88,7 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
 
 
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
-    """Return a run's setup.
-
-    Args:
-        config: what to run.
-        told: told how the search for the reachable size goes.
+    """Return a run's setup; `told` is told how the search for the reachable size goes.
 
     Raises:
         InputError: anything in the configuration that cannot be run; of a drawing that is too large it says which part
@@ -154,19 +144,9 @@ def simulate_trace(
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = setup.hand, setup.object
-    scene = SceneSpec() if setup.task is None else setup.task.scene(held)
     noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
-    found = follow(
-        held,
-        setup.controller,
-        setup.plans,
-        setup.hand.start_pose + noise,
-        _passports(config, setup, scene.timestep),
-        scenes=scene,
-        progress=progress,
-        threads=threads,
-        engine=config.engine,
-    )
+    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), threads, progress)
+    found = follow(held, setup.controller, setup.plans, setup.hand.start_pose + noise, bench, seed=config.seed)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 
@@ -205,25 +185,3 @@ def _sized(
 
 def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:
     return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)
-
-
-def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[Passport]:
-    found = versions()
-    return [
-        Passport(
-            hand=setup.hand,
-            object=setup.object,
-            controller=setup.controller.name,
-            primitive=plan.name,
-            angle_deg=None,
-            rotation_deg=0.0,
-            path=plan.name,
-            trial=number,
-            seed=config.seed,
-            substeps=SUBSTEPS,
-            timestep=timestep,
-            versions=found,
-            engine=config.engine,
-        )
-        for number, plan in enumerate(setup.plans, start=1)
-    ]

@@ -67,14 +67,7 @@ class Sequencer:
     def __init__(
         self, task: Task, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
     ) -> None:
-        """Take worlds through plans, one each, given in the palm frame.
-
-        Args:
-            task: hand, objects and periods of the batch.
-            plans: a plan for each world.
-            repertoire: what carries the primitives out.
-            config: when they have arrived or failed.
-        """
+        """Take worlds through plans, one each, given in the palm frame."""
         self._task, self._repertoire = task, repertoire
         config = config or SequenceConfig()
         self.walks = [Walk(plan, config, task.control_period) for plan in plans]

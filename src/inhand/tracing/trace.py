@@ -79,12 +79,7 @@ class Deviations:
 
 
 def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
-    """Return what one world reached.
-
-    Args:
-        followed: what it left.
-        wall: what it was to be pushed against, if anything.
-    """
+    """Return what one world reached, and of a wall for how long it was pushed against it."""
     plan, trial = followed.plan, followed.trial
     poses, _ = measured_rows(followed)
     rows = deviations(followed)
@@ -102,7 +97,7 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
         float(np.rad2deg(turned.max(initial=0.0))),
         float(1e3 * np.hypot(*last[:2])),
         float(np.rad2deg(abs(wrap_angle(last[2])))),
-        len(poses) * trial.passport.substeps * trial.passport.timestep,
+        len(poses) * trial.passport.period,
         sum(event.what != "gave up" for event in followed.events),
         None if wall is None else _pushed(followed, wall),
     )
@@ -163,4 +158,4 @@ def _pushed(followed: Followed, wall: Wall) -> float:
     """Return the longest time for which the object touched a wall, held by both fingers [s]."""
     trial = followed.trial
     near = clearance(wall, trial.passport.object, planar(trial.object_pose)) <= TOUCHES
-    return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.substeps * trial.passport.timestep
+    return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.period

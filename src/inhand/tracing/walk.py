@@ -126,12 +126,7 @@ class Walk:
         return self._go(pose)
 
     def decide(self, pose: Pose, *, touching: bool) -> Request | None:
-        """Return the primitive to start now, None where the one under way goes on.
-
-        Args:
-            pose: the object's.
-            touching: whether both fingers touch it.
-        """
+        """Return the primitive to start now, None where the one under way goes on."""
         if self.ended:
             return None
         self.time += self.period

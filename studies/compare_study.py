@@ -29,6 +29,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training, default
+from inhand.learning.progress import JOURNAL
 from inhand.learning.runs import finished, resume, train
 from inhand.sim.model import SceneSpec
 from inhand.tracing.follow import follow
@@ -232,7 +233,7 @@ def _adaptation(config: CompareConfig, who: Contestant) -> Iterator[dict[str, An
             folder = config.out / "adaptation" / f"{who.folder}_{count}"
             training = training_of(config, who, count)
             _train(training, folder, lambda *_: None)
-            lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
+            lines = [json.loads(line) for line in (folder / JOURNAL).read_text().splitlines()]
             first = next(line for line in lines if line["kind"] == "evaluation")
             steps = count * training.interface.horizon
             told = {"demonstrations": count, "steps": steps, "completion": first["fraction"]}

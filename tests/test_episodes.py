@@ -16,12 +16,10 @@ from inhand.control.phases import Grasp, Phase, standard_phases
 from inhand.control.recording import cut_trials
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 from inhand.geometry import Array, Path, spatial
-from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
-from inhand.hands.objects import ObjectSpec
+from inhand.sim.engine import Simulator
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
@@ -52,52 +50,41 @@ def state_with(touching: NDArray[np.bool_], time: float = 0.0, diverged: NDArray
     )
 
 
-@dataclass
-class Scripted:
-    """A simulator whose contacts were written down beforehand."""
+class Scripted(Simulator):
+    """A simulator whose contacts `(T, B, 2)` after each step were written down beforehand; the last row stays."""
 
-    contacts: NDArray[np.bool_]
-    """Contacts `(T, B, 2)` after each step; the last row stays."""
-    diverging: dict[int, int] = field(default_factory=dict)
-    """The step at which a world diverges, for those that do."""
-    timestep: float = 0.004
-    steps: int = 0
-    hand: HandSpec = HAND
-    engine: Engine = "mujoco"
+    engine = "mujoco"
 
-    @property
-    def objects(self) -> tuple[ObjectSpec, ...]:
-        """The object of each world."""
-        return tuple([CUBE] * int(self.contacts.shape[1]))
-
-    def reset(self, object_pose: Array, joint_angles: Array) -> State:
-        """Start before the first row, in contact."""
-        del object_pose, joint_angles
-        self.steps = 0
-        return state_with(np.ones(self.contacts.shape[1:], dtype=bool))
-
-    def step(self, targets: Array, substeps: int) -> State:
-        """Give the next row."""
-        del targets
-        row = self.contacts[min(self.steps, len(self.contacts) - 1)]
-        self.steps += 1
-        diverged = np.array([self.steps >= self.diverging.get(world, np.inf) for world in range(len(row))])
-        return state_with(row, self.steps * substeps * self.timestep, diverged)
+    def __init__(self, contacts: NDArray[np.bool_], diverging: dict[int, int] | None = None) -> None:
+        """Diverge in worlds at the steps given."""
+        super().__init__(HAND, [CUBE] * contacts.shape[1])
+        self.contacts, self.diverging, self.steps, self.time = contacts, diverging or {}, 0, 0.0
 
     def measure(self) -> State:
-        """Give no state between rows."""
-        raise NotImplementedError
+        """Give the row of the last step; before the first all are in contact."""
+        if not self.steps:
+            return state_with(np.ones(self.contacts.shape[1:], dtype=bool))
+        row = self.contacts[min(self.steps, len(self.contacts)) - 1]
+        diverged = np.array([self.steps >= self.diverging.get(world, np.inf) for world in range(len(row))])
+        return state_with(row, self.time, diverged)
 
     def snapshot(self) -> Snapshot:
         """Keep nothing."""
         raise NotImplementedError
 
-    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
-        """Go back to nothing."""
+    def _place(self, object_pose: Array, joint_angles: Array) -> None:
+        del object_pose, joint_angles
+        self.steps = 0
+
+    def _advance(self, targets: Array, substeps: int) -> None:
+        del targets
+        self.steps += 1
+        self.time = self.steps * substeps * self.timestep
+
+    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         raise NotImplementedError
 
-    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
-        """Push nothing."""
+    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         raise NotImplementedError
 
 
@@ -138,7 +125,8 @@ def run_script(
     diverging: dict[int, int] | None = None,
 ) -> Recording:
     simulator = Scripted(contacts, diverging or {})
-    start = simulator.reset(np.zeros((1, 3)), np.zeros((1, 4)))
+    count = contacts.shape[1]
+    start = simulator.reset(np.zeros((count, 3)), np.zeros((count, 4)))
     return run_episodes(simulator, task_for(simulator, substeps), phases, start)
 
 

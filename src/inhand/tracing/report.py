@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from inhand.control.scenes import scene_at
 from inhand.control.trial import write_json, write_trials
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
 from inhand.shown import Shown, frame
@@ -31,6 +31,7 @@ MOST_FRAMES = 300
 """and more where it would have more frames than this."""
 
 
+FAULTLESS = "Every trial followed its plan to the end without a failure."
 MARK = "trace.json"
 """The file that marks a folder as one of a trace."""
 
@@ -144,7 +145,7 @@ def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
         "",
         *table_lines(*trace_rows(run.traces)),
         "",
-        *(_failed(sentences) if sentences else ["Every trial followed its plan to the end without a failure.", ""]),
+        *(listed_lines("What failed", sentences) or [FAULTLESS, ""]),
         *[f"* {note}" for note in run.notes],
         "",
         "## Figures",
@@ -152,7 +153,3 @@ def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
         *picture_lines(pictures),
         *again_lines(words),
     ]
-
-
-def _failed(sentences: list[str]) -> list[str]:
-    return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]

@@ -377,5 +377,5 @@ def test_the_default_sweep_is_wide_and_its_command_short(tmp_path: Path) -> None
     assert len(OBJECTS) >= 10
     assert len(plan(SweepConfig(out=tmp_path / "sweep")).waiting) == len(HANDS) * len(OBJECTS)
     config = SweepConfig(hands=("a", "b"), seed=3)
-    assert command(config) == "inhand sweep --hands a b --seed 3"
+    assert command(config) == "inhand sweep --seed 3 --hands a b"
     assert command(SweepConfig()) == "inhand sweep"

@@ -195,7 +195,7 @@ def load_reach(folder: Path) -> Reach:
             f"{folder / MARK}: its limits are not those of the directions {config.directions}; compute it again"
         )
     found = tuple(entry.limit(primitive) for entry, primitive in zip(entries, asked.primitives, strict=True))
-    return Reach(config, asked.held, start_grip(*asked.held, asked.assumed), found)
+    return Reach(config, asked.held, start_grip(*asked.held, asked.assumed), found, asked.notes)
 
 
 @dataclass(frozen=True)

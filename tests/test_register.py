@@ -14,13 +14,14 @@ from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.phases import PHASES
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
-from inhand.hands.files import load_hand
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.registry import Registry, load_file, load_packages
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
 from inhand.tasks.rewards import find_reward
-from inhand.tracing.tasks import TASKS
+from inhand.tracing.tasks import TASKS, find_task
 
 BACK = """
 import numpy as np
@@ -34,6 +35,20 @@ def hook():
 @inhand.register.metric("highest_mm")
 def highest(trial):
     return float(trial.manipulated_path()[0][:, 1].max())
+
+@inhand.register.phase("hold", longest=0.2)
+class Hold:
+    def __init__(self, task):
+        pass
+
+    def begin(self, state):
+        self.targets = state.targets
+
+    def act(self, state):
+        return self.targets
+
+    def finished(self, state):
+        return np.zeros(state.n_worlds, dtype=bool)
 
 class NoController:
     pass
@@ -97,7 +112,7 @@ def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
     own: Path, inhand: Call, tmp_path: Path
 ) -> None:
     words = ("--directions", f"{own}:{own.stem}", "--trials", 1, "--noise-mm", 0, "--out", tmp_path / "run")
-    code, out, err = inhand("asterisk", *words, "--metrics", f"{own}:highest_mm")
+    code, out, err = inhand("asterisk", *words, "--metrics", f"{own}:highest_mm", "--phases", f"{own}:hold")
     assert (code, err) == (0, ""), err
     assert own.stem in out
     run = front.load(tmp_path / "run")
@@ -107,6 +122,9 @@ def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
     assert path[-1, 0] == pytest.approx(20.0, abs=1.5)
     assert run.table()["limit_mm"][0] == pytest.approx(20.0)
     assert run.table()["more.highest_mm"][0] == path[:, 1].max()
+    held = run.trials[0].phase == run.trials[0].phases.index("hold")
+    assert run.trials[0].phases == ("place", "grasp", "hold", "manipulate")
+    assert held.sum() == 10
     assert ">more.highest_mm</th>" in run._repr_html_()
     assert run._repr_png_().startswith(b"\x89PNG")
 
@@ -267,5 +285,10 @@ def test_a_phase_or_task_that_is_not_known_or_gives_no_way_points_is_refused() -
     with pytest.raises(InputError, match="unknown phase 'hold'"):
         front.asterisk(directions="Out", trials=1, phases=["hold"])
     front.register.task("flat")(lambda *_: np.zeros((3, 2)))
+    front.register.task("there", stay=0.5)(lambda *_: np.array([[0.01, 0.0, 0.1], [0.02, 0.01, 0.1]]))
+    held = Held(load_hand("2v2_50.50_50.50_1.1_53"), load_object("cube_39"))
+    last = find_task("there").plan(held, np.random.default_rng(0)).legs[-1]
+    np.testing.assert_allclose(last.end, held.start + np.array([0.02, 0.01, 0.1]))
+    assert last.stay == 0.5
     with pytest.raises(InputError, match=r"task 'flat' gives \(3, 2\): it must give way-points \(N, 3\)"):
         front.trace("flat", trials=1)

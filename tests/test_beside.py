@@ -7,8 +7,7 @@ import pytest
 
 from inhand.asterisk_test.beside import MOST, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.page import command
-from inhand.asterisk_test.report import Run, write_report
+from inhand.asterisk_test.report import Run, command, write_report
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, table_rows, with_beside

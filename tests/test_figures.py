@@ -1,6 +1,7 @@
 """Asterisks and panels render from nothing, one point and sixteen directions, and show what they were given."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -180,6 +181,16 @@ def test_target_ends_at_the_reach_limit_with_a_cap() -> None:
     caps = [line for line in figure.axes[0].lines if len(xy(line)) == 2 and np.allclose(xy(line)[:, 0], 83.0)]
     assert len(caps) == 1
     assert "reach limit" in legend_texts(figure)
+
+
+def test_a_bent_target_is_drawn_whole_and_kept_in_sight() -> None:
+    bent = np.array([(0.0, 0.0), (30.0, 20.0), (0.0, 90.0)])
+    curve = replace(straight(90, "Out", 40), target_mm=bent)
+    ax = asterisk_figure([curve]).axes[0]
+    assert xy(dashed(ax)[0]) == pytest.approx(bent)
+    assert ax.get_ylim()[1] > 90.0
+    with pytest.raises(InputError, match=r"target of path 'Out' has shape \(3,\); it must be \(N, 2\)"):
+        replace(curve, target_mm=np.zeros(3))
 
 
 def test_band_lies_across_the_direction_and_breaks_at_a_gap() -> None:

@@ -50,7 +50,8 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         label_mm=distance,
         band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
         failed=any(result.lost for result in results),
-        limit_mm=results[0].limit,
+        limit_mm=None if results[0].bent else results[0].limit,
+        target_mm=target_of(trials[0], results[0]) if results[0].bent else None,
     )
 
 
@@ -65,8 +66,10 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
         turns.append(rotation)
     points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
     distance = mean_distance(results)
-    failed, limit = any(result.lost for result in results), results[0].limit
-    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
+    failed = any(result.lost for result in results)
+    limit = None if results[0].bent else results[0].limit
+    target = target_of(trials[0], results[0]) if results[0].bent else None
+    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit, target_mm=target)
 
 
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:

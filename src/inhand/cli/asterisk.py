@@ -18,7 +18,7 @@ def run_asterisk(config: AsteriskConfig) -> None:
         run = finish(config, known, simulated)
         run.write(folder)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.beside)
-    print_table(f"{run.name} on {config.object}, {config.hand}", header, rows)
+    print_table(f"{run.name} on {run.held[1]}, {run.held[0]}", header, rows)
     for sentence in failures(run.results):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")

@@ -11,6 +11,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from inhand.errors import InputError
+from inhand.pages import pictured
 
 PNG_DPI = 160
 """Resolution of PNG files [dots/in]: sharp on a page at 9 pt, small enough for a repository."""
@@ -40,6 +41,12 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     with written_whole(path) as part, mpl.rc_context({"svg.hashsalt": "inhand", "pdf.fonttype": 42}):
         figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", metadata=UNDATED[suffix])
     return path
+
+
+def save_picture(figure: Figure, folder: Path, name: str, text: str) -> str:
+    """Write a figure into `figures` of a run's folder and return it as a part of the run's page."""
+    save_figure(figure, folder / "figures" / name)
+    return pictured(text, f"figures/{name}")
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array, unit
 from inhand.plots.asterisk import asterisk_figure, draw_asterisk
 from inhand.plots.curves import PathCurve, band_polygons, target_length, tip, true_runs
@@ -21,7 +22,7 @@ from inhand.plots.donut import DonutSeries, donut_figure
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.panels import Panel, panels_figure
 from inhand.plots.radar import RadarSeries, radar_figure
-from inhand.plots.save import save_figure, written_whole
+from inhand.plots.save import save_figure
 from inhand.plots.shapes import SceneOutline, draw_scene, extent_of, move_scene
 from inhand.plots.sheet import new_figure
 from inhand.plots.style import DIRECTION_WHEEL, INK, MUTED, direction_colour, series_look
@@ -373,7 +374,7 @@ def test_a_failed_write_keeps_the_old_file_and_leaves_no_part(tmp_path: Path) ->
     old.write_text("old")
 
     def write_half() -> None:
-        with written_whole(old) as part:
+        with in_place(old) as part:
             part.write_text("half")
             raise OSError("disk full")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -50,8 +51,7 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         label_mm=distance,
         band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
         failed=any(result.lost for result in results),
-        limit_mm=None if results[0].bent else results[0].limit,
-        target_mm=target_of(trials[0], results[0]) if results[0].bent else None,
+        **_target(trials[0], results[0]),
     )
 
 
@@ -66,10 +66,13 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
         turns.append(rotation)
     points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
     distance = mean_distance(results)
-    failed = any(result.lost for result in results)
-    limit = None if results[0].bent else results[0].limit
-    target = target_of(trials[0], results[0]) if results[0].bent else None
-    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit, target_mm=target)
+    failed, target = any(result.lost for result in results), _target(trials[0], results[0])
+    return PathCurve(angle, passport.primitive, points, distance, failed=failed, **target)
+
+
+def _target(trial: Trial, result: Result) -> dict[str, Any]:
+    """Return what a curve's target is: the hand's limit along a straight line, or a reference that is bent."""
+    return {"target_mm": target_of(trial, result)} if result.bent else {"limit_mm": result.limit}
 
 
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:

@@ -16,6 +16,7 @@ from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
+from inhand.folders import in_place
 from inhand.pages import again, listed, options, page_of, table_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
@@ -59,9 +60,8 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
     write_json(content, config.out / "sweep.json")
     texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures)}
     for name, text in texts.items():
-        part = config.out / f"{name}.part"
-        part.write_text(text, encoding="utf-8")
-        part.replace(config.out / name)
+        with in_place(config.out / name) as part:
+            part.write_text(text, encoding="utf-8")
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:

@@ -185,6 +185,7 @@ def test_a_bent_reference_is_the_target_of_its_direction(finished: Run) -> None:
     for average in (average_curve, compatible_curve):
         assert average(trials, finished.results[:2]).target_mm is None
         curve = average(trials, bent)
+        assert curve.target_mm is not None
         np.testing.assert_allclose(curve.target_mm, 1e3 * trials[0].reference[:, :2])
         assert curve.limit_mm is None
 

@@ -63,6 +63,8 @@ class Run(Shown):
     """What a reader should know, a sentence each."""
     beside: tuple[Beside, ...] = ()
     """Earlier runs to set beside it."""
+    label: str = ""
+    """What tells it from them; without it its controller."""
 
     def table(self) -> pd.DataFrame:
         """Return a row for each trial: direction, outcome, every metric."""
@@ -91,14 +93,15 @@ class Run(Shown):
         write_json(content, folder / "metrics.json")
 
     @property
-    def held(self) -> tuple[str, str]:
-        """Names of the hand and of the object, without the path of a file."""
-        return self.trials[0].passport.hand.name, self.trials[0].passport.object.name
+    def name(self) -> str:
+        """What tells it from the runs beside it."""
+        return self.label or self.trials[0].passport.controller
 
     @property
-    def name(self) -> str:
-        """Name of the controller; that of a folder's policy is shorter than the configuration's."""
-        return self.trials[0].passport.controller
+    def subject(self) -> str:
+        """Its controller, object and hand by their names, which are shorter than files and folders."""
+        passport = self.trials[0].passport
+        return f"{passport.controller} on {passport.object.name} with {passport.hand.name}"
 
 
 def write_report(run: Run, folder: Path) -> None:
@@ -120,7 +123,7 @@ def page(run: Run, pictures: Sequence[str]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     config, table = run.config, shown_columns(table_rows(run.results, run.people))
     return page_of(
-        f"# Asterisk Test: {run.results[0].source} on {run.held[1]} with {run.held[0]}",
+        f"# Asterisk Test: {run.subject}",
         f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
@@ -128,7 +131,8 @@ def page(run: Run, pictures: Sequence[str]) -> str:
         " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
-        table_of(*with_beside(*table, run.beside)),
+        table_of(*with_beside(*table, run.name, run.beside)),
+        listed([f"{other.name}: {', '.join(other.settings)}." for other in run.beside], "Set beside it"),
         endings(run.results),
         listed(failures(run.results), "What failed"),
         people_told(run.people),
@@ -204,14 +208,15 @@ def _named(run: Run, stem: str) -> str:
 
 def _title(run: Run) -> str:
     twist = _twist(run)
-    return f"{run.name}, {run.config.paths} paths" + (
+    return f"{run.trials[0].passport.controller}, {run.config.paths} paths" + (
         f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
     )
 
 
 def _subtitle(run: Run) -> str:
     count = len({result.trial for result in run.results})
-    return f"{', '.join(run.held)}; mean of {count} trial{'s' if count > 1 else ''} a direction"
+    passport = run.trials[0].passport
+    return f"{passport.hand.name}, {passport.object.name}; mean of {count} trial{'s' if count > 1 else ''} a direction"
 
 
 def _asterisks(run: Run, folder: Path) -> list[str]:
@@ -298,7 +303,7 @@ def _paths(run: Run, folder: Path) -> list[str]:
     for trial, result in zip(run.trials, run.results, strict=True):
         if result.trial != 1 or result.angle_deg is None:
             continue
-        told, subtitle = trial_path(trial, result), f"{run.name}, trial 1, {result.outcome}"
+        told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"
         figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle)
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
         pictures.append(save_picture(figure, folder, f"paths/{file_name(result.direction)}.png", text))

@@ -103,8 +103,8 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[st
         listed([*tables.summary(sweep), f"This call took {wall_s / 60:.1f} minutes."]),
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
-        " to the first loss of contact. `Of finger` is either in finger lengths, so that small hands compare with large"
-        " ones. `Skill` is the distance's share of the limit and tells of the controller, not of the hand. In means of"
+        " to the first loss of contact. [L] is in finger lengths, so that small hands compare with large ones. `Skill`"
+        " is the distance's share of the limit and tells of the controller, not of the hand. In means of"
         " distances and limits what could not be run counts as 0; in means of shares it does not count."
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         *pictures,

@@ -34,13 +34,14 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 """The tables that say which hand is best."""
 
 
-def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
+def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, heat maps and page of a sweep into its folder.
 
     Args:
         config: what was asked for.
         sweep: what was found.
         wall_s: how long this call took [s].
+        notes: what a reader should know, a sentence each.
     """
     pictures = []
     for kind, text in KINDS.items():
@@ -58,7 +59,7 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
         "versions": versions(),
     }
     write_json(content, config.out / "sweep.json")
-    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures)}
+    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures, notes)}
     for name, text in texts.items():
         with in_place(config.out / name) as part:
             part.write_text(text, encoding="utf-8")
@@ -92,7 +93,7 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
     return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
 
 
-def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[str]) -> str:
+def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[str], notes: Sequence[str] = ()) -> str:
     """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
     found = [make(sweep) for make in (*FOUND, tables.cells_table)]
     shown = [table_of(table.header, table.rows, table.title) for table in found]
@@ -100,7 +101,7 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[st
         f"# Sweep: {len(sweep.hands)} hands x {len(sweep.objects)} objects x {len(sweep.directions)} directions",
         f"Controller {config.controller}, {_trials(config)}, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
-        listed([*tables.summary(sweep), f"This call took {wall_s / 60:.1f} minutes."]),
+        listed([*tables.summary(sweep), *notes, f"This call took {wall_s / 60:.1f} minutes."]),
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
         " to the first loss of contact. [L] is in finger lengths, so that small hands compare with large ones. `Skill`"

@@ -61,7 +61,7 @@ def asterisk(
 
     Args:
         hand: a name, a TOML file or a spec.
-        object: a name, a TOML file or a spec.
+        object: a name, a TOML file, an outline (`part.dxf:unit=mm:mass_kg=0.05`) or a spec.
         controller: a name, the folder of a training, `FILE.py:NAME`, a class of yours, or `inhand.policy(...)`.
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
@@ -79,8 +79,8 @@ def asterisk(
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
-    settings["label"] = (label,) if isinstance(label, str) else tuple(label)
-    settings["beside"] = tuple(map(Path, [beside] if isinstance(beside, str | Path) else beside))
+    settings["label"] = [label] if isinstance(label, str) else label
+    settings["beside"] = [beside] if isinstance(beside, str | Path) else beside
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 
@@ -102,9 +102,9 @@ def ready(config: AsteriskConfig) -> Ready:
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
     """Simulate, measure, and return the finished run."""
+    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
-    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)
 
 

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from inhand.control.checked import Checked
+from inhand.control.checked import maker
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.phases import Grasp
@@ -30,11 +30,12 @@ from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, transform
+from inhand.hands.files import assumed
 from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.touch import touch
-from inhand.registry import Registry, describe
+from inhand.registry import Registry
 from inhand.sim.names import MUJOCO
 
 
@@ -152,18 +153,12 @@ def _entry(name: str, given: object) -> ControllerEntry:
     if isinstance(given, UserPolicy):
         grip = partial(learned_grasp, policy=given)
         return ControllerEntry(name, "a user's policy", grip, partial(PolicyController, policy=given))
-    lacks = [word for word in ("begin", "act", "finished") if not callable(getattr(given, word, None))]
-    if not callable(given) or (isinstance(given, type) and lacks):
-        raise InputError(
-            f"controller {name!r} is {describe(given)}"
-            + (f" without {', '.join(lacks)}" if isinstance(given, type) else "")
-            + ": it must be a class, made with the task, with the methods begin(state), act(state) and finished(state)"
-        )
+    made = maker("controller", name, given)
     grasp = getattr(given, "grasp", "planned")
     planner = GRASPS.get(grasp) if isinstance(grasp, str) else grasp
     if not callable(planner):
         raise InputError(f"grasp {grasp!r} of controller {name!r}: use planned, rough or a function")
-    return ControllerEntry(name, "a user's", planner, partial(Checked, made=given, name=name))
+    return ControllerEntry(name, "a user's", planner, made)
 
 
 GRASPS: dict[str, Planner] = {"planned": planned_grasp, "rough": rough_grasp}
@@ -275,12 +270,14 @@ def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
 
 def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
     """Return what a reader should know of a controller's run with a hand and an object, a sentence each."""
+    notes = assumed([hand])
     if entry.policy is None:
-        return ()
+        return notes
     trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
     if trained == {"hand": hand, "object": spec}:
-        return ()
+        return notes
     return (
+        *notes,
         f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
         f" {hand}.",
     )

@@ -29,11 +29,11 @@ from inhand.control.rehearsal import best_plans, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError, near_matches
-from inhand.geometry import Array, transform
+from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
-from inhand.hands.hand import FINGER_NAMES, HandSpec
-from inhand.hands.objects import ObjectSpec, polygon
-from inhand.hands.touch import touch
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.sides import rough_plan, side_joints
 from inhand.registry import Registry, describe
 from inhand.sim.names import MUJOCO
 
@@ -97,44 +97,17 @@ def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str 
     return [best[k] for k in index]
 
 
-def rough_plan(hand: HandSpec, spec: ObjectSpec) -> GraspPlan:
-    """Return the grasp that puts both fingers on the middle of the object's sides (thesis 3.2).
-
-    Raises:
-        InputError: a finger does not reach its side.
-    """
-    half = float(polygon(spec)[:, 0].max())
-    contacts, normals = np.array([[-half, 0.0], [half, 0.0]]), np.array([[-1.0, 0.0], [1.0, 0.0]])
-    return GraspPlan(contacts, normals, _sides(hand, spec, half), 1)
-
-
 def rough_grasp(
     hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
 ) -> Grasp:
-    """Return the same grasp for every path and start: both fingers on the middle of the object's sides (thesis 3.2).
+    """Return the same grasp for every path and start, on the middle of the object's sides (thesis 3.2).
 
     Raises:
         InputError: a finger does not reach its side.
     """
     del starts, engine
-    half, count = float(polygon(spec)[:, 0].max()), len(poses)
-    opened, closed = (_sides(hand, spec, half + away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
-    return Grasp(np.tile(opened, (count, 1)), np.tile(closed, (count, 1)))
-
-
-def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
-    """Return joint angles `(n_joints,)` that touch points left and right of the object's start at a distance [m]."""
-    joints, pose = np.empty(hand.n_joints), hand.start_pose
-    for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
-        normal = np.array([sign, 0.0])
-        found = touch(hand, finger, transform(pose, distance * normal), normal)
-        if not found.reached:
-            raise InputError(
-                f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: the {side} finger does not"
-                " reach the middle of its side; use another object or hand, or the controller 'ik'"
-            )
-        joints[place] = found.joints
-    return joints
+    opened, closed = (side_joints(hand, spec, away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
+    return Grasp(np.tile(opened, (len(poses), 1)), np.tile(closed, (len(poses), 1)))
 
 
 PLAN_EVERY = 3

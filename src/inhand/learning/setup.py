@@ -182,7 +182,7 @@ def route_starts(
     *,
     engine: Engine = MUJOCO,
 ) -> Starts:
-    """Return starts with both fingers on the object, each with a route drawn from a pool."""
+    """Return starts with all fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool
     rows = rng.integers(len(routes), size=count)
     fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import direction_plans, rough_plan
+from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
@@ -25,6 +25,7 @@ from inhand.geometry import Array, Path
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.sides import rough_plan
 from inhand.records import Config
 from inhand.sim.engine import Simulator
 from inhand.sim.names import MUJOCO, Engine

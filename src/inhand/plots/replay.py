@@ -24,7 +24,6 @@ from PIL import Image
 
 from inhand.errors import InputError
 from inhand.geometry import Array, unit
-from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.path import check_contact, draw_contact
 from inhand.plots.save import written_whole
 from inhand.plots.shapes import (
@@ -250,7 +249,7 @@ def _set_stage(
     cursor = None
     if contact is not None:
         strip = figure.add_axes(axes_box(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1])))
-        draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else (), frame_s)
+        draw_contact(strip, contact, frames[0].fingers, frame_s)
         strip.set_xlabel("")
         strip.xaxis.set_major_formatter("{x:g} s")
         strip.tick_params(labelsize=TICK_POINTS - 1.5)

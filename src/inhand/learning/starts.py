@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control import loop
 from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
@@ -105,7 +106,7 @@ def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
 
 def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
-    return carried_by(straight_task(held, starts.angle_deg), starts.state)
+    return carried_by(straight_task(held, starts.angle_deg), loop.sense(starts.state))
 
 
 def grid_of(angles_deg: Array) -> tuple[float, ...]:

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
+from inspect import signature
 from pathlib import Path
+from types import FunctionType
 from typing import Protocol
 
 import numpy as np
@@ -27,7 +29,7 @@ from inhand.control.policy import (
 )
 from inhand.control.rehearsal import best_plans, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
-from inhand.control.user_policy import UserPolicy
+from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -120,13 +122,17 @@ CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8
 
 
 def _entry(name: str, given: object) -> ControllerEntry:
-    """Return the controller that a user's class is.
+    """Return the controller that a user's class, policy, model with `predict` or function that makes one of these is.
 
     Raises:
         InputError: not what makes a controller.
     """
+    if isinstance(given, FunctionType) and not signature(given).parameters:
+        return _entry(name, given())
     if isinstance(given, ControllerEntry):
         return given
+    if not isinstance(given, type | UserPolicy) and callable(getattr(given, "predict", None)):
+        return _entry(name, user_policy(given, name=name))
     if isinstance(given, UserPolicy):
         grip = partial(learned_grasp, policy=given)
         return ControllerEntry(name, "a user's policy", grip, partial(PolicyController, policy=given))

@@ -238,6 +238,7 @@ def test_a_model_that_predicts_is_a_controller(tmp_path: Path, inhand: Call) -> 
     words = ("--controller", f"{path}:make", "--directions", "Out", "--trials", 2, "--out", tmp_path / "run")
     code, out, err = inhand("asterisk", *words)
     assert (code, err) == (0, ""), err
+    assert "mine" in out
     asked = load_file(path).Model.asked
     assert set(asked) == {("float32", (2, 31), None, None, True)}
     run = front.load(tmp_path / "run")

@@ -128,7 +128,8 @@ def _entry(name: str, given: object) -> ControllerEntry:
         InputError: not what makes a controller.
     """
     if isinstance(given, FunctionType) and not signature(given).parameters:
-        return _entry(name, given())
+        made = given()
+        return _entry(str(getattr(made, "name", name)), made)
     if isinstance(given, ControllerEntry):
         return given
     if not isinstance(given, type | UserPolicy) and callable(getattr(given, "predict", None)):

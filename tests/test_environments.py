@@ -428,12 +428,12 @@ def test_no_library_for_pictures_is_loaded_without_them() -> None:
 def test_gymnasium_records_a_film(tmp_path: Path) -> None:
     pytest.importorskip("moviepy", reason="Gymnasium's recorder needs moviepy: pip install moviepy")
     env = gymnasium.make("inhand/Asterisk-v0", render_mode="rgb_array", horizon=5, actions="steps", **QUICK)
-    films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path))
+    films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "films"))
     films.reset(seed=0)
     for _ in range(5):
         films.step(STILL)
     films.close()
-    assert [path.suffix for path in tmp_path.iterdir()] == [".mp4"]
+    assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
 
 
 def test_the_way_to_go_is_told_where_it_was_asked_for() -> None:

@@ -194,6 +194,7 @@ def test_every_change_of_what_a_scale_depends_on_changes_the_card() -> None:
                 interface_card(replace(layout, parts=(*layout.parts[:number], other, *layout.parts[number + 1 :])))
             )
     assert len(cards) == 1 + 3 * len(layout.parts)
+    assert (interface_card(layout).largest_step, interface_card(layout, "fine").largest_step) == (0.04, 0.01)
 
 
 def test_a_policy_has_finished_once_nothing_is_gained_for_a_while() -> None:

@@ -57,6 +57,11 @@ class Watched(IkController):
         super().__init__(task)
         self.saw: list[Array] = []
 
+    def begin(self, state: State) -> None:
+        """Begin as the expert does."""
+        self.began = state.object_pose[0, :3]
+        super().begin(state)
+
     def act(self, state: State) -> Array:
         """Decide as the expert does."""
         self.saw.append(state.object_pose[0, :3])
@@ -64,7 +69,7 @@ class Watched(IkController):
 
 
 def expert() -> tuple[Recording, Array, State]:
-    """Return what the expert left, where it saw the object, and the end."""
+    """Return what the expert left, where it saw the object, first as it began, and the end."""
     made: list[Watched] = []
 
     def make(task: Task) -> Watched:
@@ -72,13 +77,13 @@ def expert() -> tuple[Recording, Array, State]:
         return made[0]
 
     recording, end = carried(make)
-    return recording, np.array(made[0].saw), end
+    return recording, np.array([made[0].began, *made[0].saw]), end
 
 
 def places(recording: Recording) -> Array:
-    """Return where the object was when the last phase decided `(T, 3)` [m]."""
-    last = np.flatnonzero(recording.phase == len(recording.phases) - 1)
-    return np.array([recording.states[index - 1].object_pose[0, :3] for index in last])
+    """Return where the object was as the last phase began and when it decided `(1 + T, 3)` [m]."""
+    last = np.flatnonzero(recording.phase == len(recording.phases) - 1) - 1
+    return np.array([recording.states[index].object_pose[0, :3] for index in (last[0], *last)])
 
 
 @pytest.mark.usefixtures("beside")
@@ -103,7 +108,7 @@ def test_a_policy_decides_on_what_is_seen() -> None:
 
     recording, _ = carried(partial(PolicyController, policy=user_policy(act, "grip", stop=False)))
     place, half = offset("object position from the start [m]")
-    from_start = places(recording)[:, :2] - np.array(HAND.start_position) + AWAY[:2]
+    from_start = places(recording)[1:, :2] - np.array(HAND.start_position) + AWAY[:2]
     np.testing.assert_allclose(np.array(saw)[:, place : place + 2], from_start / half, atol=1e-6)
 
 

@@ -14,12 +14,11 @@ import pytest
 import inhand
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.errors import InputError
+from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.learning.config import Learning, Training, default
 from inhand.learning.demonstrations import Recipe
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
-from inhand.learning.record_config import RecordConfig
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config, configured, read_json, read_record, text_of
@@ -74,7 +73,10 @@ WRONG: list[tuple[Callable[..., object], dict[str, Any], str]] = [
     (partial(replace, default()), {"noise": {"place": 1.0}}, "noise.place is no setting: leave it out"),
     (inhand.asterisk, {"noise_mm": "a"}, "noise_mm is 'a'; it must be a number"),
     (inhand.asterisk, {"human": 3}, "human is 3; it must be a text"),
-    (inhand.asterisk, {"beside": 3}, "beside is 3; it must be a list"),
+    (inhand.asterisk, {"beside": 3}, r"beside\[0\] is 3; it must be a text"),
+    (inhand.asterisk, {"metrics": 3}, "metric 'int' is int 3"),
+    (inhand.asterisk, {"directions": None}, "unknown direction 'None'"),
+    (inhand.sweep, {"hands": 3}, "hand 'int' is int 3"),
     (inhand.trace, {"trials": "a"}, "trials is 'a'; it must be a whole number"),
     (inhand.trace, {"scal": True}, r"unknown keyword 'scal'; did you mean scale"),
 ]

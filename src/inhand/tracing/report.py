@@ -196,7 +196,7 @@ def _page(run: TraceRun, pictures: Sequence[str]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     config, setup, plan = run.config, run.setup, run.setup.plans[0]
     way = 1e3 * float(np.mean([each.measured().way[-1] for each in setup.plans]))
-    pushed = " Pushed is the longest time against the wall, held by both fingers." if setup.wall else ""
+    pushed = " Pushed is the longest time against the wall, held by all fingers." if setup.wall else ""
     return page_of(
         f"# {what_was_done(setup)}: {setup.object.name} with {setup.hand.name}",
         f"{config.trials} trial(s) of {len(plan.legs)} primitives, {plan.approach} of them an approach, then"

@@ -15,10 +15,10 @@ from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.registry import Registry, load_file, load_packages
+from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
-from inhand.tasks.rewards import find_reward
 
 BACK = """
 import numpy as np

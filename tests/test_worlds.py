@@ -32,7 +32,7 @@ from inhand.learning.starts import (
 from inhand.learning.worlds import Interface, ManipulationWorlds, Step
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
-from inhand.tasks.actions import Actions, actions_of
+from inhand.tasks.decisions import Actions, actions_of
 from test_simulator import CUBE, HAND, open_hand
 
 HELD = HAND, CUBE

@@ -23,9 +23,9 @@ from inhand.learning.recording import Recording, dataset_episodes, environment_s
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.sim.engines import check_engine
+from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
-from inhand.tasks.rewards import find_reward
 from inhand.versions import versions
 
 CONTINUOUS = "continuous"

@@ -8,7 +8,9 @@ left finger first, each from the palm outwards (thesis 3.3.2).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -44,7 +46,7 @@ class FingerSpec:
     masses: tuple[float, ...] | None = None
     """Mass of each link [kg]; None stands for the hand's `link_mass`."""
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length of the straight finger [m]."""
         return sum(self.links)
@@ -113,41 +115,48 @@ class HandSpec:
         """Return the mass of a finger's link [kg]."""
         return self.link_mass if finger.masses is None else finger.masses[link]
 
-    @property
+    @cached_property
     def fingers(self) -> tuple[FingerSpec, FingerSpec]:
         """Left and right finger."""
         return (self.left, self.right)
 
-    @property
+    @cached_property
     def n_joints(self) -> int:
         """Number of joints of both fingers."""
         return len(self.left.links) + len(self.right.links)
 
-    @property
+    @cached_property
     def slices(self) -> tuple[slice, slice]:
         """Places of the left and right finger's joints in an array of all joints."""
         n_left = len(self.left.links)
         return (slice(0, n_left), slice(n_left, self.n_joints))
 
-    @property
+    @cached_property
     def finger_length(self) -> float:
         """Mean length of the two straight fingers [m]; sets the start of the object (thesis 3.1)."""
         return (self.left.length + self.right.length) / 2
 
-    @property
+    @cached_property
     def limits(self) -> Array:
         """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return np.array(self.left.limits + self.right.limits)
+        return _fixed(self.left.limits + self.right.limits)
 
-    @property
+    @cached_property
     def start_position(self) -> tuple[float, float]:
         """Origin of the task frame, where the object starts: 0.65 of the finger length (thesis 3.1) [m]."""
         return (0.0, 0.65 * self.finger_length)
 
-    @property
+    @cached_property
     def start_pose(self) -> Array:
         """Pose `(3,)` in which the object starts: at `start_position`, not turned [m, m, rad]."""
-        return np.array([*self.start_position, 0.0])
+        return _fixed([*self.start_position, 0.0])
+
+
+def _fixed(numbers: Sequence[object]) -> Array:
+    """Return an array that all who ask share, and nobody may change."""
+    array = np.array(numbers, dtype=float)
+    array.setflags(write=False)
+    return array
 
 
 def build_hand(

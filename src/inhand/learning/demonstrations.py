@@ -24,7 +24,7 @@ from inhand.learning.starts import Noise, Starts, expert_task, gripped, joined, 
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
-from inhand.tasks.actions import actions_of
+from inhand.tasks.decisions import actions_of
 
 BATCH = 512
 """Episodes recorded side by side."""

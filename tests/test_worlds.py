@@ -237,9 +237,9 @@ def test_an_episode_that_is_lost_at_its_horizon_is_terminated_and_not_truncated(
 
 def test_the_last_action_of_an_episode_is_not_the_first_ones_past() -> None:
     batch = worlds(interface=Interface(actions="steps", reward="progress", horizon=2))
-    steps = [batch.step(np.full((4, 4), 0.5)) for _ in range(3)]
+    steps = [batch.step(np.full((4, 4), 0.3)) for _ in range(3)]
     jerk = [step.terms["jerk"] for step in steps]
-    np.testing.assert_allclose(jerk, [np.full(4, -0.002 * 0.25), np.zeros(4), np.full(4, -0.002 * 0.25)])
+    np.testing.assert_allclose(jerk, [np.full(4, -0.002 * 0.09), np.zeros(4), np.full(4, -0.002 * 0.09)])
 
 
 def shaking(batch: ManipulationWorlds, number: int) -> Array:

@@ -235,14 +235,13 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
     )
 
 
-def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
-    """Return name and policy of the folder of a training run, its `best` or `last`, or of a policy's own folder.
+def policy_of(folder: Path) -> tuple[str, Policy]:
+    """Return name and best policy of the folder of a training run, or of a policy's own folder.
 
     Raises:
         InputError: no policy there that this version can use.
     """
-    own = (folder / ACTOR).is_file()
-    place = folder.resolve()
+    own, place, which = (folder / ACTOR).is_file(), folder.resolve(), "best"
     if own and place.name in {"best", "last"}:
         place, which = place.parent, place.name
     name = place.name if which == "best" else f"{place.name}-{which}"

@@ -9,6 +9,7 @@ import pytest
 from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, rotate, transform
+from inhand.hands.convex import convex_parts
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object
@@ -297,3 +298,15 @@ def test_a_sensor_is_there_for_every_link_and_piece() -> None:
     assert model.nsensordata == 4 * 3 * 7
     assert model.nsensor == 4 * 3 * 2
     assert model.sensor_type[0] == mujoco.mjtSensor.mjSENS_GEOMDIST
+
+
+@pytest.mark.parametrize("inward", [(3,), (3, 9), (2, 6, 10)])
+def test_an_outline_is_cut_into_few_pieces(inward: tuple[int, ...]) -> None:
+    """At most twice as many as it has inward corners, and one (Hertel and Mehlhorn 1983): pieces of many corners."""
+    angle = np.arange(12) * np.pi / 6
+    corners = np.column_stack([np.cos(angle), np.sin(angle)])
+    corners[list(inward)] *= 0.6
+    pieces = convex_parts(corners)
+    assert 1 < len(pieces) <= len(inward) + 1
+    assert max(map(len, pieces)) > 4
+    assert sum(map(signed_area, pieces)) == pytest.approx(signed_area(corners))

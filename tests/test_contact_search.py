@@ -198,8 +198,8 @@ def test_what_is_off_the_middle_and_what_has_no_company_costs_progress() -> None
     spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
     poses = poses_along(spec, -45.0)
     free, centred, alone, company = (
-        plan_grasps(spec, cube, poses, replace(SearchConfig(centre_cost=0.0, company=0.0), **more))[0][0]
-        for more in ({}, {"centre_cost": 20.0}, {"tilt_cost": 0.0}, {"tilt_cost": 0.0, "company": 20.0})
+        plan_grasps(spec, cube, poses, SearchConfig(tilt_cost=tilt, centre_cost=centre, company=weight))[0][0]
+        for tilt, centre, weight in ((0.012, 0.0, 0.0), (0.012, 20.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 20.0))
     )
     assert middle_of(centred) < middle_of(free) - 1e-3
     assert np.abs(company.contacts - alone.contacts).max() > 1e-3

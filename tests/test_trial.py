@@ -14,7 +14,17 @@ import pytest
 from numpy.lib.format import write_array_header_1_0
 from numpy.typing import NDArray
 
-from inhand.control.trial import FORMAT, LOST_CONTACT, MANIPULATE, NO_GRASP, Passport, Trial, load_trial, save_trial
+from inhand.control.trial import (
+    FORMAT,
+    LOST_CONTACT,
+    MANIPULATE,
+    NO_GRASP,
+    TWIST,
+    Passport,
+    Trial,
+    load_trial,
+    save_trial,
+)
 from inhand.errors import InputError
 from inhand.geometry import spatial
 from inhand.hands.names import CATALOGUE as HANDS
@@ -318,3 +328,12 @@ def test_files_that_are_no_trials_are_refused(damage: Callable[[Path], None], tm
     damage(path)
     with pytest.raises(InputError, match=r"bad\.npz is not a trial: .*give a \.npz file from the `trials` folder"):
         load_trial(path)
+
+
+def test_the_rotation_counts_from_the_grasp_before_a_twist() -> None:
+    trial = made_trial()
+    pose = np.column_stack([np.zeros(12), 0.001 * np.arange(12), np.repeat([0.0, 0.2, 0.2], 4)])
+    pose[4, 2] = 0.0
+    twisted = replace(trial, phases=("grasp", TWIST, MANIPULATE), object_pose=spatial(pose, 0.05))
+    assert twisted.grasped == 4
+    np.testing.assert_allclose(twisted.manipulated_path()[1], np.rad2deg(0.2), atol=1e-9)

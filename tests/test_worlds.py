@@ -345,7 +345,8 @@ def test_a_demonstration_carries_the_object_and_is_reproducible() -> None:
 
 
 def test_what_comes_after_a_drop_is_not_valid() -> None:
-    episodes = shown(Recipe(episodes=10, push=0.15), replace(STEPS, reward="progress", horizon=80), seed=3)[0]
+    interface = replace(STEPS, observation="grip", reward="progress", horizon=80)
+    episodes = shown(Recipe(episodes=10, push=0.15), interface, seed=3)[0]
     valid, terminated = episodes.valid, episodes.terminated
     assert 0 < terminated.sum() < 10
     assert not (~valid[:-1] & valid[1:]).any()
@@ -356,6 +357,8 @@ def test_what_comes_after_a_drop_is_not_valid() -> None:
         rewards = episodes.rewards[valid[:, world], world]
         assert rewards[-1] < -9.0  # the drop
         assert (rewards[:-1] > -9.0).all()
+        along = 0.1 * episodes.observations[lengths[world], world, 4]
+        assert episodes.distance[world] == pytest.approx(along)  # not of the episode that began after it
 
 
 def test_an_unpushed_expert_does_what_it_wants() -> None:

@@ -1,6 +1,7 @@
 """The search for contact points: force closure, what a plan promises, and objects no grasp can hold."""
 
 from dataclasses import replace
+from itertools import combinations
 from types import SimpleNamespace
 
 import numpy as np
@@ -235,3 +236,11 @@ def test_a_finger_that_cannot_roll_to_where_the_object_stands_closes_where_it_wa
     away = home + np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]])
     for joints in rehearsal.closing_joints(spec, cube, plans, home, away):
         np.testing.assert_allclose(joints[1], joints[0], atol=1e-5)
+
+
+def test_grasps_that_are_kept_differ() -> None:
+    spec, config = parse_hand_name(STANDARD), SearchConfig()
+    (plans,) = plan_grasps(spec, OBJECTS["cube_39"], poses_along(spec, 90.0, length=0.06))
+    assert len(plans) == config.count
+    for one, other in combinations(plans, 2):
+        assert np.linalg.norm(one.contacts - other.contacts, axis=-1).max() >= config.apart

@@ -26,7 +26,7 @@ from inhand.control.trial import (
     save_trial,
 )
 from inhand.errors import InputError
-from inhand.geometry import spatial
+from inhand.geometry import planar, spatial
 from inhand.hands.names import CATALOGUE as HANDS
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -40,7 +40,7 @@ def made_trial(hand: str = HANDS[0], thing: str = "cube_39", rows: int = 12) -> 
     spec = parse_hand_name(hand)
     rng = np.random.default_rng(rows)
     along = 1e-3 * np.arange(rows)
-    pose = np.column_stack([np.full(rows, 0.01), 0.09 + along, np.linspace(3.0, 3.3, rows)])
+    pose = np.column_stack([np.full(rows, 0.01), 0.09 + along, np.linspace(2.85, 3.2, rows)])
     passport = Passport(
         hand=spec,
         object=OBJECTS[thing],
@@ -128,9 +128,10 @@ def test_saving_again_replaces_the_file(tmp_path: Path) -> None:
 def test_the_manipulated_path_starts_at_manipulation_and_never_jumps_a_turn() -> None:
     trial = made_trial()
     assert trial.manipulation == slice(8, 12)
+    assert np.ptp(planar(trial.object_pose[8:])[:, 2]) > 6  # half a turn is passed on the way
     path, rotation, touching = trial.manipulated_path()
     np.testing.assert_allclose(path, [(0, 0), (0, 1), (0, 2), (0, 3)], atol=1e-9)
-    np.testing.assert_allclose(rotation, np.rad2deg(0.3 / 11) * np.arange(4), atol=1e-9)
+    np.testing.assert_allclose(rotation, np.rad2deg(0.35 / 11) * np.arange(4), atol=1e-9)
     np.testing.assert_array_equal(touching, np.tile([True, False], (4, 1)))
 
 

@@ -12,6 +12,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import rehearsal
 from inhand.control.catalogue import planned_grasp
+from inhand.control.rehearsal import Closing, _farthest
 from inhand.control.trial import LOST_CONTACT, REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, unit
@@ -224,8 +225,10 @@ def test_of_two_grasps_the_one_that_keeps_the_object_is_taken(monkeypatch: pytes
     monkeypatch.setattr(rehearsal, "IkController", lambda *_: expert)
     for outcomes, best in (((LOST_CONTACT, REACHED), second), ((TIME_OUT, REACHED), first)):
         monkeypatch.setattr(rehearsal, "simulate", lambda *_, told=outcomes: (None, SimpleNamespace(outcomes=told)))
-        (found,) = rehearsal.best_plans((spec, cube), [[first, second]], poses, poses[:, 0])
-        assert found is best
+        group = [Closing(first), Closing(second)]
+        (found,), (worth,) = _farthest((spec, cube), [group], (poses, poses[:, 0]), None, "mujoco")
+        assert found.plan is best
+        assert worth == (0.02 if best is second else 0.14)
 
 
 def test_a_finger_that_cannot_roll_to_where_the_object_stands_closes_where_it_was_planned() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import inhand as front
 from commands import Call
 from inhand.cli.trace import run_trace
 from inhand.control.trial import load_trial
@@ -23,6 +24,7 @@ from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.fit import carried
+from inhand.tracing.report import TraceRun
 from inhand.tracing.run import find_path, plan_of, prepare_trace
 from inhand.tracing.tasks import find_task
 from inhand.tracing.trace import Trace
@@ -63,6 +65,25 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     assert trial.outcome == "reached"
 
 
+def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
+    loaded = front.load(run)
+    assert isinstance(loaded, TraceRun)
+    content = json.loads((run / "trace.json").read_text())
+    for entry, row in zip(content["trials"], loaded.table().to_dict("records"), strict=True):
+        assert {name: entry[name] for name in ("trial", "outcome", "rms_mm", "max_mm", "time_s", "done")} == {
+            name: pytest.approx(row[name]) for name in ("trial", "outcome", "rms_mm", "max_mm", "time_s", "done")
+        }
+    loaded.save(tmp_path / "again")
+    assert (tmp_path / "again" / "report.md").read_text().splitlines()[:14] == (
+        (run / "report.md").read_text().splitlines()[:14]
+    )
+    again = json.loads((tmp_path / "again" / "trace.json").read_text())
+    assert again["followed"] == content["followed"]
+    (tmp_path / "again" / "trials" / "square_2.npz").unlink()
+    with pytest.raises(InputError, match=r"trace.json: it tells of 2 trials, and 1 are there; run it again"):
+        front.load(tmp_path / "again")
+
+
 def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path: Path, inhand: Call) -> None:
     file = run / "trials" / "square_1.npz"
     code, out, err = inhand("metrics", file, "--json", tmp_path / "numbers.json")
@@ -98,6 +119,9 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     assert "Pushed" not in printed
     assert printed.count("reached") == 2
     assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+    told = "No limits are given for joints of 2v2_50.50_50.50_1.1_53 ("
+    assert told in printed
+    assert f"* {told}" in (run / "report.md").read_text(encoding="utf-8")
 
 
 def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None:
@@ -211,7 +235,7 @@ def test_bad_words_are_refused_before_anything_is_written(
         (
             "jump.svg",
             SVG.format('<path d="M0,0 L10,0 M20,0 L30,0"/>'),
-            "the path jumps from (10, 0) to (20, 0), 10 of the file's units, and the hand cannot lift the object",
+            "the path jumps from (10, 0) to (20, 0), 10 of the file's units, but is to be one line: the hand",
         ),
         ("gap.csv", "x_mm,y_mm\n0,0\n10,nan\n", "line 3: column y_mm holds 'nan', not a finite number"),
         ("one.csv", "x_mm,y_mm\n0,0\n", "the file ends with 1 way-point; it needs two or more"),

@@ -16,7 +16,7 @@ from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_figure
 from inhand.versions import versions
@@ -33,13 +33,14 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 """The tables that say which hand is best."""
 
 
-def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
+def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, heat maps and page of a sweep into its folder.
 
     Args:
         config: what was asked for.
         sweep: what was found.
         wall_s: how long this call took [s].
+        notes: what a reader should know, a sentence each.
     """
     pictures = []
     for kind, text in KINDS.items():
@@ -58,7 +59,7 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
         "versions": versions(),
     }
     write_json(content, config.out / "sweep.json")
-    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures)}
+    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures, notes)}
     for name, text in texts.items():
         part = config.out / f"{name}.part"
         part.write_text(text, encoding="utf-8")
@@ -93,7 +94,9 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
     return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
 
 
-def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Picture]) -> str:
+def page(
+    config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Picture], notes: Sequence[str] = ()
+) -> str:
     """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
     lines = [
         f"# Sweep: {len(sweep.hands)} hands x {len(sweep.objects)} objects x {len(sweep.directions)} directions",
@@ -101,13 +104,13 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Pi
         f"Controller {config.controller}, {_trials(config)}, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "",
-        *[f"* {sentence}" for sentence in tables.summary(sweep)],
+        *[f"* {sentence}" for sentence in (*tables.summary(sweep), *notes)],
         f"* This call took {wall_s / 60:.1f} minutes.",
         "",
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
-        " to the first loss of contact. `Of finger` is either in finger lengths, so that small hands compare with large"
-        " ones. `Skill` is the distance's share of the limit and tells of the controller, not of the hand. In means of"
+        " to the first loss of contact. [L] is in finger lengths, so that small hands compare with large ones. `Skill`"
+        " is the distance's share of the limit and tells of the controller, not of the hand. In means of"
         " distances and limits what could not be run counts as 0; in means of shares it does not count."
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         "",
@@ -115,9 +118,9 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Pi
     ]
     for table in (make(sweep) for make in FOUND):
         lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), ""]
-    lines += _listed("What failed", tables.failures(sweep), "Every case kept the object to its end.")
-    lines += _listed("Kept, but below half of the limit", tables.poor(sweep), "None.")
-    lines += _listed("Beyond the limit", tables.beyond(sweep), "None.")
+    lines += listed_lines("What failed", tables.failures(sweep) or ["Every case kept the object to its end."])
+    lines += listed_lines("Kept, but below half of the limit", tables.poor(sweep) or ["None."])
+    lines += listed_lines("Beyond the limit", tables.beyond(sweep) or ["None."])
     table = tables.cells_table(sweep)
     lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), "", *again_lines(command(config))]
     return "\n".join(lines)
@@ -144,7 +147,3 @@ def _note(row: dict[Any, float], kind: str) -> str:
     lines += [f"{size:.2f} L"] if isfinite(size) else []
     lines += [f"{failed:.0f} failed"] if failed > 0 and kind != "limit" else []
     return "\n".join(lines)
-
-
-def _listed(title: str, sentences: Sequence[str], none: str) -> list[str]:
-    return [f"## {title}", "", *([f"* {sentence}" for sentence in sentences] or [none]), ""]

@@ -269,3 +269,17 @@ def test_where_the_path_turns_more_is_kept_from_the_end_of_the_grip() -> None:
     free, kept = (follow_limit(task, state, 0.85, margin) for margin in ((0.0, 0.0), (0.002, 0.16)))
     assert (free < task.path.length).all()
     np.testing.assert_allclose(free - kept, [0.002, 0.16 * TURN_ARM], atol=1e-9)
+
+
+def test_the_command_makes_up_for_the_servos_damping(grip: tuple[Task, State]) -> None:
+    """In proportion to the damping and to the speed that the path asks for."""
+    task, state = grip
+    commands = []
+    for damping in (0.0, 0.1, 0.2):
+        controller = IkController(replace(task, hand=replace(HAND, damping=damping)))
+        controller.begin(state)
+        commands.append([controller.act(state) for _ in range(5)])
+    none, once, twice = np.array(commands)
+    np.testing.assert_allclose(twice - none, 2 * (once - none), atol=1e-12)
+    assert np.abs(once[-1] - none[-1]).min() > 1e-4
+    assert np.abs(once[-1] - none[-1]).max() > 2 * np.abs(once[0] - none[0]).max()

@@ -15,7 +15,6 @@ from inhand.control.loop import LOST_AFTER
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.learning import demonstrations as demonstrating
 from inhand.learning import demonstrations as made_of
 from inhand.learning.collect import Collector
 from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, Recording, demonstrations, plans_of, recorded
@@ -432,7 +431,7 @@ def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() ->
 
 def test_only_states_in_which_the_object_is_held_start_other_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
     starts, made = pool(), (Recipe(), replace(STEPS, horizon=1))
-    monkeypatch.setattr(demonstrating, "EARLIEST", 0)
+    monkeypatch.setattr(made_of, "EARLIEST", 0)
     for tolerance, count in ((measuring.CONTACT_TOLERANCE, len(starts)), (-1.0, 0)):  # nothing touches then
         monkeypatch.setattr(measuring, "CONTACT_TOLERANCE", tolerance)
         assert len(recorded(HELD, starts, made, np.random.default_rng(0))[1]) == count

@@ -225,3 +225,15 @@ def test_a_third_link_keeps_near_the_posture_it_started_in(monkeypatch: pytest.M
         assert whole.any()
         strayed[gain] = np.linalg.norm(tracks.joints[whole, -1] - tracks.joints[whole, 0], axis=-1).mean()
     assert strayed[rolling.POSTURE_GAIN] < strayed[0.0] - 1e-3
+
+
+def test_a_track_ends_at_a_joints_limit() -> None:
+    free = parse_hand_name(HAND_NAMES[0])
+    limited = parse_hand_name(f"{HAND_NAMES[0]}:lab-limits")
+    limits, held = np.array(limited.left.limits), []
+    for hand in (free, limited):
+        tracks, _ = tracks_from(limited, hand.left, CUBE, outline(CUBE, 0.012), path(hand, -1.2, length=0.08))
+        joints = tracks.joints[tracks.held]
+        held.append(((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=-1))
+    assert not held[0].all()
+    assert held[1].all()

@@ -20,11 +20,7 @@ from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
-<<<<<<< HEAD
-=======
-from inhand.tasks.decisions import find_reward
 from inhand.tracing.tasks import TASKS
->>>>>>> main
 
 BACK = """
 import numpy as np

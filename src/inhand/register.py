@@ -27,12 +27,8 @@ from inhand.sim.state import State
 from inhand.tasks.decisions import TERMS, Decision, Term
 from inhand.tasks.observations import PARTS, Aim, OfHand, Part, Scene
 from inhand.tasks.primitives import GROUPS, PATHS, TRAIN, TURNS, UNSEEN, OwnPath
-<<<<<<< HEAD
-=======
-from inhand.tasks.decisions import TERMS, Decision, Term
 from inhand.tracing.drawings import SHAPES
 from inhand.tracing.tasks import TASKS, OwnTask
->>>>>>> main
 
 T = TypeVar("T")
 PoseGiver = TypeVar("PoseGiver", bound=Callable[[], Array])

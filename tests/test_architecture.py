@@ -14,12 +14,13 @@ import pytest
 
 import inhand
 from inhand import geometry
-from inhand.control.catalogue import CONTROLLERS, find_controller, rough_plan
+from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.joint import JointPid
 from inhand.control.loop import control_step, sense
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.hands.sides import rough_plan
 from inhand.sim.engines import make_simulator
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from inhand.asterisk_test import metrics
 from inhand.asterisk_test.averages import average_path, compat_average
 from inhand.asterisk_test.people.hand_sizes import hand_size_mm, normalise
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -22,8 +23,7 @@ from inhand.tasks.primitives import twisted_name
 
 def counted_rows(trial: Trial) -> int:
     """Return how many rows of manipulation, from its start, come before the first loss of contact."""
-    held = np.asarray(trial.manipulated_path()[2].all(axis=-1))
-    return len(held) if held.all() else max(int(np.argmin(held)), 1)
+    return metrics.counted_rows(trial.manipulated_path()[2])
 
 
 def mean_distance(results: Sequence[Result]) -> float:
@@ -33,30 +33,25 @@ def mean_distance(results: Sequence[Result]) -> float:
 
 def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
     """Return the mean path of one direction's trials, up to their first loss of contact."""
-    passport = trials[0].passport
-    angle = passport.angle_deg or 0.0
-    distance = mean_distance(results)
+    angle, distance = trials[0].passport.angle_deg or 0.0, mean_distance(results)
     mean = average_path([t.manipulated_path()[0][: counted_rows(t)] for t in trials], angle, distance)
-    return PathCurve(
-        angle_deg=angle,
-        name=passport.primitive,
-        points_mm=mean.points_mm,
-        label_mm=distance,
-        band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
-        failed=any(result.lost for result in results),
-        limit_mm=results[0].limit,
-    )
+    return _curve(trials, results, mean.points_mm, mean.lateral_sd_mm if len(trials) > 1 else None)
 
 
 def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
     """Return the mean path of one direction's trials by the rule of the Asterisk Test software, in mm again."""
     passport = trials[0].passport
-    angle, hand = passport.angle_deg or 0.0, passport.hand.name.partition("_")[0]
+    hand = passport.hand.name.partition("_")[0]
     paths = [normalise(trial.manipulated_path()[0], hand) for trial in trials]
-    points = compat_average(paths, angle) * np.array(hand_size_mm(hand))
-    distance = mean_distance(results)
-    failed, limit = any(result.lost for result in results), results[0].limit
-    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
+    return _curve(trials, results, compat_average(paths, passport.angle_deg or 0.0) * np.array(hand_size_mm(hand)))
+
+
+def _curve(
+    trials: Sequence[Trial], results: Sequence[Result], points_mm: Array, band_mm: Array | None = None
+) -> PathCurve:
+    passport, failed = trials[0].passport, any(result.lost for result in results)
+    angle, distance = passport.angle_deg or 0.0, mean_distance(results)
+    return PathCurve(angle, passport.primitive, points_mm, distance, band_mm, failed, results[0].limit)
 
 
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:

@@ -144,10 +144,13 @@ def gripped(
         InputError: in ten draws a start could not be held.
     """
     given, angles = grips
+    noise, bench = noise or Noise(), Bench(engine, threads=threads)
+    spread = np.array([noise.position, noise.position, noise.rotation])
     plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
-        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), (engine, threads))
+        poses = hand.start_pose + spread * rng.standard_normal((len(waiting), 3))
+        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], poses, bench)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])
@@ -174,21 +177,10 @@ def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
     return [float(a) for a in have[away.argmin(axis=1)]]
 
 
-def _close(
-    hand: HandSpec,
-    spec: ObjectSpec,
-    plans: list[GraspPlan],
-    drawn: tuple[np.random.Generator, Noise | None],
-    stepping: tuple[Engine, int],
-) -> Starts:
-    """Place the object with noise and close the fingers on it."""
-    (engine, threads), (rng, noise) = stepping, (drawn[0], drawn[1] or Noise())
+def _close(hand: HandSpec, spec: ObjectSpec, plans: list[GraspPlan], poses: Array, bench: Bench) -> Starts:
+    """Close the fingers on objects that stand at poses `(N, 3)`."""
     count = len(plans)
-    origin = np.tile(hand.start_pose, (count, 1))
-    spread = np.array([noise.position, noise.position, noise.rotation])
-    poses = origin + spread * rng.standard_normal((count, 3))
-    grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
+    grasp = Grasp(*closing_joints(hand, spec, plans, np.tile(hand.start_pose, (count, 1)), poses))
     task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
-    simulator, recording = simulate(task, grasp, poses, None, Bench(engine, threads=threads))
-    held, distance = recording.states[-1], np.full(count, np.inf)
-    return Starts(simulator.snapshot(), held, np.zeros(count), distance, engine=engine)
+    simulator, recording = simulate(task, grasp, poses, None, bench)
+    return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))

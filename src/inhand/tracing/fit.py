@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.control.catalogue import PLAN_EVERY
+from inhand.control.rehearsal import PLAN_EVERY
 from inhand.errors import InputError
 from inhand.geometry import Array, way_along
 from inhand.hands.fit import Held

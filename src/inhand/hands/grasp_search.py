@@ -73,6 +73,8 @@ class GraspPlan:
     """Joint angles that touch both contacts at the path's start `(n_joints,)` [rad]."""
     reach: int
     """Number of poses of the path, from the first, that this grip can follow."""
+    drawn: float = 0.0
+    """Share of the way to the path's start by which the fingers close short of where the object stands."""
 
 
 def plan_grasps(

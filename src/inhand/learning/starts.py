@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import direction_plans, rough_plan
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
-from inhand.control.phases import Grasp
 from inhand.control.policy import carried_by
-from inhand.control.rehearsal import closing_joints
+from inhand.control.rehearsal import closed_on
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array, Path
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -180,7 +180,7 @@ def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
 def _close(hand: HandSpec, spec: ObjectSpec, plans: list[GraspPlan], poses: Array, bench: Bench) -> Starts:
     """Close the fingers on objects that stand at poses `(N, 3)`."""
     count = len(plans)
-    grasp = Grasp(*closing_joints(hand, spec, plans, np.tile(hand.start_pose, (count, 1)), poses))
+    grasp = closed_on(Held(hand, spec), plans, np.tile(hand.start_pose, (count, 1)), poses)
     task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
     simulator, recording = simulate(task, grasp, poses, None, bench)
     return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from inhand.asterisk_test.asterisk import people_of
-from inhand.asterisk_test.beside import load_beside
+from inhand.asterisk_test.beside import load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
@@ -50,7 +50,8 @@ def _run(folder: Path) -> Run:
     trials = tuple(sorted(loaded, key=lambda trial: (_place(trial, order), trial.passport.trial)))
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     people = people_of(config)
-    return Run(config, trials, results, people.trials, people.notes, load_beside(config.beside))
+    name, beside = load_beside(config.beside, settings_of(trials[0].passport), config.label)
+    return Run(config, trials, results, people.trials, people.notes, beside, name)
 
 
 def _place(trial: Trial, order: list[str]) -> int:

@@ -52,7 +52,7 @@ class Reach(Shown):
         """What was assumed."""
         turn = self.config.rotation_deg
         bound = f", rotation up to {turn:g} deg" if turn else ""
-        return f"{self.config.hand}, {self.config.object}, friction {self._friction:g}{bound}"
+        return f"{self.held[0].name}, {self.held[1].name}, friction {self._friction:g}{bound}"
 
     @property
     def _friction(self) -> float:

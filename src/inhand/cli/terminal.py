@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Literal
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -12,21 +13,46 @@ from rich.text import Text
 
 Told = Callable[[str, int, int], None]
 """Told what is being done, how far it is, and how far it has to go."""
+WORD, AROUND = 12, 3
+"""A word of a heading that is longer may be broken; what a column takes beside its text."""
 PIPED_WIDTH = 160
 """Columns of a table that is written to a file or a pipe."""
 
 
-def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 1) -> None:
-    """Print a table; columns from index `numbers` on are aligned to the right."""
-    table = Table(title=title, title_justify="left")
-    for i, name in enumerate(header):
-        table.add_column(Text(name), justify="right" if i >= numbers else "left", no_wrap=i == 0, overflow="fold")
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+def print_table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 1, spare: Sequence[str] = ()
+) -> None:
+    """Print a table; columns from index `numbers` on are aligned to the right.
+
+    Where it is too wide for the terminal, columns in `spare` are left out, the first first, and named below.
+    """
     console = Console()
     if not console.is_terminal:
         console = Console(width=PIPED_WIDTH)
+    columns = dict(enumerate(zip(header, *rows, strict=True)))
+    left_out: list[str] = []
+    for name in spare:
+        if name in header and _width(columns.values(), broken=True) > console.width:
+            del columns[header.index(name)]
+            left_out.append(name)
+    squeezed = spare and _width(columns.values()) > console.width
+    table = Table(title=title, title_justify="left")
+    for i, column in columns.items():
+        side: Literal["left", "right"] = "right" if i >= numbers else "left"
+        width = _width([column], broken=True) - AROUND - 1 if squeezed else None
+        table.add_column(Text(header[i]), justify=side, no_wrap=i == 0, overflow="fold", width=width)
+    for row in rows:
+        table.add_row(*(Text(row[i]) for i in columns))
     console.print(table)
+    if left_out:
+        say(f"Left out, for want of width: {', '.join(left_out)} (the report has them)")
+
+
+def _width(columns: Collection[Sequence[str]], *, broken: bool = False) -> int:
+    """Return what columns take, a heading and its cells each; a heading may be broken, at spaces or when it is long."""
+    headings = ([min(len(word), WORD) for word in name.split()] if broken else [len(name)] for name, *_ in columns)
+    cells = ([len(cell) for cell in column[1:]] for column in columns)
+    return 1 + sum(AROUND + max(*heading, *column, 0) for heading, column in zip(headings, cells, strict=True))
 
 
 def say(text: str) -> None:

@@ -101,12 +101,13 @@ def summary(found: Compared) -> str:
 
 def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
     config, policy = found.config, found.policy
+    passport = policy.trials[0].passport
     tables = []
     for title, group in GROUPS:
         shown = rows(policy, found.expert, found.people, group)
         tables += [f"## {title}", "", *table_lines(BOTH, [_escaped(row) for row in shown]), ""]
     return [
-        f"# Evaluation: {policy.name} on {config.object} with {config.hand}",
+        f"# Evaluation: {policy.name} on {passport.object.name} with {passport.hand.name}",
         "",
         f"{policy.shown} trial(s) for each direction, start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
         f" (standard deviations), seed {config.seed}; {policy.name} and the expert {found.expert.name} start from the"

@@ -84,15 +84,9 @@ def best_grasps(
 ) -> list[GraspPlan]:
     """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
 
-    Rehearsals follow every pose of the paths, as trials do: a grip that ends between two poses of a coarser path would
-    end sooner than rehearsed.
-
-    Args:
-        held: the hand and the object.
-        poses: the paths `(P, S, 3)`.
-        starts: where each path's object stands `(P, 3)`.
-        config: numbers of the search, and of the expert that will carry the object.
-        engine: the engine that it will be carried in.
+    Rehearsals follow every pose of the paths `(P, S, 3)`, as trials do: a grip that ends between two poses of a coarser
+    path would end sooner than rehearsed. Objects stand at `starts` `(P, 3)`; `config` has the numbers of the search and
+    of the expert.
     """
     search = config[0] or SearchConfig()
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)

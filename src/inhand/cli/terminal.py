@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Literal
 
-from rich.console import Console
+from rich.console import Console, Group
+from rich.live import Live
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is, and how far it has to go."""
 WORD, AROUND = 12, 3
 """A word of a heading that is longer may be broken; what a column takes beside its text."""
 PIPED_WIDTH = 160
@@ -60,44 +59,66 @@ def say(text: str) -> None:
     Console(soft_wrap=True).print(text, markup=False, highlight=False)
 
 
-def bar(over_s: float = 600.0) -> Progress:
-    """Return the bar of every command: what is done, how far, for how long, and how much is left.
+class Screen:
+    """What a command shows while it runs: a bar, a table below lines that stay; lines alone where nobody watches."""
 
-    Args:
-        over_s: the time left is told from what was done in this time [s].
-    """
-    return Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[more]}"),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        transient=True,
-        speed_estimate_period=over_s,
-    )
+    def __init__(self, *, spoken: bool, over_s: float) -> None:
+        """Show nothing yet; `progress` has the arguments."""
+        self._bar = Progress(
+            SpinnerColumn(),
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.fields[more]}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            speed_estimate_period=over_s,
+        )
+        self._row = self._bar.add_task("preparing", total=None, more="")
+        self.live = Live(self._bar, transient=True)
+        self._spoken = spoken
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody watches."""
+        return self.live.console.is_terminal
+
+    def __call__(self, what: str, done: int, total: int, more: str = "", *, silent: bool = False) -> None:
+        """Show what is being done, how far it is, and how far it has to go (0: nobody knows).
+
+        Args:
+            what: is being done.
+            done: how far it is.
+            total: how far it has to go.
+            more: stands behind the bar in the place of both numbers.
+            silent: no line of its own where nobody watches.
+        """
+        if (total or None) != self._bar.tasks[self._row].total:
+            self._bar.reset(self._row, total=total or None)
+        counts = f"{done} of {total}" if total else ""
+        self._bar.update(self._row, description=what, completed=done, more=more or counts)
+        if self._spoken and not silent and not self.watched:
+            say(f"{what}: {counts}")
+
+    def line(self, text: str, below: Table) -> None:
+        """Write a line that stays, and show a table below it where somebody watches."""
+        if self.watched:
+            self.live.console.print(text, markup=False, highlight=False, soft_wrap=True)
+            self.live.update(Group(below, self._bar))
+        else:
+            say(text)
 
 
 @contextmanager
-def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Told]:
-    """Give what a command tells: what is being done, how far it is, and how far it has to go (0: nobody knows).
+def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Screen]:
+    """Give what a command shows while it runs; it is gone at the end.
 
     Args:
-        spoken: whether each telling is a line of its own where nobody watches.
-        over_s: as `bar` has it [s].
+        spoken: whether each part is a line of its own where nobody watches.
+        over_s: the time left is told from what was done in this time [s].
     """
-    with bar(over_s) as shown:
-        row = shown.add_task("preparing", total=None, more="")
-
-        def tell(what: str, done: int, total: int) -> None:
-            if (total or None) != shown.tasks[row].total:
-                shown.reset(row, total=total or None)
-            more = f"{done} of {total}" if total else ""
-            shown.update(row, description=what, completed=done, more=more)
-            if spoken and not shown.console.is_terminal:
-                say(f"{what}: {more}")
-
-        yield tell
+    screen = Screen(spoken=spoken, over_s=over_s)
+    with screen.live if screen.watched else nullcontext():
+        yield screen
 
 
 @contextmanager

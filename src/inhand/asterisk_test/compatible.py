@@ -65,12 +65,9 @@ def measure_asterisk(
 ) -> AsteriskMetrics:
     """Return the metrics of the Asterisk Test software for one trial.
 
-    Args:
-        path: Positions `(T, 2)`, normalised (`hand_sizes.normalise`), from the start.
-        rotation_deg: Rotation `(T,)` [deg].
-        angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
-        target_rotation_deg: Rotation to hold [deg], with the sign convention of `rotation_deg`.
-        raw_path: The unfiltered positions `(U, 2)` for `max_err` and the sliding window; by default `path`.
+    Positions `(T, 2)` count from the start, normalised (`hand_sizes.normalise`). Rotations `(T,)` [deg] and the one to
+    hold have one sign; a trial that only rotates has no direction. Where `raw_path` gives the unfiltered positions `(U,
+    2)`, `max_err` and the sliding window are of those.
 
     Raises:
         InputError: wrong shapes, no row, or a value that is not finite.

@@ -76,16 +76,20 @@ def measure_asterisk(
     raw = path if raw_path is None else np.asarray(raw_path, dtype=float)
     check_rows(path, turn)
     check_rows(raw, np.zeros(len(raw)))
+    return _measure(path, turn, raw, angle_deg, target_rotation_deg)
+
+
+def _measure(path: Array, turn: Array, raw: Array, angle_deg: float | None, target_deg: float) -> AsteriskMetrics:
     if angle_deg is None:  # the target is its own rotation without drift
         target, level, points = np.zeros_like(path), turn, np.column_stack([path, turn])
         dist = float(np.abs(turn).max())
         lateral = rotation = region = centre = math.nan
     else:
         dist, target = _target(path[-1], geometry.unit(math.radians(angle_deg)))
-        level, points = np.full(len(target), target_rotation_deg), path
+        level, points = np.full(len(target), target_deg), path
         aligned = geometry.rotate(-math.radians(angle_deg), raw)
         region, centre = _largest_window(aligned, dist)
-        lateral, rotation = float(np.abs(aligned[:, 1]).max()), float(np.abs(turn - target_rotation_deg).max())
+        lateral, rotation = float(np.abs(aligned[:, 1]).max()), float(np.abs(turn - target_deg).max())
     arc_len = geometry.length(points)
     return AsteriskMetrics(
         dist=dist,

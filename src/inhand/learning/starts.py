@@ -86,23 +86,23 @@ def joined(parts: Sequence[Starts]) -> Starts:
     return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine)
 
 
-def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance: Array | None = None) -> Task:
+def straight_task(held: Held, angle_deg: Array, distance: Array | None = None) -> Task:
     """Return the task of moving along directions `(B,)` [deg], at most some distance `(B,)` [m]."""
     paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angle_deg])
     hand, spec = held
     return Task(hand, (spec,) * len(paths), Path(paths), distance=distance)
 
 
-def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
+def expert_task(held: Held, starts: Starts) -> Task:
     """Return what an expert has to do from some starts: their directions or their routes."""
     if starts.routes is None:
         return straight_task(held, starts.angle_deg, starts.distance)
     poses, paths = starts.routes.poses, starts.routes.poses - starts.routes.poses[:, :1]
-    objects, distance = (held[1],) * len(poses), starts.routes.length
-    return Task(held[0], objects, Path(paths), distance=distance, start=poses[:, 0])
+    objects, distance = (held.object,) * len(poses), starts.routes.length
+    return Task(held.hand, objects, Path(paths), distance=distance, start=poses[:, 0])
 
 
-def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
+def reach_of(held: Held, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
     return carried_by(straight_task(held, starts.angle_deg), starts.state)
 

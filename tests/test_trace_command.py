@@ -95,7 +95,7 @@ def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path:
 
 def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
     content = json.loads((run / "trace.json").read_text(encoding="utf-8"))
-    assert list(content) == ["trials", "size_mm", "config", "versions", "seed"]
+    assert list(content) == ["trials", "size_mm", "followed", "notes", "config", "versions", "seed"]
     assert [each["trial"] for each in content["trials"]] == [1, 2]
     for each in content["trials"]:
         assert set(each) >= {field.name for field in fields(Trace)} | {"done", "events"}

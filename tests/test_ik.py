@@ -12,9 +12,8 @@ from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.rehearsal import closed_on
+from inhand.control.rehearsal import closing_joints
 from inhand.geometry import Array, Path, inverse_transform, transform
-from inhand.hands.fit import Held
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
@@ -213,11 +212,10 @@ def test_fingers_close_part_of_the_way_back_to_the_planned_start() -> None:
     spec, path = OBJECTS["cube_39"], HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses
     plan, there = plan_grasps(HAND, spec, path[None])[0][0], HAND.start_pose[None]
     start = there + np.array([0.002, -0.001, 0.02])
-    held = Held(HAND, spec)
-    whole = closed_on(held, [plan], there, start)
-    planned = closed_on(held, [plan], there, there).closed
+    whole = closing_joints(HAND, spec, [plan], there, start)
+    planned = closing_joints(HAND, spec, [plan], there, there).closed
     for drawn in (0.5, 1.0):
-        part = closed_on(held, [replace(plan, drawn=drawn)], there, start)
+        part = closing_joints(HAND, spec, [replace(plan, drawn=drawn)], there, start)
         np.testing.assert_array_equal(part.opened, whole.opened)
         np.testing.assert_allclose(part.closed, whole.closed + drawn * (planned - whole.closed), atol=1e-3)
 

@@ -33,25 +33,30 @@ def mean_distance(results: Sequence[Result]) -> float:
 
 def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
     """Return the mean path of one direction's trials, up to their first loss of contact."""
-    angle, distance = trials[0].passport.angle_deg or 0.0, mean_distance(results)
+    passport = trials[0].passport
+    angle = passport.angle_deg or 0.0
+    distance = mean_distance(results)
     mean = average_path([t.manipulated_path()[0][: counted_rows(t)] for t in trials], angle, distance)
-    return _curve(trials, results, mean.points_mm, mean.lateral_sd_mm if len(trials) > 1 else None)
+    return PathCurve(
+        angle_deg=angle,
+        name=passport.primitive,
+        points_mm=mean.points_mm,
+        label_mm=distance,
+        band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
+        failed=any(result.lost for result in results),
+        limit_mm=results[0].limit,
+    )
 
 
 def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:
     """Return the mean path of one direction's trials by the rule of the Asterisk Test software, in mm again."""
     passport = trials[0].passport
-    hand = passport.hand.name.partition("_")[0]
+    angle, hand = passport.angle_deg or 0.0, passport.hand.name.partition("_")[0]
     paths = [normalise(trial.manipulated_path()[0], hand) for trial in trials]
-    return _curve(trials, results, compat_average(paths, passport.angle_deg or 0.0) * np.array(hand_size_mm(hand)))
-
-
-def _curve(
-    trials: Sequence[Trial], results: Sequence[Result], points_mm: Array, band_mm: Array | None = None
-) -> PathCurve:
-    passport, failed = trials[0].passport, any(result.lost for result in results)
-    angle, distance = passport.angle_deg or 0.0, mean_distance(results)
-    return PathCurve(angle, passport.primitive, points_mm, distance, band_mm, failed, results[0].limit)
+    points = compat_average(paths, angle) * np.array(hand_size_mm(hand))
+    distance = mean_distance(results)
+    failed, limit = any(result.lost for result in results), results[0].limit
+    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
 
 
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:

@@ -25,7 +25,7 @@ from inhand.control.policy import (
     load_policy,
     straight_angles,
 )
-from inhand.control.rehearsal import best_grasps, closed_on
+from inhand.control.rehearsal import best_grasps, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError, near_matches
@@ -82,8 +82,8 @@ def planned_grasp(
     Where an object stands elsewhere than its path starts, the fingers go to it from there.
     """
     starts = poses[:, 0] if starts is None else starts
-    held = Held(hand, spec)
-    return closed_on(held, best_grasps(held, poses, starts, config, engine=engine), poses[:, 0], starts)
+    best = best_grasps(Held(hand, spec), poses, starts, config, engine=engine)
+    return closing_joints(hand, spec, best, poses[:, 0], starts)
 
 
 def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = MUJOCO) -> list[GraspPlan]:
@@ -258,7 +258,7 @@ def learned_grasp(
     starts = poses[:, 0] if starts is None else starts
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
-    return closed_on(Held(hand, spec), plans, poses[:, 0], starts)
+    return closing_joints(hand, spec, plans, poses[:, 0], starts)
 
 
 def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:

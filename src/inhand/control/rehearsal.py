@@ -25,7 +25,8 @@ from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, rotate, transform, way_along
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan_grasps
-from inhand.hands.objects import convex_pieces
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
 from inhand.sim.names import MUJOCO
 
@@ -45,12 +46,12 @@ DRAWN = (0.0, 0.25, 0.375, 0.5)
 Farther than that the object turns too far, or is lost (13 starts of `benchmarks/starts.py`)."""
 
 
-def closed_on(held: Held, plans: Sequence[GraspPlan], poses: Array, starts: Array) -> Grasp:
+def closing_joints(hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], poses: Array, starts: Array) -> Grasp:
     """Return the joint angles that stand off the contacts of a plan for each path, and those that press on them.
 
     Each was planned for a pose `(P, 3)`, from which the fingers roll to where its object stands `(P, 3)`.
     """
-    config, drawn = SearchConfig(), np.array([plan.drawn for plan in plans])[:, None]
+    held, config, drawn = Held(hand, spec), SearchConfig(), np.array([plan.drawn for plan in plans])[:, None]
     opened = _beside(held, plans, (poses, starts), config.opening)
     return Grasp(opened, _beside(held, plans, (poses, starts + drawn * (poses - starts)), -config.squeeze))
 
@@ -121,7 +122,7 @@ def _farthest(
     poses, starts = (part[owner] for part in where)
     task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]))
     expert = IkController(task, config)
-    grasp = closed_on(held, each, poses[:, 0], starts)
+    grasp = closing_joints(*held, each, poses[:, 0], starts)
     _, found = simulate(task, grasp, starts, lambda _: expert, Bench(engine))
     value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(groups))]

@@ -17,7 +17,7 @@ from inhand.control.catalogue import direction_plans, rough_plan
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import carried_by
-from inhand.control.rehearsal import closed_on
+from inhand.control.rehearsal import closing_joints
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array, Path
@@ -180,7 +180,7 @@ def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
 def _close(hand: HandSpec, spec: ObjectSpec, plans: list[GraspPlan], poses: Array, bench: Bench) -> Starts:
     """Close the fingers on objects that stand at poses `(N, 3)`."""
     count = len(plans)
-    grasp = closed_on(Held(hand, spec), plans, np.tile(hand.start_pose, (count, 1)), poses)
+    grasp = closing_joints(hand, spec, plans, np.tile(hand.start_pose, (count, 1)), poses)
     task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
     simulator, recording = simulate(task, grasp, poses, None, bench)
     return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))

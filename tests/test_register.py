@@ -11,6 +11,7 @@ from commands import Call
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.user_metrics import METRICS
 from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.phases import PHASES
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
@@ -19,6 +20,7 @@ from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
 from inhand.tasks.rewards import find_reward
+from inhand.tracing.tasks import TASKS
 
 BACK = """
 import numpy as np
@@ -41,7 +43,7 @@ class NoController:
 @pytest.fixture(autouse=True)
 def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a test registers is forgotten after it."""
-    for each in (CONTROLLERS, PATHS, METRICS):
+    for each in (CONTROLLERS, PATHS, METRICS, PHASES, TASKS):
         monkeypatch.setattr(each, "_added", {})
     load_packages.cache_clear()
     load_file.cache_clear()
@@ -217,6 +219,13 @@ def test_what_is_no_policy_is_refused(given: object, text: str) -> None:
         ("reward_term", ("mine", math.nan), len, "with weight nan: it must"),
         ("observation_part", ("mine",), 3, "part 'mine' is int 3: it must be a function of state"),
         ("observation_part", ("mine",), len, "at least one number a world; tell how many by fixed"),
+        ("phase", ("mine",), 3, "phase 'mine' is int 3: it must be a class, made with the task"),
+        ("phase", ("mine",), Path, "the class Path without begin, act, finished: it must be a class"),
+        ("phase", ("mine", 0.0), lambda task: task, "phase 'mine' lasts 0 s: give more than 0 and at most 60 s"),
+        ("phase", ("manipulate",), lambda task: task, "the name 'manipulate' is taken by another phase"),
+        ("task", ("mine",), 3, "task 'mine' is int 3: it must be a function of hand, object and random generator"),
+        ("task", ("square",), len, "the name 'square' is taken by another task"),
+        ("task", ("key",), len, "the name 'key' is taken by another task"),
         ("hand", ("mine",), lambda: 3, "hand 'mine' is int 3: it must be a HandSpec"),
         ("object", ("mine",), lambda: 3, "object 'mine' is int 3: it must be an ObjectSpec"),
         ("object", ("cube_39",), lambda: 3, "the name 'cube_39' is taken by another object"),
@@ -252,3 +261,11 @@ def test_targets_of_the_wrong_shape_are_refused() -> None:
 
     with pytest.raises(InputError, match=r"act of controller 'Short' returned \(1, 3\): it must return joint targets"):
         front.asterisk(controller=Short, directions="Out", trials=1)
+
+
+def test_a_phase_or_task_that_is_not_known_or_gives_no_way_points_is_refused() -> None:
+    with pytest.raises(InputError, match="unknown phase 'hold'"):
+        front.asterisk(directions="Out", trials=1, phases=["hold"])
+    front.register.task("flat")(lambda *_: np.zeros((3, 2)))
+    with pytest.raises(InputError, match=r"task 'flat' gives \(3, 2\): it must give way-points \(N, 3\)"):
+        front.trace("flat", trials=1)

@@ -79,8 +79,8 @@ def asterisk(
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
-    settings["label"] = (label,) if isinstance(label, str) else tuple(label)
-    settings["beside"] = tuple(map(Path, [beside] if isinstance(beside, str | Path) else beside))
+    settings["label"] = [label] if isinstance(label, str) else label
+    settings["beside"] = [beside] if isinstance(beside, str | Path) else beside
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 

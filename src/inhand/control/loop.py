@@ -111,17 +111,18 @@ def simulate(
     *,
     twists: Array | None = None,
     longest: float = 8.0,
+    between: Sequence[Phase] = (),
 ) -> tuple[Simulator, Recording]:
     """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
 
     Trials, traces, rehearsals and the starts of training and environments all begin here.
 
-    Objects stand at `starts` `(B, 3)` and are turned by `twists` `(B, S, 3)` first. What `manipulate` makes carries
-    them, until `longest` [s] at most; None leaves them held.
+    Objects stand at `starts` `(B, 3)`. Once they are gripped the phases `between` follow, and `twists` `(B, S, 3)` turn
+    them. What `manipulate` makes carries them, until `longest` [s] at most; None leaves them held.
     """
     simulator = make_simulator(bench.engine, task.hand, task.objects, bench.surroundings, bench.threads)
     start = simulator.reset(starts, placed_joints(task.hand, grasp))
-    phases = standard_phases(grasp, manipulate, twists, longest)
+    phases = standard_phases(grasp, manipulate, twists, longest, between)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress)
 
 

@@ -136,7 +136,7 @@ def load_trace(folder: Path) -> TraceRun:
         passport.object,
         find_controller(config.controller),
         tuple(each.plan for each in followed),
-        TASKS.get(config.path),
+        TASKS.get(config.path) or TASKS.get(config.path.rpartition(":")[2]),
         None if size is None else size / 1e3,
         whole.notes,
     )

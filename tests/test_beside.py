@@ -90,6 +90,7 @@ def test_table_panels_radar_and_report_have_the_names(
 ) -> None:
     monkeypatch.setattr("inhand.asterisk_test.asterisk.simulate", lambda *_: trials)
     monkeypatch.setattr("inhand.asterisk_test.asterisk.finish.__defaults__", (lambda *_: trials,))
+    monkeypatch.setattr("inhand.asterisk_test.report.write_replay", lambda *_, **__: None)
     earlier = saved("earlier", hand=load_hand(LONG))
     run = inhand.asterisk(controller="thesis-ik", directions="Out", trials=1, beside=earlier, label=["new", "old"])
     header, rows = with_beside(HEADER, table_rows(run.results, ()), run.name, run.beside)

@@ -79,7 +79,10 @@ def test_the_page_tells_what_was_run_what_came_out_and_how_to_repeat_it(written:
     assert "mujoco-core 4." in text
 
 
-def test_people_stand_beside_the_controller(finished: Run, asterisk_data: Path, tmp_path: Path) -> None:
+def test_people_stand_beside_the_controller(
+    finished: Run, asterisk_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("inhand.asterisk_test.report.write_replay", lambda *_, **__: None)
     folder = read_human_folder(asterisk_data / "human")
     write_report(replace(finished, people=folder.trials, notes=folder.notes), tmp_path)
     text = (tmp_path / "report.md").read_text(encoding="utf-8")

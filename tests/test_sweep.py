@@ -222,7 +222,7 @@ def twice(direction: str, reached: float) -> list[dict[str, Any]]:
 
 def cell(hand: str, thing: str, *trials: dict[str, Any], reason: str | None = None) -> CellFile:
     """Return the content of a cell's file, of a hand with the fingers of the standard one."""
-    settings = {"engine": "mujoco", "hand": table_of(load_hand(STANDARD))}
+    settings = {"controller": "ik", "engine": "mujoco", "hand": table_of(load_hand(STANDARD))}
     return CellFile(hand, thing, reason, 30.0, 20.0, list(trials), settings)
 
 

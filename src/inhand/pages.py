@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
@@ -15,6 +16,13 @@ NOTHING = "-"
 """A cell without a value."""
 NO_VERDICT = "A simulation that diverged says nothing about the hand: lower its stiffness, torque or physics step."
 """Follows a sentence about trials of which one diverged."""
+
+
+def spread(mean: float, sd: float = math.nan, digits: int = 1) -> str:
+    """Return a mean with its standard deviation, where several trials give one; a dash where nothing is known."""
+    if not math.isfinite(mean):
+        return NOTHING
+    return f"{mean:z.{digits}f}" + (f" ± {sd:.{digits}f}" if math.isfinite(sd) else "")
 
 
 @dataclass(frozen=True)

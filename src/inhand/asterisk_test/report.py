@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.beside import SETTINGS, Beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.page import page
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of
+from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of, tidy
 from inhand.asterisk_test.scenes import (
     average_curve,
     compatible_curve,
@@ -35,7 +35,7 @@ from inhand.plots.path import path_figure
 from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
-from inhand.shown import Shown, frame
+from inhand.shown import Shown
 from inhand.tasks.primitives import twisted_name
 from inhand.versions import versions
 
@@ -65,8 +65,9 @@ class Run(Shown):
     """What tells it from them; without it its controller."""
 
     def table(self) -> pd.DataFrame:
-        """Return a row for each trial: direction, outcome, every metric."""
-        return frame([as_entry(result) for result in self.results])
+        """Return a row for each trial: hand, object, controller, engine, direction, outcome, every metric."""
+        same = dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
+        return tidy(same | as_entry(result) for result in self.results)
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
@@ -89,6 +90,7 @@ class Run(Shown):
             "seed": self.config.seed,
         }
         write_json(content, folder / "metrics.json")
+        self.table().to_csv(folder / "trials.csv", index=False)
 
     @property
     def name(self) -> str:

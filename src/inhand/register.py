@@ -112,7 +112,7 @@ def reward_term(name: str, weight: float = 1.0) -> Callable[[TermGiver], TermGiv
 
 
 def observation_part(
-    name: str, *, half: OfHand = 1.0, middle: OfHand = 0.0, fixed: int = 0, for_joint: int = 0
+    name: str, *, half: OfHand = 1.0, middle: OfHand = 0.0, fixed: int = 0, for_joint: int = 0, for_finger: int = 0
 ) -> Callable[[PartGiver], PartGiver]:
     """Register a function of state, aim and scene that gives `(B, size)` numbers; `observation="grip,NAME"` adds it.
 
@@ -121,11 +121,12 @@ def observation_part(
         half: how far from the middle becomes 1.
         middle: what becomes 0.
         fixed: how many numbers it has with every hand,
-        for_joint: and how many more for each joint.
+        for_joint: how many more for each joint,
+        for_finger: and for each finger.
     """
 
     def add(given: PartGiver) -> PartGiver:
-        PARTS.add(name, Part(name, given, half, middle, fixed, for_joint), source=given)
+        PARTS.add(name, Part(name, given, half, middle, fixed, for_joint, for_finger), source=given)
         return given
 
     return add

@@ -21,7 +21,7 @@ from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
-from inhand.shown import listed
+from inhand.shown import listed, several
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -78,9 +78,8 @@ def asterisk(
     settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
-    settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
-    settings["label"] = [label] if isinstance(label, str) else label
-    settings["beside"] = [beside] if isinstance(beside, str | Path) else beside
+    settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
+    settings |= {"label": several(label), "beside": several(beside)}
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 

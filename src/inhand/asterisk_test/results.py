@@ -19,7 +19,6 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.user_metrics import measured
 from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
 from inhand.geometry import Array
-from inhand.hands.hand import FINGER_NAMES
 from inhand.shown import frame
 from inhand.tasks.primitives import twisted_name
 
@@ -107,7 +106,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference
     )
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
-    first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
+    first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
     hand = passport.hand.name.partition("_")[0]
     labels, original = _normalised((path, path), rotation, (angle, target), hand, compatible)

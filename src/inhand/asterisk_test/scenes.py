@@ -13,7 +13,6 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, averaged, result_of_human
 from inhand.control.trial import Trial
 from inhand.geometry import Array
-from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import DonutSeries
 from inhand.plots.path import TrialPath
@@ -99,7 +98,7 @@ def trial_path(trial: Trial, result: Result) -> TrialPath:
         rotation_deg=rotation,
         contact=touching,
         step_s=trial.passport.period,
-        fingers=FINGER_NAMES,
+        fingers=trial.passport.hand.finger_names,
         target_mm=target_of(trial, result),
         target_rotation_deg=trial.passport.rotation_deg,
         failed=result.lost,

@@ -71,7 +71,7 @@ def control_step(
 ) -> tuple[State, NDArray[np.int64]]:
     """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
-    Return the state after it, and for how many simulation steps each world has not been held by both fingers `(B,)`,
+    Return the state after it, and for how many simulation steps each world has not been held by all fingers `(B,)`,
     which before it was `lost`.
     """
     state = simulator.step(targets, substeps)
@@ -84,7 +84,7 @@ def dropped(state: State, lost: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[np.int64]:
-    """Return for how many simulation steps each world has not been held by both fingers `(B,)`."""
+    """Return for how many simulation steps each world has not been held by all fingers `(B,)`."""
     return np.where(state.touching.all(axis=-1), 0, lost + substeps)
 
 

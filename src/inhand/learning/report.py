@@ -166,7 +166,7 @@ def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
         f" same places. Lost objects are counted over {len(policy.results)} episodes.",
         "",
         "Distance is the progress up to the first loss of contact, mean ± SD. Lateral, Turn and Contact (share of steps"
-        f" with both fingers touching) are the worst trial's. Cells hold {policy.name}'s value, then"
+        f" with all fingers touching) are the worst trial's. Cells hold {policy.name}'s value, then"
         f" {found.expert.name}'s.",
         "",
         *tables,

@@ -211,7 +211,7 @@ def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
         "Done is the share of the way that was come after the approach. RMS, Max and Fréchet are distances of the"
         " object's path from the plan, Turn its largest angle from it, all after the approach; Time counts from there."
         " Failures are primitives that failed and were tried again, or not.",
-        *([" Pushed is the longest time against the wall, held by both fingers."] if setup.wall else []),
+        *([" Pushed is the longest time against the wall, held by all fingers."] if setup.wall else []),
         "",
         *table_lines(*trace_rows(run.traces)),
         "",

@@ -12,8 +12,7 @@ from matplotlib.text import Text
 import inhand
 from inhand.asterisk_test.beside import MOST, load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.page import command
-from inhand.asterisk_test.report import both_radars, side_by_side, write_report
+from inhand.asterisk_test.report import both_radars, command, side_by_side, write_report
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, shown_columns, table_rows, with_beside

@@ -117,7 +117,7 @@ def test_only_the_cell_that_is_missing_is_computed(
     killed: tuple[Path, dict[str, int]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, _ = killed
-    monkeypatch.setattr("inhand.asterisk_test.sweep.page.save_figure", lambda *_: None)
+    monkeypatch.setattr("inhand.plots.save.save_figure", lambda *_: None)
     before = stamps(out)
     gone = next(name for name in before if "400" in name)
     (out / "cells" / gone).unlink()

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array, unit
 from inhand.plots.path import check_contact, draw_contact
-from inhand.plots.save import written_whole
 from inhand.plots.shapes import (
     CLEAR,
     WALL,
@@ -110,7 +110,7 @@ def write_replay(
     """
     _check(frames, trail_mm, contact, fps, texts)
     write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
-    with mpl.rc_context(STYLE), written_whole(out) as part:
+    with mpl.rc_context(STYLE), in_place(out) as part:
         figure, strips = _titled(title, contact, frame_s or 1 / fps, frames[0].fingers)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
         parts = [_scene(ax, frames), *_trail(ax, trail_mm, target_angle_deg, texts), *strips]
@@ -268,12 +268,12 @@ def _write_gif(film: Film, part: Path, fps: int) -> None:
     flat = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in _pictures(film, range(film.count)))
     each = round(100.0 / fps) * 10
     durations = [each] * (film.count - 1) + [max(each, round(1000 * HOLD_S))]
-    next(flat).save(part, save_all=True, append_images=flat, duration=durations, loop=0)
+    next(flat).save(part, "GIF", save_all=True, append_images=flat, duration=durations, loop=0)
 
 
 def _write_mp4(film: Film, part: Path, fps: int) -> None:
     """Write an H.264 film through the ffmpeg program."""
-    writer = FFMpegWriter(fps=fps, codec="h264")
+    writer = FFMpegWriter(fps=fps, codec="h264", extra_args=["-f", "mp4"])
     with writer.saving(film.figure, str(part), dpi=film.figure.dpi):
         for number in range(film.count):
             film.show(number)

@@ -97,7 +97,7 @@ def measure(
 
 
 def counted_rows(contact: NDArray[np.bool_]) -> int:
-    """Return how many rows come before the first one in which not both fingers touch `(T, F)`, at least one."""
+    """Return how many rows come before the first one in which not all fingers touch `(T, F)`, at least one."""
     held = np.asarray(np.all(contact, axis=-1))
     return len(held) if held.all() else max(int(np.argmin(held)), 1)
 

@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.objects import ObjectSpec, centre_of_mass
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
 from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
 from inhand.sim.model import FAR, SceneSpec, scene_of_each
 from inhand.sim.names import Engine
-from inhand.sim.snapshot import Snapshot, check_restore
+from inhand.sim.snapshot import Snapshot, centre_of, check_restore
 from inhand.sim.state import State, ran_away
 
 POSITION_GAIN = 0.1
@@ -132,7 +132,9 @@ class BulletSimulator:
         own = turn(inverse_quaternion(poses[:, 3:]), velocities[:, 3:])
         qvel = np.concatenate([speeds, velocities[:, :3], own], axis=1)
         qpos = np.concatenate([joints, poses], axis=1)
-        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel), self._forces.copy())
+        centre = centre_of(qpos, qvel, np.stack([centre_of_mass(spec) for spec in self.objects]))
+        zero = np.zeros_like(qvel)
+        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), zero, self._forces.copy(), centre)
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot, of either engine; the other worlds are not touched.

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, convex_pieces
+from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces
 from inhand.hands.polygons import is_box
 from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model, scene_of_each
 from inhand.sim.names import Engine
-from inhand.sim.snapshot import Snapshot, check_restore
+from inhand.sim.snapshot import Snapshot, centre_of, check_restore
 from inhand.sim.state import State, ran_away
 
 
@@ -36,7 +36,7 @@ class Readings:
     sensors: Array
 
 
-_KEPT = tuple(field.name for field in fields(Snapshot) if field.name != "forces")
+_KEPT = tuple(field.name for field in fields(Snapshot) if field.name not in {"forces", "centre"})
 
 
 class MujocoSimulator:
@@ -87,6 +87,7 @@ class MujocoSimulator:
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
         self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
+        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
         self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
         self._diverged = np.zeros(len(objects), dtype=bool)
         self._start = self._readings.qpos.copy()
@@ -122,7 +123,8 @@ class MujocoSimulator:
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
         kept = {name: getattr(self._readings, name).copy() for name in _KEPT}
-        return Snapshot(**kept, forces=self._forces.copy())
+        centre = centre_of(kept["qpos"], kept["qvel"], self._centre)
+        return Snapshot(**kept, forces=self._forces.copy(), centre=centre)
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot; the other worlds are not touched.

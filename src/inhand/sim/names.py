@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-Engine = Literal["mujoco", "bullet"]
+Engine = Literal["planar", "mujoco", "bullet"]
 """Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
 MUJOCO: Engine = "mujoco"
 """The engine where none is asked for."""

@@ -1,0 +1,112 @@
+"""What Python calls: steps of worlds, and what is measured of them."""
+
+from __future__ import annotations
+
+from inhand.sim.planar.compiled import inner, kernel
+from inhand.sim.planar.contacts import find_constraints
+from inhand.sim.planar.dynamics import integrate, place_bodies, weigh
+from inhand.sim.planar.outlines import FAR, above, place_outline, to_point, widest
+from inhand.sim.planar.parts import Model, Readings, Work, Worlds
+from inhand.sim.planar.solver import accelerate, contact_law
+
+
+@kernel
+def step_worlds(model: Model, worlds: Worlds, work: Work, steps: int) -> None:
+    """Move worlds some steps on, in place."""
+    for b in range(len(worlds.kind)):
+        for i in range(steps):
+            place_bodies(model, worlds, b, work)
+            weigh(model, worlds, b, work)
+            contacts = find_constraints(model, worlds, b, work)
+            accelerate(model, worlds, b, work, contacts)
+            if i == steps - 1:
+                _add_forces(worlds, b, work, contacts)
+            integrate(model, worlds, b, work)
+
+
+@inner
+def _add_forces(worlds: Worlds, b: int, work: Work, contacts: int) -> None:
+    """Write the force of each finger on the object."""
+    worlds.force[b] = 0.0
+    for c in range(contacts):
+        finger = work.finger[c]
+        if finger >= 0:
+            contact_law(work, c, work.residual[2 * c], work.residual[2 * c + 1])
+            along, across = work.law[1], work.law[2]
+            nx, ny = work.where[c, 0], work.where[c, 1]
+            worlds.force[b, finger, 0] += along * nx - across * ny
+            worlds.force[b, finger, 1] += along * ny + across * nx
+
+
+@kernel
+def measure_worlds(model: Model, worlds: Worlds, work: Work, readings: Readings) -> None:
+    """Write distances and nearest points of every finger and the object."""
+    n = len(model.first)
+    for b in range(len(worlds.kind)):
+        k = worlds.kind[b]
+        place_bodies(model, worlds, b, work)
+        least = FAR
+        for i in range(n):
+            if model.first[i] == i:
+                least = FAR
+            gap = FAR
+            for s in range(n, len(model.body)):
+                if model.body[s] == n and model.corners[k, s] > 0:
+                    here = _distance(model, k, work, (i, s))
+                    if here < gap:
+                        gap = here
+                        if gap < least:
+                            least = gap
+                            finger = model.finger[i]
+                            readings.nearest[b, finger] = i - model.first[i]
+                            readings.points[b, finger, 0] = work.hit[1:3]
+                            readings.points[b, finger, 1] = work.hit[3:5]
+            readings.gaps[b, i] = gap
+
+
+@inner
+def _distance(model: Model, k: int, work: Work, pair: tuple[int, int]) -> float:
+    """Return the signed distance of a link and a piece of the object; `work.hit[1:]` becomes their nearest points."""
+    s, o = pair
+    place_outline(model, k, work, s)
+    place_outline(model, k, work, o)
+    count, hit = model.corners[k, s], work.hit
+    if model.corners[k, o] == 1:
+        x, y, radius = work.outline[o, 0, 0], work.outline[o, 0, 1], model.radius[k, o]
+        away, nx, ny = to_point(work, count, s, x, y)
+        hit[1], hit[2] = x - away * nx, y - away * ny
+        hit[3], hit[4] = x - radius * nx, y - radius * ny
+        return away - radius
+    counts = count, model.corners[k, o]
+    by_link, edge, corner = widest(work, counts, s, o, 0.0)
+    if by_link > 0.0:
+        return _apart(work, counts, pair)
+    by_piece, other_edge, other_corner = widest(work, (counts[1], counts[0]), o, s, 0.0)
+    if by_piece > 0.0:
+        return _apart(work, counts, pair)
+    if by_piece >= by_link:
+        hit[1], hit[2] = work.outline[s, other_corner, 0], work.outline[s, other_corner, 1]
+        hit[3] = hit[1] - by_piece * work.normal[o, other_edge, 0]
+        hit[4] = hit[2] - by_piece * work.normal[o, other_edge, 1]
+        return by_piece
+    hit[3], hit[4] = work.outline[o, corner, 0], work.outline[o, corner, 1]
+    hit[1] = hit[3] - by_link * work.normal[s, edge, 0]
+    hit[2] = hit[4] - by_link * work.normal[s, edge, 1]
+    return by_link
+
+
+@inner
+def _apart(work: Work, counts: tuple[int, int], pair: tuple[int, int]) -> float:
+    """Return the distance of two polygons that do not overlap: of a corner of one to the other."""
+    best, hit = FAR, work.hit
+    for turn in range(2):
+        s, o = pair[turn], pair[1 - turn]
+        for i in range(counts[turn]):
+            x, y = work.outline[s, i, 0], work.outline[s, i, 1]
+            if above(work, counts[1 - turn], o, x, y) < best:
+                away, nx, ny = to_point(work, counts[1 - turn], o, x, y)
+                if away < best:
+                    best = away
+                    hit[1 + 2 * turn], hit[2 + 2 * turn] = x, y
+                    hit[3 - 2 * turn], hit[4 - 2 * turn] = x - away * nx, y - away * ny
+    return best

@@ -88,7 +88,7 @@ def build(worlds: Sequence[World]) -> Model:
     numbers = [_numbers(world) for world in worlds]
     return Model(
         timestep=worlds[0][2].timestep,
-        first=first.astype(np.int64),
+        first=np.array([*first, n, n + 1, n + 2], dtype=np.int64),
         finger=owners.astype(np.int64),
         **{name: np.stack([each[name] for each in numbers]) for name in numbers[0]},
         body=np.array([*range(n), *[n] * n_pieces, *[n + 1] * (1 + n_walls)], dtype=np.int64),

@@ -47,6 +47,8 @@ def stiffness(depth: float, weight: float) -> float:
 def find_constraints(model: Model, worlds: Worlds, b: int, work: Work) -> int:
     """Write every constraint of an instant; return the number of contacts."""
     k, count = worlds.kind[b], 0
+    for j in range(len(model.finger)):
+        work.skyline[j] = model.first[j]
     for pair in range(len(model.pairs)):
         if not near(model, k, work, pair):
             continue
@@ -58,8 +60,7 @@ def find_constraints(model: Model, worlds: Worlds, b: int, work: Work) -> int:
             one, other = (second, first) if owner == 1 else (first, second)
             ends = clip(model, k, work, (one, other, edge, corner))
         for end in range(ends):
-            work.hit[0] = work.law[3 * end]
-            work.hit[3:] = work.law[3 * end + 1 : 3 * end + 3]
+            work.hit[0], work.hit[3], work.hit[4] = work.law[3 * end], work.law[3 * end + 1], work.law[3 * end + 2]
             _add_contact(model, worlds, b, work, (pair, count))
             count += 1
         if ends == 0:
@@ -74,9 +75,10 @@ def find_constraints(model: Model, worlds: Worlds, b: int, work: Work) -> int:
 def _add_contact(model: Model, worlds: Worlds, b: int, work: Work, named: tuple[int, int]) -> None:
     """Write the contact in `work.hit` of a pair as rows of a number; `named` is pair and number."""
     pair, number = named
-    k, n, row = worlds.kind[b], len(model.first), 2 * number
+    k, n, row = worlds.kind[b], len(model.finger), 2 * number
     gap = work.hit[0]
-    work.jacobian[row : row + 2] = 0.0
+    for j in range(n + 3):
+        work.jacobian[row, j] = work.jacobian[row + 1, j] = 0.0
     first, second = model.body[model.pairs[pair, 0]], model.body[model.pairs[pair, 1]]
     _move(model, work, row, (first, 1.0))
     _move(model, work, row, (second, -1.0))
@@ -94,15 +96,18 @@ def _add_contact(model: Model, worlds: Worlds, b: int, work: Work, named: tuple[
     contact[2], contact[3] = hold, IMPRATIO * hold
     contact[4] = asked(2.0 * model.timestep, gap, along)
     contact[5] = -2.0 / (STIFFEST * 2.0 * model.timestep) * across
-    work.where[number] = work.hit[1:]
+    work.where[number, 0], work.where[number, 1] = work.hit[1], work.hit[2]
     work.finger[number] = model.finger[first] if first < n and second == n else -1
+    if second < n:
+        for j in range(n):  # two fingers press on each other
+            work.skyline[j] = 0
 
 
 @inner
 def _move(model: Model, work: Work, row: int, part: tuple[int, float]) -> None:
     """Add how a body, with a sign, moves at the contact in `work.hit`, along its normal and its tangent."""
     body, sign = part
-    n, frame = len(model.first), work.frame
+    n, frame = len(model.finger), work.frame
     nx, ny, x, y = work.hit[1], work.hit[2], work.hit[3], work.hit[4]
     if body < n:
         for j in range(model.first[body], body + 1):
@@ -123,7 +128,7 @@ def _move(model: Model, work: Work, row: int, part: tuple[int, float]) -> None:
 def _limit_joints(model: Model, worlds: Worlds, b: int, work: Work) -> None:
     """Write the limits that joints are beyond."""
     k, time = worlds.kind[b], max(LIMIT_TIME, 2.0 * model.timestep)
-    for i in range(len(model.first)):
+    for i in range(len(model.finger)):
         low = worlds.position[b, i] - model.limits[k, i, 0]
         high = model.limits[k, i, 1] - worlds.position[b, i]
         side = 1.0 if low < 0.0 else -1.0 if high < 0.0 else 0.0
@@ -137,7 +142,7 @@ def _limit_joints(model: Model, worlds: Worlds, b: int, work: Work) -> None:
 @inner
 def _lay_on_floor(model: Model, worlds: Worlds, b: int, work: Work) -> None:
     """Write the floor's friction on each of the object's freedoms."""
-    k, n = worlds.kind[b], len(model.first)
+    k, n = worlds.kind[b], len(model.finger)
     for i in range(3):
         work.floor[i, 0] = stiffness(0.0, model.joint_weight[k, n + i])
         work.floor[i, 1] = asked(2.0 * model.timestep, 0.0, worlds.velocity[b, n + i])

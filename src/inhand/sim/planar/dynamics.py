@@ -9,14 +9,14 @@ import math
 
 from inhand.geometry import Array
 from inhand.sim.planar.compiled import inner
-from inhand.sim.planar.parts import Model, Work, Worlds
+from inhand.sim.planar.parts import Indices, Model, Work, Worlds
 
 
 @inner
 def place_bodies(model: Model, worlds: Worlds, b: int, work: Work) -> None:
     """Write every body's frame in the palm frame; the object's origin is its centre of mass."""
-    k, n = worlds.kind[b], len(model.first)
-    position, frame = worlds.position[b], work.frame
+    k, n = worlds.kind[b], len(model.finger)
+    frame = work.frame
     for i in range(n):
         if model.first[i] == i:
             angle = 0.0
@@ -24,10 +24,10 @@ def place_bodies(model: Model, worlds: Worlds, b: int, work: Work) -> None:
         else:
             length = model.length[k, i - 1]
             x, y = x - frame[i - 1, 1] * length, y + frame[i - 1, 0] * length
-        angle += position[i]
+        angle += worlds.position[b, i]
         frame[i, 0], frame[i, 1], frame[i, 2], frame[i, 3] = math.cos(angle), math.sin(angle), x, y
-    frame[n, 0], frame[n, 1] = math.cos(position[n + 2]), math.sin(position[n + 2])
-    frame[n, 2], frame[n, 3] = position[n], position[n + 1]
+    frame[n, 0], frame[n, 1] = math.cos(worlds.position[b, n + 2]), math.sin(worlds.position[b, n + 2])
+    frame[n, 2], frame[n, 3] = worlds.position[b, n], worlds.position[b, n + 1]
     frame[n + 1, 0], frame[n + 1, 1], frame[n + 1, 2], frame[n + 1, 3] = 1.0, 0.0, 0.0, 0.0
     work.placed[:] = False
 
@@ -35,7 +35,7 @@ def place_bodies(model: Model, worlds: Worlds, b: int, work: Work) -> None:
 @inner
 def weigh(model: Model, worlds: Worlds, b: int, work: Work) -> None:
     """Write mass matrix and forces without constraints: servos, damping, and what turning links need."""
-    k, n = worlds.kind[b], len(model.first)
+    k, n = worlds.kind[b], len(model.finger)
     work.inertia[:] = 0.0
     work.force[:] = 0.0
     for i in range(n):
@@ -78,54 +78,49 @@ def _add_link(model: Model, worlds: Worlds, b: int, work: Work, i: int) -> None:
 @inner
 def integrate(model: Model, worlds: Worlds, b: int, work: Work) -> None:
     """Move a world one step by the accelerations that were found, its damping at the step's end (`implicitfast`)."""
-    k, n, step = worlds.kind[b], len(model.first), model.timestep
-    velocity, position = worlds.velocity[b], worlds.position[b]
-    multiply(work.inertia, worlds.acceleration[b], work.force)
+    k, n, step = worlds.kind[b], len(model.finger), model.timestep
+    for i in range(n + 3):
+        total = 0.0
+        for j in range(n + 3):
+            total += work.inertia[i, j] * worlds.acceleration[b, j]
+        work.force[i] = total
     for i in range(n):
         work.inertia[i, i] += step * model.servo[k, i, 1]
-    factorise(work.inertia, work.factor)
-    solve(work.factor, work.force)
+    factorise(work.inertia, model.first, work.factor)
+    solve(work.factor, model.first, work.force)
     for i in range(n + 3):
-        velocity[i] += step * work.force[i]
-        position[i] += step * velocity[i]
+        worlds.velocity[b, i] += step * work.force[i]
+        worlds.position[b, i] += step * worlds.velocity[b, i]
 
 
 @inner
-def multiply(matrix: Array, vector: Array, out: Array) -> None:
-    """Write the product of a square matrix `(m, m)` and a vector `(m,)`."""
-    m = len(vector)
-    for i in range(m):
-        total = 0.0
-        for j in range(m):
-            total += matrix[i, j] * vector[j]
-        out[i] = total
+def factorise(matrix: Array, skyline: Indices, out: Array) -> None:
+    """Write the lower Cholesky factor of a positive definite matrix, both `(m, m)`, of which the lower half is used.
 
-
-@inner
-def factorise(matrix: Array, out: Array) -> None:
-    """Write the lower Cholesky factor `(m, m)` of a positive definite matrix, of which the lower half is read."""
-    size = len(matrix)
-    for j in range(size):
-        total = matrix[j, j]
-        for m in range(j):
-            total -= out[j, m] * out[j, m]
-        out[j, j] = math.sqrt(total)
-        for i in range(j + 1, size):
+    `skyline` says of each row where its first number stands; nothing before it is read or written.
+    """
+    for i in range(len(matrix)):
+        for j in range(skyline[i], i):
             total = matrix[i, j]
-            for m in range(j):
+            for m in range(max(skyline[i], skyline[j]), j):
                 total -= out[i, m] * out[j, m]
             out[i, j] = total / out[j, j]
+        total = matrix[i, i]
+        for m in range(skyline[i], i):
+            total -= out[i, m] * out[i, m]
+        out[i, i] = math.sqrt(total)
 
 
 @inner
-def solve(factor: Array, vector: Array) -> None:
+def solve(factor: Array, skyline: Indices, vector: Array) -> None:
     """Solve for a vector `(m,)` in place, given the matrix's Cholesky factor `(m, m)`."""
-    m = len(vector)
-    for i in range(m):
-        for j in range(i):
-            vector[i] -= factor[i, j] * vector[j]
+    size = len(vector)
+    for i in range(size):
+        total = vector[i]
+        for j in range(skyline[i], i):
+            total -= factor[i, j] * vector[j]
+        vector[i] = total / factor[i, i]
+    for i in range(size - 1, -1, -1):
         vector[i] /= factor[i, i]
-    for i in range(m - 1, -1, -1):
-        for j in range(i + 1, m):
-            vector[i] -= factor[j, i] * vector[j]
-        vector[i] /= factor[i, i]
+        for j in range(skyline[i], i):
+            vector[j] -= factor[i, j] * vector[i]

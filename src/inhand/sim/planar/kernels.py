@@ -41,7 +41,7 @@ def _add_forces(worlds: Worlds, b: int, work: Work, contacts: int) -> None:
 @kernel
 def measure_worlds(model: Model, worlds: Worlds, work: Work, readings: Readings) -> None:
     """Write distances and nearest points of every finger and the object."""
-    n = len(model.first)
+    n = len(model.finger)
     for b in range(len(worlds.kind)):
         k = worlds.kind[b]
         place_bodies(model, worlds, b, work)

@@ -22,7 +22,8 @@ class Model(NamedTuple):
     timestep: float
     """Length of a physics step [s]."""
     first: Indices
-    """For each joint `(n,)` the first joint of its finger."""
+    """For each joint the first joint of its finger, for each of the object's freedoms itself `(n + 3,)`: the mass matrix
+    has nothing before it in that row."""
     finger: Indices
     """For each joint `(n,)` the number of its finger."""
     base: Array
@@ -116,6 +117,8 @@ class Work(NamedTuple):
     """Curvature of the cost `(n + 3, n + 3)`."""
     factor: Array
     """A Cholesky factor `(n + 3, n + 3)`."""
+    skyline: Indices
+    """For each row of the Hessian where its first number stands `(n + 3,)`."""
     force: Array
     """Forces without constraints `(n + 3,)`."""
     free: Array
@@ -135,7 +138,7 @@ class Work(NamedTuple):
     contact: Array
     """Of each contact regularised friction, friction, both stiffnesses, both accelerations asked for `(R, 6)`."""
     where: Array
-    """Normal and point of each contact `(R, 4)` [m]."""
+    """Normal of each contact `(R, 2)`."""
     finger: Indices
     """The finger that presses on the object in each contact `(R,)`, -1 where none does."""
     limit: Array
@@ -150,7 +153,7 @@ class Work(NamedTuple):
 
 def room(model: Model) -> Work:
     """Return room for one thread to compute steps of a model in."""
-    n = len(model.first)
+    n = len(model.finger)
     size, outlines, contacts = n + 3, len(model.body), 2 * len(model.pairs)
     square = [np.zeros((size, size)) for _ in range(3)]
     return Work(
@@ -159,12 +162,13 @@ def room(model: Model) -> Work:
         np.zeros((outlines, *model.outline.shape[2:])),
         np.zeros(outlines, dtype=bool),
         *square,
+        np.zeros(size, dtype=np.int64),
         *(np.zeros(size) for _ in range(5)),
         np.zeros((2 * contacts, size)),
         np.zeros(2 * contacts),
         np.zeros(2 * contacts),
         np.zeros((contacts, 6)),
-        np.zeros((contacts, 4)),
+        np.zeros((contacts, 2)),
         np.zeros(contacts, dtype=np.int64),
         np.zeros((n, 3)),
         np.zeros((3, 3)),

@@ -64,10 +64,10 @@ def accelerate(model: Model, worlds: Worlds, b: int, work: Work, contacts: int) 
     """Find the accelerations of a world, starting from the last ones or the free ones, whichever costs less."""
     k, acceleration = worlds.kind[b], worlds.acceleration[b]
     size = len(acceleration)
-    factorise(work.inertia, work.factor)
+    factorise(work.inertia, model.first, work.factor)
     for i in range(size):
         work.free[i] = work.force[i]
-    solve(work.factor, work.free)
+    solve(work.factor, model.first, work.free)
     for i in range(size):
         work.direction[i] = acceleration[i] - work.free[i]
         acceleration[i] = work.free[i]
@@ -86,8 +86,8 @@ def accelerate(model: Model, worlds: Worlds, b: int, work: Work, contacts: int) 
             work.direction[i] = -work.gradient[i]
         if math.sqrt(squared) * model.scale[k] < TOLERANCE:
             break
-        factorise(work.hessian, work.factor)
-        solve(work.factor, work.direction)
+        factorise(work.hessian, work.skyline, work.factor)
+        solve(work.factor, work.skyline, work.direction)
         smooth = _aim(work, acceleration, contacts)
         slope = 0.0
         for i in range(size):

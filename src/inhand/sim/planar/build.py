@@ -8,6 +8,7 @@ from itertools import combinations, product
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
@@ -15,7 +16,7 @@ from inhand.geometry import Array, perpendicular
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces, polygon
 from inhand.hands.outlines import centroid, second_moments
-from inhand.hands.polygons import edge_normals
+from inhand.hands.polygons import edge_normals, is_box
 from inhand.hands.shapes import link_outline, palm_outline
 from inhand.sim.model import SceneSpec
 from inhand.sim.planar.parts import Model
@@ -24,9 +25,9 @@ World: TypeAlias = tuple[HandSpec, ObjectSpec, SceneSpec]
 
 LEAST_FRICTION = 1e-5
 """MuJoCo's smallest friction."""
-TIP_SHARE, FLAT_SHARE = 2.0, 2.0
-"""Contacts of the three-dimensional scene that one here stands for: a fingertip's two rims, the two ends of an upright
-edge."""
+TWO = 2.0
+"""Contacts of the three-dimensional scene that one here can stand for: a fingertip's two rims, or the two ends of an
+upright edge that lies on a face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +84,7 @@ def build(worlds: Sequence[World]) -> Model:
             middle[place] = points.mean(axis=0)
             bound[place] = np.linalg.norm(points - middle[place], axis=-1).max() + outlines[place[0]][place[1]].radius
     pairs = _pairs(hand, n_pieces, n_walls)
+    flat = np.array([[_lies_flat(row, pair, (n, n + n_pieces)) for pair in pairs] for row in outlines])
     first = np.repeat([place.start for place in hand.slices], [len(f.links) for f in hand.fingers])
     owners = np.repeat(np.arange(len(hand.fingers)), [len(f.links) for f in hand.fingers])
     numbers = [_numbers(world) for world in worlds]
@@ -98,10 +100,10 @@ def build(worlds: Sequence[World]) -> Model:
         radius=np.array([[o.radius for o in row] for row in outlines]),
         middle=middle,
         bound=bound,
-        pairs=np.array([pair for pair, _ in pairs], dtype=np.int64),
+        pairs=np.array(pairs, dtype=np.int64),
         friction=np.array([_frictions(world, pairs, n_pieces) for world in worlds]),
-        share=np.array([TIP_SHARE if tip else FLAT_SHARE for _, tip in pairs]),
-        flat=np.array([not tip for _, tip in pairs]),
+        share=np.where(flat | _tip_on_object(hand, pairs, n_pieces), TWO, 1.0),
+        flat=flat,
     )
 
 
@@ -121,21 +123,35 @@ def _outlines(world: World, n_pieces: int, n_walls: int) -> list[Outline]:
     return [*links, *pieces, Outline(palm_outline(hand)), *walls, *[NOTHING] * (n_walls - len(walls))]
 
 
-def _pairs(hand: HandSpec, n_pieces: int, n_walls: int) -> list[tuple[tuple[int, int], bool]]:
-    """Return pairs of outlines that can touch, an object's piece second, and whether it is a fingertip's."""
+def _pairs(hand: HandSpec, n_pieces: int, n_walls: int) -> list[tuple[int, int]]:
+    """Return pairs of outlines that can touch; a piece of the object comes second."""
     n = hand.n_joints
     pieces, fixed = range(n, n + n_pieces), range(n + n_pieces, n + n_pieces + 1 + n_walls)
-    tips = {place.stop - 1 for place in hand.slices}
-    pairs = [((link, piece), link in tips) for link in range(n) for piece in pieces]
-    pairs += [((still, piece), False) for still in fixed for piece in pieces]
     fingers = [range(place.start, place.stop) for place in hand.slices]
-    pairs += [((link, fixed[0]), False) for finger in fingers for link in finger[1:]]
-    pairs += [((link, wall), False) for link in range(n) for wall in fixed[1:]]
-    pairs += [(pair, False) for one, other in combinations(fingers, 2) for pair in product(one, other)]
-    return pairs
+    pairs = [*product(range(n), pieces), *product(fixed, pieces), *product(range(n), fixed[1:])]
+    pairs += [(link, fixed[0]) for finger in fingers for link in finger[1:]]
+    return pairs + [pair for one, other in combinations(fingers, 2) for pair in product(one, other)]
 
 
-def _frictions(world: World, pairs: Sequence[tuple[tuple[int, int], bool]], n_pieces: int) -> list[float]:
+def _lies_flat(outlines: Sequence[Outline], pair: tuple[int, int], pieces: tuple[int, int]) -> bool:
+    """Return whether a pair can touch at two points: two boxes, as in MuJoCo, and the object on what stands still.
+
+    There MuJoCo gives an outline that is no box one point, on which it would rock.
+    """
+    one, other = (outlines[k].corners for k in pair)
+    if min(len(one), len(other)) < 2:
+        return False
+    still = pair[0] >= pieces[1] and pieces[0] <= pair[1] < pieces[1]
+    return still or (is_box(one) and is_box(other))
+
+
+def _tip_on_object(hand: HandSpec, pairs: Sequence[tuple[int, int]], n_pieces: int) -> NDArray[np.bool_]:
+    """Return whether each pair is a fingertip and the object `(P,)`."""
+    n, tips = hand.n_joints, {place.stop - 1 for place in hand.slices}
+    return np.array([one in tips and n <= other < n + n_pieces for one, other in pairs])
+
+
+def _frictions(world: World, pairs: Sequence[tuple[int, int]], n_pieces: int) -> list[float]:
     """Return the friction coefficient of each pair."""
     hand, spec, scene = world
     n = hand.n_joints
@@ -148,7 +164,7 @@ def _frictions(world: World, pairs: Sequence[tuple[tuple[int, int], bool]], n_pi
         wall = outline - n - n_pieces - 1
         return scene.walls[wall].friction if wall < len(scene.walls) else 0.0
 
-    return [max(of(one) * of(other), LEAST_FRICTION) for (one, other), _ in pairs]
+    return [max(of(one) * of(other), LEAST_FRICTION) for one, other in pairs]
 
 
 def _numbers(world: World) -> dict[str, Array]:

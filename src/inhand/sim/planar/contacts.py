@@ -56,7 +56,7 @@ def find_constraints(model: Model, worlds: Worlds, b: int, work: Work) -> int:
         if owner < 0:
             continue
         first, second, ends = model.pairs[pair, 0], model.pairs[pair, 1], 0
-        if model.flat[pair] and owner < 2:
+        if model.flat[k, pair] and owner < 2:
             one, other = (second, first) if owner == 1 else (first, second)
             ends = clip(model, k, work, (one, other, edge, corner))
         for end in range(ends):
@@ -90,7 +90,7 @@ def _add_contact(model: Model, worlds: Worlds, b: int, work: Work, named: tuple[
     for body in (first, second):
         if body <= n:
             weight += model.weight[k, body]
-    hold = model.share[pair] * stiffness(gap, weight)
+    hold = model.share[k, pair] * stiffness(gap, weight)
     friction, contact = model.friction[k, pair], work.contact[number]
     contact[0], contact[1] = friction / math.sqrt(IMPRATIO), friction
     contact[2], contact[3] = hold, IMPRATIO * hold

@@ -67,9 +67,9 @@ class Model(NamedTuple):
     friction: Array
     """Friction coefficient of each pair `(K, P)`."""
     share: Array
-    """How many contacts of the upright bodies one contact in the plane stands for `(P,)`."""
+    """How many contacts of the upright bodies one contact in the plane stands for `(K, P)`."""
     flat: NDArray[np.bool_]
-    """Whether the outlines of a pair can lie on each other with an edge `(P,)`, at two points."""
+    """Whether the outlines of a pair can lie on each other with an edge, at two points `(K, P)`."""
 
 
 class Worlds(NamedTuple):

@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test sweep bench learn ship study compare lock
+.PHONY: demo test fuzz sweep bench learn ship study compare lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -15,6 +15,10 @@ test: .venv/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+# 2,000 bad inputs, other ones each time: minutes.
+fuzz: .venv/.dev
+	$(BIN)/pytest -n 2 --hypothesis-profile fuzz tests/test_fuzz.py
 
 sweep: .venv/.run
 	$(BIN)/inhand sweep
@@ -56,5 +60,5 @@ compare: .venv/.dev
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
 lock:
 	$(LOCK) $(INPUTS) --output-file requirements/run.txt
-	$(LOCK) $(INPUTS) --extra dev --extra bullet --extra rl --constraints requirements/run.txt --overrides requirements/overrides.txt \
+	$(LOCK) $(INPUTS) --extra dev --extra bullet --extra dxf --extra rl --constraints requirements/run.txt --overrides requirements/overrides.txt \
 		$(addprefix --no-emit-package ,mujoco mujoco-studio glfw pyopengl websockets) --output-file requirements/dev.txt

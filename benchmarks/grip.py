@@ -6,9 +6,9 @@ import numpy as np
 
 from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
-from inhand.control.loop import run_worlds
-from inhand.control.phases import Grasp
-from inhand.geometry import Array
+from inhand.control.loop import run_episodes
+from inhand.control.phases import Grasp, placed_joints, standard_phases
+from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, parse_object_name
@@ -29,7 +29,7 @@ def task_right(simulator: Simulator) -> tuple[Task, Grasp]:
     path = straight_path(parse_directions("Right")[0])
     origin = hand.start_pose
     grasp = planned_grasp(hand, simulator.objects[0], np.tile(origin + path.poses, (count, 1, 1)))
-    return Task(hand, simulator.objects, np.tile(path.poses, (count, 1, 1)), simulator.timestep), grasp
+    return Task(hand, simulator.objects, Path(np.tile(path.poses, (count, 1, 1))), simulator.timestep), grasp
 
 
 def hold(simulator: Simulator) -> tuple[State, Array]:
@@ -40,7 +40,8 @@ def hold(simulator: Simulator) -> tuple[State, Array]:
     """
     task, grasp = task_right(simulator)
     origin = np.tile(simulator.hand.start_pose, (task.n_worlds, 1))
-    state = run_worlds(simulator, task, grasp, origin, None).states[-1]
+    start = simulator.reset(origin, placed_joints(simulator.hand, grasp))
+    state = run_episodes(simulator, task, standard_phases(grasp, None), start).states[-1]
     if not state.touching.all():
         raise RuntimeError("the grip does not hold; the benchmark would time falling objects")
     return state, state.targets

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from compare_study import ENOUGH
-from inhand.control.trial import LOST
+from inhand.control.trial import LOST, REACHED
 from inhand.geometry import Array
 
 DRAWS = 2000
@@ -121,7 +121,7 @@ def _score(name: str, task: str, entries: Sequence[dict[str, Any]]) -> Score:
 
     outcomes = [[episode["outcome"] for episode in entry["episodes"]] for entry in entries]
     lost = [np.isin(each, LOST) for each in outcomes]
-    done = [np.array([o == "reached" for o in each], dtype=float) for each in outcomes]
+    done = [np.array([o == REACHED for o in each], dtype=float) for each in outcomes]
     error = [np.where(gone, np.nan, rms) for gone, rms in zip(lost, values("rms_mm"), strict=True)]
     return Score(
         name,

@@ -22,19 +22,20 @@ from compare_config import CompareConfig
 from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.controller import SUBSTEPS
 from inhand.control.ik import IkConfig
-from inhand.control.trial import Passport, write_json
+from inhand.control.loop import Bench
+from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training, default
+from inhand.learning.progress import JOURNAL
 from inhand.learning.runs import finished, resume, train
 from inhand.sim.model import SceneSpec
 from inhand.tracing.follow import follow
 from inhand.tracing.plan import Plan
 from inhand.tracing.tasks import find_task, fitting_plan
 from inhand.tracing.trace import trace_of
-from inhand.versions import versions
 
 Kind = Literal["structured", "guided", "unguided"]
 """How a controller was trained."""
@@ -44,9 +45,7 @@ NOISE = np.array([0.001, 0.001, np.deg2rad(1.0)])
 """Standard deviations of the object's start [m, m, rad]."""
 TEST_SEED = 500
 """Added to an episode's number for what its task draws."""
-TIMESTEP = SceneSpec().timestep
-"""Physics step [s]."""
-PERIOD = SUBSTEPS * TIMESTEP
+PERIOD = SUBSTEPS * SceneSpec.timestep
 """Time between two decisions [s]."""
 ENOUGH = 0.9
 """Mean completion at which a controller has adapted to a task."""
@@ -202,11 +201,7 @@ def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[st
     plans = _plans((hand, spec), task, config.episodes)
     noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
     starts = hand.start_pose + NOISE * np.stack(noise)
-    passports = [
-        Passport(hand, spec, who.name, task, None, 0.0, task, k + 1, who.seed, SUBSTEPS, TIMESTEP, versions())
-        for k in range(config.episodes)
-    ]
-    return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, passports)]
+    return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, Bench(), seed=who.seed)]
 
 
 @lru_cache(maxsize=16)
@@ -238,7 +233,7 @@ def _adaptation(config: CompareConfig, who: Contestant) -> Iterator[dict[str, An
             folder = config.out / "adaptation" / f"{who.folder}_{count}"
             training = training_of(config, who, count)
             _train(training, folder, lambda *_: None)
-            lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
+            lines = [json.loads(line) for line in (folder / JOURNAL).read_text().splitlines()]
             first = next(line for line in lines if line["kind"] == "evaluation")
             steps = count * training.interface.horizon
             told = {"demonstrations": count, "steps": steps, "completion": first["fraction"]}

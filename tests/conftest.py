@@ -4,9 +4,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from commands import Call
 from inhand import cli
+
+settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import inhand
+from inhand import geometry
 from inhand.control.catalogue import CONTROLLERS
 from inhand.control.controller import Task
 from inhand.control.loop import control_step
@@ -86,9 +87,9 @@ def test_files_and_functions_are_short(path: Path) -> None:
 def test_few_files_take_part_in_one_control_step(name: str) -> None:
     hand, cube, path = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"], straight_path(TRAIN[0])
     simulator = MujocoSimulator(hand, [cube])
-    task = Task(hand, simulator.objects, path.poses[None], simulator.timestep)
+    task = Task(hand, simulator.objects, geometry.Path(path.poses[None]), simulator.timestep)
     start = hand.start_pose[None]
-    grasp = CONTROLLERS[name].grasp(hand, cube, start[:, None] + task.paths)
+    grasp = CONTROLLERS[name].grasp(hand, cube, start[:, None] + task.path.poses)
     state = simulator.reset(start, grasp.closed)
     controller = CONTROLLERS[name].manipulate(task)
     controller.begin(state)

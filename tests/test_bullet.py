@@ -11,6 +11,7 @@ from inhand.control.controller import Task
 from inhand.control.loop import Recording, run_episodes
 from inhand.control.phases import standard_phases
 from inhand.errors import InputError
+from inhand.geometry import Path
 from inhand.hands.hand import FINGER_NAMES, HandSpec, lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
@@ -45,7 +46,7 @@ def expert_right(simulator: Simulator) -> Recording:
     """Run the expert's episode towards the right in one world."""
     entry, path = find_controller("ik-cautious"), straight_path(parse_directions("Right")[0])
     grasp = entry.grasp(HAND, CUBE, (ORIGIN + path.poses)[None])
-    task = Task(HAND, simulator.objects, path.poses[None], simulator.timestep)
+    task = Task(HAND, simulator.objects, Path(path.poses[None]), simulator.timestep)
     start = simulator.reset(ORIGIN[None], grasp.opened)
     return run_episodes(simulator, task, standard_phases(grasp, entry.manipulate), start)
 

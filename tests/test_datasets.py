@@ -5,9 +5,11 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.hands.names import parse_hand_name
@@ -172,10 +174,45 @@ def test_what_is_no_dataset_of_ours_is_refused(tmp_path: Path) -> None:
     path.write_text(json.dumps({key: value for key, value in good.items() if key != "inhand"}))
     with pytest.raises(InputError, match="is no dataset of `inhand record`: it is None; it must be a table"):
         read_dataset(tmp_path)
+    for name, held, text in (
+        ("total_episodes", None, "total_episodes is None; it must be a whole number"),
+        ("observation_space", None, r"observation_space is None; it must be \{"),
+        ("data_format", "arrow", "data_format is 'arrow'; it must be hdf5"),
+    ):
+        path.write_text(json.dumps(good | {name: held}))
+        with pytest.raises(InputError, match=rf"the episodes in .* cannot be read: {text}.*; record them again"):
+            read_dataset(tmp_path)
     path.write_text(json.dumps(good))
     (tmp_path / DATA / "main_data.hdf5").write_bytes(b"not HDF5")
     with pytest.raises(InputError, match=r"the episodes in .* cannot be read: .*; record them again"):
         list(read_dataset(tmp_path)[1])
+
+
+@pytest.mark.usefixtures("minari")
+@pytest.mark.parametrize(
+    ("name", "array", "text"),
+    [
+        ("rewards", np.zeros(99), "observations has the shape"),
+        ("actions", np.full((1, 4), np.nan), "actions holds float64, not finite throughout"),
+        ("infos/wanted", np.zeros(3, dtype=int), "wanted holds int64"),
+    ],
+)
+def test_episodes_that_cannot_be_are_refused(name: str, array: NDArray[Any], text: str, tmp_path: Path) -> None:
+    import h5py
+
+    write_dataset(tmp_path, made_up(2), HEAD)
+    with h5py.File(tmp_path / DATA / "main_data.hdf5", "a") as file:
+        del file["episode_1"][name]
+        file["episode_1"][name] = array
+    with pytest.raises(InputError, match=f"cannot be read: {text}"):
+        list(read_dataset(tmp_path)[1])
+
+
+@pytest.mark.usefixtures("minari")
+def test_a_folder_may_be_seen_from_where_one_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_dataset(Path("set"), made_up(1), HEAD)
+    assert len(list(read_dataset(Path("set"))[1])) == 1
 
 
 def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from inhand import geometry
 from inhand.control.catalogue import planned_grasp, rough_grasp
 from inhand.control.controller import Task
 from inhand.control.ik import IkController
@@ -168,13 +169,13 @@ def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:
     """Return the recording of the expert's episodes straight out, and their trials."""
     path, count = straight_path(TRAIN[0]), len(simulator.objects)
     paths = np.tile(path.poses, (count, 1, 1))
-    task = Task(HAND, simulator.objects, paths, simulator.timestep)
+    task = Task(HAND, simulator.objects, geometry.Path(paths), simulator.timestep)
     origin = np.tile(start_pose(HAND), (count, 1))
-    grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.paths)
+    grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.path.poses)
     phases = standard_phases(grasp, IkController)
     recording = run_episodes(simulator, task, phases, simulator.reset(origin, grasp.opened))
     passports = [Passport(HAND, CUBE, "ik", "Out", 90.0, 0.0, "Out", k + 1, 0, 5, 0.004, {}) for k in range(count)]
-    return recording, cut_trials(recording, passports, task.paths)
+    return recording, cut_trials(recording, passports, task.path.poses)
 
 
 @pytest.mark.parametrize("step", [1, 20, 100])

@@ -15,13 +15,11 @@ from inhand.control.loop import LOST_AFTER, Recording, control_step, dropped, lo
 from inhand.control.phases import Grasp, Phase, standard_phases
 from inhand.control.recording import cut_trials
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
-from inhand.geometry import Array, spatial
-from inhand.hands.hand import HandSpec
+from inhand.geometry import Array, Path, spatial
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
-from inhand.hands.objects import ObjectSpec
+from inhand.sim.engine import Simulator
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
@@ -52,52 +50,41 @@ def state_with(touching: NDArray[np.bool_], time: float = 0.0, diverged: NDArray
     )
 
 
-@dataclass
-class Scripted:
-    """A simulator whose contacts were written down beforehand."""
+class Scripted(Simulator):
+    """A simulator whose contacts `(T, B, 2)` after each step were written down beforehand; the last row stays."""
 
-    contacts: NDArray[np.bool_]
-    """Contacts `(T, B, 2)` after each step; the last row stays."""
-    diverging: dict[int, int] = field(default_factory=dict)
-    """The step at which a world diverges, for those that do."""
-    timestep: float = 0.004
-    steps: int = 0
-    hand: HandSpec = HAND
-    engine: Engine = "mujoco"
+    engine = "mujoco"
 
-    @property
-    def objects(self) -> tuple[ObjectSpec, ...]:
-        """The object of each world."""
-        return tuple([CUBE] * int(self.contacts.shape[1]))
-
-    def reset(self, object_pose: Array, joint_angles: Array) -> State:
-        """Start before the first row, in contact."""
-        del object_pose, joint_angles
-        self.steps = 0
-        return state_with(np.ones(self.contacts.shape[1:], dtype=bool))
-
-    def step(self, targets: Array, substeps: int) -> State:
-        """Give the next row."""
-        del targets
-        row = self.contacts[min(self.steps, len(self.contacts) - 1)]
-        self.steps += 1
-        diverged = np.array([self.steps >= self.diverging.get(world, np.inf) for world in range(len(row))])
-        return state_with(row, self.steps * substeps * self.timestep, diverged)
+    def __init__(self, contacts: NDArray[np.bool_], diverging: dict[int, int] | None = None) -> None:
+        """Diverge in worlds at the steps given."""
+        super().__init__(HAND, [CUBE] * contacts.shape[1])
+        self.contacts, self.diverging, self.steps, self.time = contacts, diverging or {}, 0, 0.0
 
     def measure(self) -> State:
-        """Give no state between rows."""
-        raise NotImplementedError
+        """Give the row of the last step; before the first all are in contact."""
+        if not self.steps:
+            return state_with(np.ones(self.contacts.shape[1:], dtype=bool))
+        row = self.contacts[min(self.steps, len(self.contacts)) - 1]
+        diverged = np.array([self.steps >= self.diverging.get(world, np.inf) for world in range(len(row))])
+        return state_with(row, self.time, diverged)
 
     def snapshot(self) -> Snapshot:
         """Keep nothing."""
         raise NotImplementedError
 
-    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
-        """Go back to nothing."""
+    def _place(self, object_pose: Array, joint_angles: Array) -> None:
+        del object_pose, joint_angles
+        self.steps = 0
+
+    def _advance(self, targets: Array, substeps: int) -> None:
+        del targets
+        self.steps += 1
+        self.time = self.steps * substeps * self.timestep
+
+    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         raise NotImplementedError
 
-    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
-        """Push nothing."""
+    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         raise NotImplementedError
 
 
@@ -128,7 +115,7 @@ class Counting:
 def task_for(simulator: Scripted | MujocoSimulator, substeps: int = 5) -> Task:
     """Return the task of carrying every world's object straight out."""
     path, n = straight_path(TRAIN[0]), len(simulator.objects)
-    return Task(simulator.hand, simulator.objects, np.tile(path.poses, (n, 1, 1)), 0.004, substeps)
+    return Task(simulator.hand, simulator.objects, Path(np.tile(path.poses, (n, 1, 1))), 0.004, substeps)
 
 
 def run_script(
@@ -138,7 +125,8 @@ def run_script(
     diverging: dict[int, int] | None = None,
 ) -> Recording:
     simulator = Scripted(contacts, diverging or {})
-    start = simulator.reset(np.zeros((1, 3)), np.zeros((1, 4)))
+    count = contacts.shape[1]
+    start = simulator.reset(np.zeros((count, 3)), np.zeros((count, 4)))
     return run_episodes(simulator, task_for(simulator, substeps), phases, start)
 
 
@@ -312,7 +300,7 @@ def grasped(count: int) -> tuple[MujocoSimulator, Task, Grasp, State]:
     simulator = MujocoSimulator(HAND, [CUBE] * count)
     task = task_for(simulator)
     origin = np.tile(HAND.start_pose, (count, 1))
-    grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.paths)
+    grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.path.poses)
     return simulator, task, grasp, simulator.reset(origin, grasp.opened)
 
 
@@ -349,7 +337,7 @@ def test_a_finger_pulled_away_ends_only_its_own_world() -> None:
     simulator, task, grasp, start = grasped(2)
     phases = standard_phases(grasp, lambda _: LetGo(world=1, decision=4))
     recording = run_episodes(simulator, task, phases, start)
-    held, dropped = cut_trials(recording, [passport(1), passport(2)], task.paths)
+    held, dropped = cut_trials(recording, [passport(1), passport(2)], task.path.poses)
     assert (held.outcome, dropped.outcome) == (REACHED, LOST_CONTACT)
     touching = dropped.manipulated_path()[2]
     assert touching[:4].all()
@@ -433,6 +421,6 @@ def test_a_user_adds_a_phase_and_switches_a_controller() -> None:
     assert changed.outcomes == usual.outcomes == (REACHED,)
     assert (changed.phase == 2).sum() == 5
     assert (changed.phase == 1).sum() > 1.5 * (usual.phase == 1).sum()
-    trial: Trial = cut_trials(changed, [passport(1)], task.paths)[0]
+    trial: Trial = cut_trials(changed, [passport(1)], task.path.poses)[0]
     assert trial.phases == ("place", "grasp", "wait", MANIPULATE)
     assert trial.manipulated_path()[0][-1, 1] > 40

@@ -285,6 +285,7 @@ def test_motionless_trials_are_no_copies_of_each_other(tmp_path: Path) -> None:
         (["0,0,0,0", "1,9,0,-3"], r"line 3: column rmag is negative"),
         (["0,0,0,0", "1,0.4,0,0"], r"unit of this file is unknown: its name says mm, but .* further than 0.4"),
         ([], r"holds a header but no rows"),
+        (["0,0,0,0"] * 2001, r"has 2001 rows; a trial has at most 2000, more than a minute: cut the recording into"),
     ],
 )
 def test_bad_rows_are_refused_with_their_line(tmp_path: Path, rows: list[str], text: str) -> None:

@@ -11,8 +11,8 @@ from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
-from inhand.control.ik import IkConfig, IkController, sample_paths
-from inhand.geometry import Array, inverse_transform, transform
+from inhand.control.ik import IkConfig, IkController
+from inhand.geometry import Array, Path, inverse_transform, transform
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -69,7 +69,7 @@ def gripping(
     lines = [straight_path(primitive_at(angle), length) for angle in angles_deg]
     paths = np.stack([line.poses for line in lines])
     paths[..., 2] += turn * np.linspace(0, 1, paths.shape[1])
-    task = Task(HAND, simulator.objects, paths, 0.004)
+    task = Task(HAND, simulator.objects, Path(paths), 0.004)
     origin = np.tile(HAND.start_pose, (len(angles_deg), 1))
     grasp = planned_grasp(HAND, spec, origin[:, None] + paths)
     state = simulator.reset(origin, grasp.closed)
@@ -134,7 +134,7 @@ def test_worlds_do_not_touch_each_other(grip: tuple[Task, State]) -> None:
         commands = together.act(state)
     for world in range(state.n_worlds):
         rows = slice(world, world + 1)
-        alone = IkController(replace(task, objects=task.objects[rows], paths=task.paths[rows]))
+        alone = IkController(replace(task, objects=task.objects[rows], path=Path(task.path.poses[rows])))
         alone.begin(select(state, rows))
         for _ in range(10):
             command = alone.act(select(state, rows))
@@ -145,7 +145,7 @@ def test_a_short_path_is_carried_to_its_end_and_held_there() -> None:
     simulator, task, state = gripping(90.0, -30.0, length=0.015)
     controller = IkController(task)
     controller.begin(state)
-    start, line, worst = state.pose, task.paths[:, -1, :2] / 0.015, 0.0
+    start, line, worst = state.pose, task.path.poses[:, -1, :2] / 0.015, 0.0
     first = float(state.time[0])
     while not controller.finished(state).all() and state.time[0] < 3.0:
         state = simulator.step(controller.act(state), 5)
@@ -175,7 +175,7 @@ def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]
     limit = follow_limit(task, state, friction_share=0.85, margin=(0.0, 0.0))
     assert limit.shape == (4,)
     assert (limit > 0.02).all()
-    assert (limit <= task.progress[:, -1]).all()
+    assert (limit <= task.path.length).all()
     np.testing.assert_allclose(limit, np.round(limit / 0.001) * 0.001, atol=1e-9)
 
 
@@ -209,5 +209,5 @@ def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) ->
 
 def test_paths_are_sampled_between_waypoints_and_held_at_their_ends(grip: tuple[Task, State]) -> None:
     task, _ = grip
-    found = sample_paths(task, np.array([0.0, 0.0105, 9.0, -1.0]))
+    found = task.path.at(np.array([0.0, 0.0105, 9.0, -1.0]))
     np.testing.assert_allclose(found, [(0, 0, 0), (0.0105, 0, 0), (0, -0.15, 0), (0, 0, 0)], atol=1e-12)

@@ -7,7 +7,7 @@ import pytest
 
 from inhand.control.controller import Task
 from inhand.control.joint import JointPid, PidConfig
-from inhand.geometry import Array
+from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -26,7 +26,7 @@ def worlds(hand: HandSpec, count: int) -> tuple[MujocoSimulator, Task]:
     simulator = MujocoSimulator(hand, [OBJECTS["cube_39"]] * count)
     path = straight_path(TRAIN[0])
     paths = np.tile(path.poses, (count, 1, 1))
-    return simulator, Task(hand, simulator.objects, paths, simulator.timestep)
+    return simulator, Task(hand, simulator.objects, Path(paths), simulator.timestep)
 
 
 def moved(hand: HandSpec, start: Array, goal: Array) -> tuple[list[State], list[bool]]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import similaritymeasures
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -87,6 +88,19 @@ def test_asterisk_target_rotation_and_raw_path() -> None:
     assert got.max_err_rot == pytest.approx(plain.max_err_rot)
     assert got.fd == pytest.approx(plain.fd)
     assert got.max_err == pytest.approx(0.15 / plain.arc_len)
+
+
+@pytest.mark.parametrize("rows", [2, 40, 130])
+def test_the_area_is_the_librarys_own(rows: int) -> None:
+    """Points are put into the shorter curve as the library does, faster."""
+    path = np.cumsum(np.random.default_rng(rows).normal(0.01, 0.02, (rows, 2)), axis=0)
+    path[rows // 2 :, 0] = path[rows // 2, 0]  # some of its points lie above each other, and gaps are alike
+    got = measure_asterisk(path, np.zeros(rows), 0.0)
+    line = np.linspace(0.0, 0.5, 100)
+    nearest = int(np.argmin(np.hypot(line - path[-1, 0], path[-1, 1])))
+    target = np.column_stack([line, 0 * line])[: max(nearest, 1)]
+    expected = similaritymeasures.area_between_two_curves(path, target) if len(target) > 1 else math.nan
+    np.testing.assert_equal(got.area_btwn, float(expected))
 
 
 def test_the_window_finds_the_bump() -> None:

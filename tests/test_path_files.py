@@ -1,7 +1,8 @@
-"""Drawings from SVG and CSV files: what is read, how near the points stay to the curves, and what is refused."""
+"""Drawings from SVG, CSV and DXF files: what is read, how near the points stay to the curves, and what is refused."""
 
 import math
 import re
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,8 +14,7 @@ from hypothesis import strategies as st
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tracing.drawing import larger_side
-from inhand.tracing.drawings import find_drawing
-from inhand.tracing.path_files import read_csv, read_svg
+from inhand.tracing.drawings import find_drawing, read_drawing
 
 SHARES = np.linspace(0.0, 1.0, 3001)[:, None]
 NUMBER = st.floats(-100, 100).map(lambda value: round(value, 3))
@@ -29,7 +29,7 @@ def svg(folder: Path, body: str, attributes: str = "") -> Path:
 
 
 def points_of(folder: Path, body: str) -> Array:
-    return read_svg(svg(folder, body)).poses[:, :2]
+    return read_drawing(svg(folder, body)).poses[:, :2]
 
 
 def csv_file(folder: Path, text: str) -> Path:
@@ -67,7 +67,7 @@ def ellipse(middle: tuple[float, float], rx: float, ry: float) -> Array:
 
 
 def test_a_path_of_lines_keeps_its_corners_and_turns_y_over(tmp_path: Path) -> None:
-    drawing = read_svg(svg(tmp_path, '<path d="M10 10 h20 v10 l-20 20"/>'))
+    drawing = read_drawing(svg(tmp_path, '<path d="M10 10 h20 v10 l-20 20"/>'))
     assert drawing.name == "shape"
     assert not drawing.sized
     expected = [(-1 / 3, 0.5, 0), (1 / 3, 0.5, 0), (1 / 3, 1 / 6, 0), (-1 / 3, -0.5, 0)]
@@ -94,7 +94,7 @@ def test_basic_shapes_are_paths(tmp_path: Path, body: str, expected: list[tuple[
 def test_a_file_without_a_namespace_is_read_as_well(tmp_path: Path) -> None:
     path = tmp_path / "plain.svg"
     path.write_text('<svg><g><path d="M0 0 L4 2"/></g></svg>', encoding="utf-8")
-    np.testing.assert_allclose(read_svg(path).poses[:, :2], [(-0.5, 0.25), (0.5, -0.25)])
+    np.testing.assert_allclose(read_drawing(path).poses[:, :2], [(-0.5, 0.25), (0.5, -0.25)])
 
 
 def test_a_circle_is_one(tmp_path: Path) -> None:
@@ -193,6 +193,99 @@ def test_what_is_not_shown_is_left_out(tmp_path: Path) -> None:
     np.testing.assert_allclose(points_of(tmp_path, body), [(-0.5, 0.25), (0.5, -0.25)])
 
 
+STROKE = '<path d="M0 0 L4 2"/>'
+HIDING = (
+    '<path STYLE d="M4 2 L9 9"/>',
+    '<g STYLE><path d="M4 2 L9 9"/><text>x</text></g>',
+)
+
+
+@pytest.mark.parametrize("body", HIDING)
+@pytest.mark.parametrize(
+    "style",
+    [
+        'display="none"',
+        'visibility="hidden"',
+        'opacity="0"',
+        'style="visibility: collapse"',
+        'style="opacity:0.0%; fill:red"',
+        'display="inline" style="display:none"',
+        'class="note away"',
+        'id="sketch"',
+        'class="away" style="display:inline"',
+    ],
+)
+def test_what_is_hidden_by_attribute_style_or_class_is_not_traced(tmp_path: Path, body: str, style: str) -> None:
+    sheet = "<style>/* notes */ .away {display: none !important} svg #sketch, x:y {visibility: hidden}</style>"
+    hidden = sheet.replace(", x:y", "") + STROKE + body.replace("STYLE", style)
+    np.testing.assert_allclose(points_of(tmp_path, hidden), [(-0.5, 0.25), (0.5, -0.25)])
+
+
+@pytest.mark.parametrize(
+    ("outer", "inner"),
+    [
+        ('visibility="hidden"', 'visibility="visible"'),
+        ('class="c"', 'style="visibility:visible"'),
+        ('opacity="0.01" style="display:inline"', 'visibility="inherit"'),
+    ],
+)
+def test_what_shows_in_a_hidden_group_or_hardly_shows_is_traced(tmp_path: Path, outer: str, inner: str) -> None:
+    body = f"<style>.c {{visibility: hidden}} no&#x2f;rule {{</style><g {outer}><path {inner} d='M0 0 L4 2'/></g>"
+    np.testing.assert_allclose(points_of(tmp_path, body), [(-0.5, 0.25), (0.5, -0.25)])
+
+
+@pytest.mark.parametrize(
+    ("css", "attribute"),
+    [
+        ("rotate(90deg)", "rotate(90)"),
+        ("rotate(0.25turn) translate(3px, 4px)", "rotate(90) translate(3 4)"),
+        ("scaleX(2) translateY(1in)", "scale(2 1) translate(0 96)"),
+        ("skewX(0.5rad)", f"skewX({math.degrees(0.5)})"),
+    ],
+)
+def test_a_transform_in_a_style_is_one(tmp_path: Path, css: str, attribute: str) -> None:
+    line = '<path d="M0 0 H3 V9"/>'
+    by_attribute = points_of(tmp_path, f'<g transform="{attribute}">{line}</g>')
+    by_style = f'<style>.t {{transform: {css}}}</style><g transform="scale(7)" class="t">{line}</g>'
+    np.testing.assert_allclose(points_of(tmp_path, by_style), by_attribute, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "body", "size_mm"),
+    [
+        ('width="100mm" height="100mm"', '<rect x="10" y="10" width="40mm" height="20mm"/>', (40, 20)),
+        ('width="5cm"', '<rect width="40" height="20"/>', (20, 10)),
+        ('height="2in" width="100%"', '<path d="M0 0 H50 V25"/>', (25.4, 12.7)),
+        ('width="72pt" height="6pc"', '<path transform="scale(0.5)" d="M0 0 H50 V25"/>', (6.35, 3.175)),
+        ("", '<circle r="1cm"/>', (20, 20)),
+        ("", '<line x2="96px" y2="1in"/>', (25.4, 25.4)),
+    ],
+)
+def test_lengths_with_a_unit_give_the_size_on_paper(
+    tmp_path: Path, attributes: str, body: str, size_mm: tuple[float, float]
+) -> None:
+    drawing = read_drawing(svg(tmp_path, body, attributes))
+    assert drawing.sized
+    np.testing.assert_allclose(np.ptp(drawing.poses[:, :2], axis=0), np.array(size_mm) / 1e3, rtol=1e-3)
+    np.testing.assert_allclose(drawing.poses[:, :2].min(axis=0) + drawing.poses[:, :2].max(axis=0), 0, atol=1e-12)
+
+
+def test_pixels_are_no_size_on_paper(tmp_path: Path) -> None:
+    assert not read_drawing(svg(tmp_path, '<line x2="10px" y2="4"/>', 'width="90" height="90px"')).sized
+
+
+@pytest.mark.parametrize(
+    ("attributes", "text"),
+    [
+        ('width="0mm"', "its width and height are '0mm' and None: mend them"),
+        ('width="900cm"', "the size of drawing 'shape' is 9000 mm, too large: it may be 1 to 1,000 mm"),
+    ],
+)
+def test_sizes_that_no_drawing_has_are_refused(tmp_path: Path, attributes: str, text: str) -> None:
+    with pytest.raises(InputError, match=re.escape(text)):
+        read_drawing(svg(tmp_path, '<path d="M0 0 H100"/>', attributes))
+
+
 @pytest.mark.parametrize(
     ("body", "text"),
     [
@@ -229,11 +322,20 @@ def test_what_is_not_shown_is_left_out(tmp_path: Path) -> None:
         ('<circle r="inf"/>', "<circle> cannot be read ('inf' is no number and no command)"),
         ('<polyline points="0,0 nan,5 5,5"/>', "<polyline> cannot be read ('nan' is no number and no command)"),
         ('<path d="M0 0 L 5"/>', "<path> cannot be read (Invalid path string: command 'L' expects 2 values but only 1"),
-        ('<path d="L5 5"/>', "<path> cannot be read (it starts with 'L' instead of M); it needs plain numbers without"),
+        ('<path d="L5 5"/>', "<path> cannot be read (it starts with 'L' instead of M); it needs plain numbers, or"),
         ('<path d="M0 0 A1 1 0 0 0 0 0"/>', "<path> cannot be read (an arc ends where it starts); it needs plain"),
-        ('<circle r="5mm"/>', "<circle> cannot be read (could not convert string to float: '5mm'); it needs plain"),
-        ('<circle cx="5"/>', "<circle> cannot be read (a radius is missing); it needs plain numbers without a unit"),
-        ('<line x2="10px"/>', "<line> cannot be read ('p' is no number and no command)"),
+        ('<circle r="5em"/>', "<circle> cannot be read (could not convert string to float: '5em'); it needs plain"),
+        ('<circle cx="5"/>', "<circle> cannot be read (a radius is missing); it needs plain numbers, or lengths in"),
+        ('<line x2="10%"/>', "<line> cannot be read ('%' is no number and no command)"),
+        ("<g>" * 100 + "</g>" * 100, "more than 100 groups lie in each other: ungroup them"),
+        (
+            '<g style="transform: rotate(9deg); transform-origin: 50% 50%"><path d="M0 0 L1 1"/></g>',
+            "<g> turns about a transform-origin of '50% 50%', which is not read: write the transform without it",
+        ),
+        (
+            '<path d="M0 0' + " h1" * 10001 + '"/>',
+            "it has 10,001 lines and curves; a drawing may have 10,000: simplify",
+        ),
         (
             '<path d="M0 0 L1 1" transform="rotate(90"/>',
             "<path> has the transform 'rotate(90', which cannot be read (Invalid SVG transform substring: 'rotate(90');"
@@ -245,7 +347,7 @@ def test_what_is_not_shown_is_left_out(tmp_path: Path) -> None:
 def test_what_an_svg_file_may_not_hold(tmp_path: Path, body: str, text: str) -> None:
     path = svg(tmp_path, body)
     with pytest.raises(InputError, match=re.escape(text)) as error:
-        read_svg(path)
+        read_drawing(path)
     assert str(error.value).startswith(f"drawing {path}: ")
 
 
@@ -263,7 +365,7 @@ def test_what_is_no_svg_file(tmp_path: Path, content: str, text: str) -> None:
     path = tmp_path / "word.svg"
     path.write_text(content, encoding="utf-8")
     with pytest.raises(InputError, match=re.escape(f"drawing {path}: {text}")):
-        read_svg(path)
+        read_drawing(path)
 
 
 @pytest.mark.parametrize("ending", ["svg", "csv", "SVG", "CSV"])
@@ -276,7 +378,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path, ending: str) -> None:
 
 def test_way_points_of_a_csv_file_are_metres_and_radians(tmp_path: Path) -> None:
     path = csv_file(tmp_path, "\ufefftheta_deg, x_mm,y_mm\n0,0,0\n-90,12.5,-3\n\n720,1e1,4\n")
-    drawing = read_csv(path)
+    drawing = read_drawing(path)
     assert (drawing.name, drawing.sized) == ("walk", True)
     expected = [(0, 0, 0), (0.0125, -0.003, -math.pi / 2), (0.01, 0.004, 4 * math.pi)]
     np.testing.assert_allclose(drawing.poses, expected, atol=1e-15)
@@ -285,7 +387,7 @@ def test_way_points_of_a_csv_file_are_metres_and_radians(tmp_path: Path) -> None
 
 
 def test_a_csv_file_may_leave_theta_out(tmp_path: Path) -> None:
-    drawing = read_csv(csv_file(tmp_path, "x_mm,y_mm\n5,6\n7,8\n"))
+    drawing = read_drawing(csv_file(tmp_path, "x_mm,y_mm\n5,6\n7,8\n"))
     np.testing.assert_allclose(drawing.poses, [(0.005, 0.006, 0), (0.007, 0.008, 0)])
 
 
@@ -306,25 +408,129 @@ def test_a_csv_file_may_leave_theta_out(tmp_path: Path) -> None:
         ),
         ("x_mm,y_mm,time\n1,2,3\n", "line 1: unknown column 'time'; allowed are x_mm, y_mm, theta_deg: rename or"),
         ("x_mm,y_mm,x_mm\n1,2,3\n", "line 1: column x_mm is there twice; keep one of them"),
-        ("x_mm,y_mm\n", "line 1: the file ends with 0 way-points; a drawing needs two or more: add the missing ones"),
-        ("x_mm,y_mm\n1,2\n", "line 2: the file ends with 1 way-point; a drawing needs two or more: add the missing"),
+        ("x_mm,y_mm\n", "line 1: the file ends with 0 way-points; it needs two or more: add the missing ones"),
+        ("x_mm,y_mm\n1,2\n", "line 2: the file ends with 1 way-point; it needs two or more: add the missing"),
         ("x_mm,y_mm\n1,2\n\n3,four\n", "line 4: column y_mm holds 'four', not a finite number; mend or remove the row"),
         ("x_mm,y_mm\n1,2\n,4\n", "line 3: column x_mm holds '', not a finite number; mend or remove the row"),
         ("x_mm,y_mm\nNaN,2\n3,4\n", "line 2: column x_mm holds 'NaN', not a finite number; mend or remove the row"),
         ("x_mm,y_mm,theta_deg\n1,2,-inf\n", "line 2: column theta_deg holds '-inf', not a finite number"),
         ("x_mm,y_mm\n1,2\n3\n", "line 3: 1 cells where the header names 2; mend or remove the row"),
+        (
+            "x_mm,y_mm\n0,0\n1e300,1\n",
+            "line 3: column x_mm holds 1e+300; it may be -1,000 to 1,000 mm: check the unit",
+        ),
+        ("x_mm,y_mm,theta_deg\n0,0,0\n1,1,1e9", "line 3: column theta_deg holds 1e+09; it may be -3,600 to 3,600 deg"),
+        ("x_mm,y_mm\n" + "1,2\n" * 10001, "line 10002: more than 10,000 rows; leave out those that hardly differ"),
     ],
 )
 def test_what_a_csv_file_may_not_hold(tmp_path: Path, content: str, text: str) -> None:
     path = csv_file(tmp_path, content)
     with pytest.raises(InputError, match=re.escape(f"drawing {path}, {text}")):
-        read_csv(path)
+        read_drawing(path)
+
+
+def test_way_points_in_metres_are_told_of_the_unit(tmp_path: Path) -> None:
+    side, unit = (
+        "larger side of its way-points is 0.05 mm, too small",
+        "check the unit: x_mm and y_mm are in mm (1 m is",
+    )
+    with pytest.raises(InputError, match=re.escape(side) + ".*" + re.escape(unit)):
+        read_drawing(csv_file(tmp_path, "x_mm,y_mm,theta_deg\n0,0,0\n0.05,0.01,20\n"))
+    assert read_drawing(csv_file(tmp_path, "x_mm,y_mm,theta_deg\n0,0,0\n0,0,20\n")).sized
+
+
+DXF = """0
+SECTION
+2
+HEADER
+9
+$INSUNITS
+70
+{unit}
+0
+ENDSEC
+0
+SECTION
+2
+ENTITIES{entities}
+0
+ENDSEC
+0
+EOF
+"""
+
+
+def dxf(folder: Path, *entities: str, unit: int = 4) -> Path:
+    """A DXF file of entities, each its kind and pairs of a code and a value."""
+    path = folder / "part.dxf"
+    text = "".join("\n0\n" + entity.replace(" ", "\n").replace("=", "\n") for entity in entities)
+    path.write_text(DXF.format(unit=unit, entities=text), encoding="ascii")
+    return path
+
+
+def line(x0: float, y0: float, x1: float, y1: float, more: str = "") -> str:
+    return f"LINE 8=0 10={x0} 20={y0} 11={x1} 21={y1}{more}"
+
+
+def test_lines_and_arcs_of_a_dxf_file_are_one_whatever_their_order(tmp_path: Path) -> None:
+    pytest.importorskip("ezdxf")
+    arc = "ARC 8=0 10=20 20=5 40=5 50=270 51=90"
+    path = dxf(tmp_path, line(0, 0, 20, 0), line(0, 10, 0, 0), arc, line(0, 10, 20, 10), line(1, 1, 9, 9, " 60=1"))
+    drawing = read_drawing(path)
+    assert (drawing.name, drawing.sized) == ("part", True)
+    np.testing.assert_allclose(np.ptp(drawing.poses[:, :2], axis=0), [0.025, 0.010], atol=1e-5)
+    assert np.linalg.norm(drawing.poses[0, :2] - drawing.poses[-1, :2]) < 1e-9
+    round_end = drawing.poses[drawing.poses[:, 0] > 0.0076, :2] - [0.0075, 0.0]
+    assert len(round_end) > 8
+    np.testing.assert_allclose(np.linalg.norm(round_end, axis=-1), 0.005, atol=3e-5)
+
+
+@pytest.mark.parametrize(("unit", "size"), [(1, 0.0508), (5, 0.02), (0, None)])
+def test_a_polyline_of_a_dxf_file_has_the_size_of_its_unit(tmp_path: Path, unit: int, size: float | None) -> None:
+    pytest.importorskip("ezdxf")
+    drawing = read_drawing(
+        dxf(
+            tmp_path,
+            "LWPOLYLINE 100=AcDbEntity 8=0 100=AcDbPolyline 90=3 70=0 10=0 20=0 10=2 20=0 10=2 20=1",
+            unit=unit,
+        )
+    )
+    assert drawing.sized == (size is not None)
+    assert larger_side(drawing) == pytest.approx(size or 1.0)
+
+
+@pytest.mark.parametrize(
+    ("entities", "text"),
+    [
+        ((), "it shows no line; draw one of LWPOLYLINE, POLYLINE, LINE, ARC, CIRCLE, ELLIPSE, SPLINE"),
+        (("TEXT 8=0 10=0 20=0 40=1 1=word",), "it holds TEXT, which is no line (LWPOLYLINE, "),
+        ((line(0, 0, 1, 0), line(3, 0, 4, 0)), "its 2 lines are not one: they do not all meet end to end; draw one"),
+        ((line(1, 1, 1, 1),), "its lines have no length"),
+        ((line(1, 1, 1e200, 1),), "its lines have no length, or one too large to compute with"),
+    ],
+)
+def test_what_a_dxf_file_may_not_hold(tmp_path: Path, entities: tuple[str, ...], text: str) -> None:
+    pytest.importorskip("ezdxf")
+    with pytest.raises(InputError, match=re.escape(text)):
+        read_drawing(dxf(tmp_path, *entities))
+
+
+def test_what_is_no_dxf_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("ezdxf")
+    path = tmp_path / "part.dxf"
+    path.write_bytes(b"0\nSECTION\n2\nENT")
+    with pytest.raises(InputError, match=re.escape(f"drawing {path}: it is not a DXF file (")):
+        read_drawing(path)
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    with pytest.raises(InputError, match=re.escape("a DXF file needs the extra `dxf`: pip install 'inhand[dxf]'")):
+        read_drawing(path)
 
 
 def test_what_is_no_text_is_no_csv_file(tmp_path: Path) -> None:
     path = tmp_path / "walk.csv"
     path.write_bytes(b"x_mm,y_mm\n\xff\xfe,2\n")
     with pytest.raises(InputError, match=re.escape(f"drawing {path} cannot be read as a CSV text file (") + ".*utf-8"):
-        read_csv(path)
-    with pytest.raises(InputError, match=re.escape(f"drawing {tmp_path} cannot be read as a CSV text file (")):
-        read_csv(tmp_path)
+        read_drawing(path)
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(InputError, match=re.escape("folder.csv cannot be read as a CSV text file (")):
+        read_drawing(tmp_path / "folder.csv")

@@ -11,7 +11,7 @@ from inhand import geometry
 from inhand.asterisk_test.people.human import HumanTrial, read_human_file, read_human_folder
 from inhand.asterisk_test.people.paths import human_path
 from inhand.errors import InputError
-from inhand.geometry import Array, interpolate
+from inhand.geometry import TURN_ARM, Array
 from inhand.tasks.paths import TURN_STEP, straight_path, twist_poses, whole_path
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, Primitive
 
@@ -44,11 +44,10 @@ def made_trial(path_mm: Array, rotation_deg: Array | None = None, *, signed: boo
 @pytest.mark.parametrize("primitive", [*TRAIN, *UNSEEN], ids=lambda each: each.name)
 def test_a_straight_path_lies_on_its_direction(primitive: Primitive) -> None:
     path = straight_path(primitive, length=0.1, step=0.004)
-    np.testing.assert_allclose(path.poses[:, :2], path.progress[:, None] * primitive.unit, atol=1e-15)
+    np.testing.assert_allclose(path.poses[:, :2], path.way[:, None] * primitive.unit, atol=1e-15)
     np.testing.assert_array_equal(path.poses[:, 2], 0)
-    assert path.progress[0] == 0
-    assert path.progress[-1] == 0.1
-    assert np.diff(path.progress).max() <= 0.004 + 1e-12
+    assert path.length == pytest.approx(0.1, abs=1e-15)
+    assert np.diff(path.way).max() <= 0.004 + 1e-12
 
 
 def test_a_straight_path_holds_a_twist() -> None:
@@ -62,7 +61,7 @@ def test_a_straight_path_holds_a_twist() -> None:
     np.testing.assert_allclose(whole[: len(before)], before)
     np.testing.assert_allclose(whole[len(before) - 1 :, 2], -math.radians(15))
     np.testing.assert_allclose(whole[-1, :2], (0.1, 0), atol=1e-12)
-    np.testing.assert_allclose(np.diff(whole[len(before) - 1 :, 0]), np.diff(path.progress), atol=1e-12)
+    np.testing.assert_allclose(np.diff(whole[len(before) - 1 :, 0]), np.diff(path.way), atol=1e-12)
 
 
 def test_without_a_twist_the_whole_path_is_the_path() -> None:
@@ -74,14 +73,14 @@ def test_without_a_twist_the_whole_path_is_the_path() -> None:
 @pytest.mark.parametrize(("primitive", "sign"), [(TURNS[0], -1), (TURNS[1], 1)])
 def test_a_turn_has_its_angle_as_progress(primitive: Primitive, sign: int) -> None:
     path = straight_path(primitive)
-    np.testing.assert_allclose(path.poses[:, 2], sign * path.progress)
-    assert path.progress[-1] == pytest.approx(abs(math.radians(primitive.rotation_deg)))
+    np.testing.assert_allclose(TURN_ARM * path.poses[:, 2], sign * path.way)
+    assert path.length == pytest.approx(TURN_ARM * abs(math.radians(primitive.rotation_deg)))
     np.testing.assert_array_equal(path.poses[:, :2], 0)
 
 
 def test_poses_along_a_path_are_interpolated_and_held_at_the_ends() -> None:
     path = straight_path(TRAIN[1], length=0.1)
-    poses = interpolate([-1.0, 0.0, 0.0505, 0.1, 7.0], path.progress, path.poses)
+    poses = path.at([-1.0, 0.0, 0.0505, 0.1, 7.0])
     np.testing.assert_allclose(np.linalg.norm(poses[:, :2], axis=1), [0, 0, 0.0505, 0.1, 0.1], atol=1e-12)
     assert poses.shape == (5, 3)
 
@@ -103,10 +102,8 @@ def test_a_wandering_hand_leaves_the_path_and_not_its_rows() -> None:
     lateral = 0.1 * course
     lateral[-600:] = 25.0
     path = human_path(made_trial(np.column_stack([course, lateral])))
-    assert len(path.progress) == 51
-    assert np.all(np.diff(path.progress) > 0)
-    np.testing.assert_allclose(path.poses[:, 0], path.progress)
-    np.testing.assert_allclose(path.poses[:, 1], 0.1 * path.progress, atol=2e-4)
+    np.testing.assert_allclose(path.poses[:, 0], np.linspace(0.0, 0.05, 51))
+    np.testing.assert_allclose(path.poses[:, 1], 0.1 * path.poses[:, 0], atol=2e-4)
     np.testing.assert_allclose(path.poses[0], 0, atol=1e-15)
 
 
@@ -120,17 +117,12 @@ def test_fast_frames_leave_no_gaps() -> None:
     points = np.column_stack([np.arange(0, 80, 13.0), 0.5 * np.arange(0, 80, 13.0)])
     path = human_path(made_trial(points))
     assert np.isfinite(path.poses).all()
-    np.testing.assert_allclose(path.poses[:, 1], 0.5 * path.progress, atol=1.1e-3)
+    np.testing.assert_allclose(path.poses[:, 1], 0.5 * path.poses[:, 0], atol=1.1e-3)
 
 
-def test_rotation_is_followed_only_where_its_sign_is_known() -> None:
-    points = np.column_stack([np.linspace(0, 40, 200), np.zeros(200)])
-    turn = np.linspace(-15, -11, 200)
-    path = human_path(made_trial(points, turn, signed=True), keep_rotation=True)
-    np.testing.assert_allclose(path.poses[[0, -1], 2], np.radians([-15, -11]), atol=3e-3)
+def test_a_translation_keeps_its_rotation() -> None:
+    points, turn = np.column_stack([np.linspace(0, 40, 200), np.zeros(200)]), np.linspace(-15, -11, 200)
     np.testing.assert_array_equal(human_path(made_trial(points, turn, signed=True)).poses[:, 2], 0)
-    with pytest.raises(InputError, match=r"made.csv: the sign of the rotation is unknown.*leave keep_rotation off"):
-        human_path(made_trial(points, -turn), keep_rotation=True)
 
 
 def test_a_trial_that_hardly_moves_has_no_path() -> None:
@@ -146,16 +138,16 @@ def test_paths_of_the_real_recordings(asterisk_data: Path) -> None:
     for trial in read_human_folder(asterisk_data / "human").trials:
         path = human_path(trial)
         assert np.isfinite(path.poses).all()
-        assert np.all(np.diff(path.progress) > 0)
+        assert np.all(np.diff(path.way) > 0)
         np.testing.assert_allclose(path.poses[0], 0, atol=1e-15)
         if trial.angle_deg is None:
-            np.testing.assert_allclose(np.abs(path.poses[:, 2]), path.progress)
-            assert np.sign(path.poses[-1, 2]) == (-1 if trial.primitive == "cw" else 1)
-            assert 25 < math.degrees(path.progress[-1]) < 52
+            turned = path.poses[:, 2] * (-1 if trial.primitive == "cw" else 1)
+            np.testing.assert_allclose(turned, TURN_STEP * np.arange(len(turned)), atol=1e-12)
+            assert 25 < math.degrees(turned[-1]) < 52
         else:
             along, lateral = geometry.rotate(-math.radians(trial.angle_deg), path.poses[:, :2]).T
-            np.testing.assert_allclose(along, path.progress, atol=1e-12)
-            assert 0.035 < path.progress[-1] < 0.085
+            np.testing.assert_allclose(along, 0.001 * np.arange(len(along)), atol=1e-12)
+            assert 0.035 < along[-1] < 0.085
             # The person walked the object up to 24 mm sideways; per mm of progress the path follows calmly.
             assert np.abs(np.diff(lateral)).max() < 0.005
 
@@ -163,5 +155,4 @@ def test_paths_of_the_real_recordings(asterisk_data: Path) -> None:
 def test_a_straight_recording_gives_a_straight_path(asterisk_data: Path) -> None:
     trial = read_human_file(asterisk_data / "straight" / "exp_2v2_h_n_1.csv")
     path = human_path(trial)
-    np.testing.assert_allclose(path.poses[:, :2], path.progress[:, None] * TRAIN[7].unit, atol=1e-9)
-    assert path.progress[-1] == pytest.approx(0.070)
+    np.testing.assert_allclose(path.poses[:, :2], 0.001 * np.arange(71)[:, None] * TRAIN[7].unit, atol=1e-9)

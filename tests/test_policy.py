@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file, save_file
 
+from inhand import geometry
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.sweep.cells import job_of
@@ -56,7 +57,7 @@ def folder(tmp_path: Path) -> Path:
 def task(angles: tuple[float, ...] = (90.0,), distance: float | None = 0.05) -> Task:
     paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angles])
     far = None if distance is None else np.full(len(paths), distance)
-    return Task(HAND, (CUBE,) * len(paths), paths, 0.004, distance=far)
+    return Task(HAND, (CUBE,) * len(paths), geometry.Path(paths), 0.004, distance=far)
 
 
 def held(count: int = 1) -> State:
@@ -120,6 +121,7 @@ CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda card: card["interface"]["parts"][7].update(scale=[2.5]), "spin [rad/s]: scale 2.5 there, 2 here"),
     (lambda card: card["interface"]["parts"][7].update(middle=[1]), "spin [rad/s]: middle 1 there, 0 here"),
     (lambda card: card["interface"]["parts"][7].update(fixed=2), "spin [rad/s]: fixed 2 there, 1 here"),
+    (lambda card: card["interface"]["parts"][7].update(fixed=10**12), "has 1000000000000 numbers and 0 for each joint"),
     (lambda card: card["interface"]["parts"].pop(), "gaps of the fingers [m]: here alone"),
     (lambda card: card["interface"]["parts"].reverse(), "the order of the observation's parts"),
     (lambda card: card["interface"].update(largest_step=0.1), "largest step: 0.1 there, 0.04 here"),
@@ -228,12 +230,12 @@ def test_targets_are_those_of_the_policy_and_stay_within_the_joints() -> None:
 
 def test_paths_that_bend_or_turn_are_refused() -> None:
     straight = task()
-    bent, turned = straight.paths.copy(), straight.paths.copy()
+    bent, turned = straight.path.poses.copy(), straight.path.poses.copy()
     bent[:, len(bent[0]) // 2, 0] += 1e-3
     turned[..., 2] = 0.1
     for paths in (bent, turned):
         with pytest.raises(InputError, match="knows straight primitives"):
-            PolicyController(replace(straight, paths=paths), a_policy())
+            PolicyController(replace(straight, path=geometry.Path(paths)), a_policy())
 
 
 def test_a_hand_with_other_joints_is_refused(folder: Path) -> None:

@@ -201,7 +201,9 @@ def test_a_short_path_is_reached_to_its_end() -> None:
 @pytest.mark.parametrize(
     ("config", "text"),
     [
-        ({"resolution": 0.05}, "resolution 50 mm: give 0.1 to 10 mm"),
+        ({"resolution": 0.05}, "resolution 50 mm: give 0.5 to 10 mm"),
+        ({"resolution": 0.0004}, "resolution 0.4 mm: give 0.5 to 10 mm; all directions at the finest take about 40 s"),
+        ({"resolution": np.nan}, "resolution nan mm: give 0.5 to 10 mm"),
         ({"friction": -0.1}, "friction -0.1: a coefficient of friction is 0 or more"),
         ({"rotation": 2.0}, "rotation bound 114.592 deg: give 0 to 90 deg"),
     ],

@@ -69,9 +69,9 @@ def test_a_folder_that_holds_a_reach_is_kept(folder: Path) -> None:
     [
         (
             ReachCommand(resolution_mm=0),
-            "--resolution-mm 0: give 0.5 or more; all directions at that take about 40 s",
+            "resolution 0 mm: give 0.5 to 10 mm; all directions at the finest take about 40 s",
         ),
-        (ReachCommand(resolution_mm=20), "resolution 20 mm: give 0.1 to 10 mm"),
+        (ReachCommand(resolution_mm=20), "resolution 20 mm: give 0.5 to 10 mm"),
         (ReachCommand(friction=-1), "friction -1: a coefficient of friction is 0 or more"),
         (ReachCommand(friction=math.nan), "friction nan: a coefficient"),
         (ReachCommand(rotation_deg=120), "rotation bound 120 deg: give 0 to 90 deg"),

@@ -9,11 +9,12 @@ import pytest
 import inhand as front
 from commands import Call
 from inhand.asterisk_test.report import Run
+from inhand.asterisk_test.user_metrics import METRICS
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
-from inhand.registry import Registry
+from inhand.registry import Registry, load_file, load_packages
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
@@ -28,6 +29,10 @@ def hook():
     along = np.linspace(0.0, 0.02, 41)
     return np.column_stack([along, 0.005 * np.sin(np.pi * along / 0.02), np.zeros(41)])
 
+@inhand.register.metric("highest_mm")
+def highest(trial):
+    return float(trial.manipulated_path()[0][:, 1].max())
+
 class NoController:
     pass
 """
@@ -36,8 +41,10 @@ class NoController:
 @pytest.fixture(autouse=True)
 def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a test registers is forgotten after it."""
-    for each in (CONTROLLERS, PATHS):
+    for each in (CONTROLLERS, PATHS, METRICS):
         monkeypatch.setattr(each, "_added", {})
+    load_packages.cache_clear()
+    load_file.cache_clear()
 
 
 @pytest.fixture
@@ -68,9 +75,11 @@ def test_a_word_runs_along_its_own_path(own: Path) -> None:
         _ = primitive.angle  # whatever takes it for straight is refused
 
 
-def test_the_command_line_runs_a_file_of_ones_own(own: Path, inhand: Call, tmp_path: Path) -> None:
+def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
+    own: Path, inhand: Call, tmp_path: Path
+) -> None:
     words = ("--directions", f"{own}:{own.stem}", "--trials", 1, "--noise-mm", 0, "--out", tmp_path / "run")
-    code, out, err = inhand("asterisk", *words)
+    code, out, err = inhand("asterisk", *words, "--metrics", f"{own}:highest_mm")
     assert (code, err) == (0, ""), err
     assert own.stem in out
     run = front.load(tmp_path / "run")
@@ -79,6 +88,38 @@ def test_the_command_line_runs_a_file_of_ones_own(own: Path, inhand: Call, tmp_p
     assert path[:, 1].max() > 4.0  # a straight line would stay within a millimetre
     assert path[-1, 0] == pytest.approx(20.0, abs=1.5)
     assert run.table()["limit_mm"][0] == pytest.approx(20.0)
+    assert run.table()["more.highest_mm"][0] == path[:, 1].max()
+    assert ">more.highest_mm</th>" in run._repr_html_()
+    assert run._repr_png_().startswith(b"\x89PNG")
+
+
+def installed(folder: Path, module: str, text: str) -> None:
+    """Put a package with an entry point into a folder, as pip leaves it."""
+    about = folder / f"{module}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(f"[inhand]\nmine = {module}\n")
+    (folder / f"{module}.py").write_text(text)
+
+
+def test_an_installed_package_registers_by_its_entry_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = f"package_{abs(hash(tmp_path))}"
+    installed(tmp_path, module, BACK.replace("hook", module))
+    with pytest.raises(InputError, match="unknown metric 'highest_mm'; allowed are"):
+        METRICS.known("highest_mm")
+    monkeypatch.syspath_prepend(tmp_path)
+    load_packages.cache_clear()
+    assert METRICS.known("highest_mm") is METRICS["highest_mm"]
+    assert parse_directions(module)[0].name == module
+
+
+def test_a_package_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = f"broken_{abs(hash(tmp_path))}"
+    installed(tmp_path, module, "1 / 0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    text = f"the entry point mine = {module} of an installed package cannot be loaded: division by zero; mend or remove"
+    with pytest.raises(InputError, match=text):
+        find_controller("mine")
 
 
 @pytest.mark.parametrize(
@@ -149,6 +190,25 @@ def test_what_is_no_path_is_refused(poses: object, text: str) -> None:
 def test_what_is_no_policy_is_refused(given: object, text: str) -> None:
     with pytest.raises(InputError, match=text):
         user_policy(given, name="mine")(np.zeros((2, 31)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "words", "given", "text"),
+    [
+        ("metric", ("mine",), 3, "metric 'mine' is int 3: it must be a function that gives"),
+        ("metric", ("distance_mm",), len, "the name 'distance_mm' is taken by another metric"),
+        ("reward_term", ("mine",), 3, "'mine' is int 3 with weight 1.0: it must be a function"),
+        ("reward_term", ("mine", math.nan), len, "with weight nan: it must"),
+        ("observation_part", ("mine",), 3, "part 'mine' is int 3: it must be a function of state"),
+        ("observation_part", ("mine",), len, "at least one number a world; tell how many by fixed"),
+        ("hand", ("mine",), lambda: 3, "hand 'mine' is int 3: it must be a HandSpec"),
+        ("object", ("mine",), lambda: 3, "object 'mine' is int 3: it must be an ObjectSpec"),
+        ("object", ("cube_39",), lambda: 3, "the name 'cube_39' is taken by another object"),
+    ],
+)
+def test_what_is_registered_wrongly_is_refused(kind: str, words: tuple[object, ...], given: object, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        getattr(front.register, kind)(*words)(given)
 
 
 def test_unknown_parts_and_terms_are_refused() -> None:

@@ -11,18 +11,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
+import inhand
 from inhand import cli
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.cells import CellFile, read_cell
 from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
-from inhand.asterisk_test.sweep.page import command
-from inhand.asterisk_test.sweep.summary import kept_share, mean_fraction, median_fraction, sweep_of
+from inhand.asterisk_test.sweep.page import KINDS, OVER, command, figure_of, page
+from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
+from inhand.hands.files import load_hand
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.records import table_of, text_of
 from inhand.tasks.primitives import parse_directions
@@ -34,8 +38,8 @@ SCRIPT = Path(sys.executable).with_name("inhand")
 
 def words(out: Path, *more: str) -> list[str]:
     """Return the words of the small sweep of these tests."""
-    start = ["sweep", "--hands", STANDARD, WIDE, "--objects", CUBE, HUGE, "cylinder_40"]
-    return [*start, "--directions", "In,Out", "--jobs", "2", "--out", str(out), *more]
+    start = ["sweep", "--hands", STANDARD, WIDE, "--objects", CUBE, HUGE]
+    return [*start, "--controller", "thesis-ik", "--directions", "In,Out", "--jobs", "2", "--out", str(out), *more]
 
 
 def sweep(monkeypatch: pytest.MonkeyPatch, out: Path, *more: str) -> int:
@@ -103,8 +107,8 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, in
 def test_a_killed_sweep_goes_on_and_computes_nothing_twice(killed: tuple[Path, dict[str, int]]) -> None:
     out, left = killed
     now = stamps(out)
-    assert 1 <= len(left) < 6
-    assert len(now) == 6
+    assert 1 <= len(left) < 4
+    assert len(now) == 4
     assert {name: now[name] for name in left} == left
     assert not list(out.rglob("*.part"))
 
@@ -113,13 +117,14 @@ def test_only_the_cell_that_is_missing_is_computed(
     killed: tuple[Path, dict[str, int]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, _ = killed
+    monkeypatch.setattr("inhand.asterisk_test.sweep.page.save_figure", lambda *_: None)
     before = stamps(out)
     gone = next(name for name in before if "400" in name)
     (out / "cells" / gone).unlink()
     assert sweep(monkeypatch, out) == 0
     after = stamps(out)
     assert [name for name in before if after[name] != before[name]] == [gone]
-    assert "6 cells, 5 of them already" in capsys.readouterr().out
+    assert "4 cells, 3 of them already" in capsys.readouterr().out
     assert sweep(monkeypatch, out) == 0
     assert stamps(out) == after
 
@@ -131,7 +136,7 @@ def test_cells_of_other_settings_are_refused_with_what_differs(
     before = stamps(out)
     assert sweep(monkeypatch, out, "--seed", "5", "--directions", "In") == 2
     said = capsys.readouterr().err
-    assert "6 cells of other settings" in said
+    assert "4 cells of other settings" in said
     assert "seed is 0 there and 5 now" in said
     assert "directions is In, Out there and In now" in said
     assert "--overwrite" in said
@@ -140,7 +145,9 @@ def test_cells_of_other_settings_are_refused_with_what_differs(
 
 def test_overwrite_computes_again_only_what_differs(killed: tuple[Path, dict[str, int]]) -> None:
     out, _ = killed
-    same = SweepConfig(hands=(STANDARD,), objects=(CUBE, HUGE), directions="In,Out", out=out, overwrite=True)
+    same = SweepConfig(
+        hands=(STANDARD,), objects=(CUBE, HUGE), controller="thesis-ik", directions="In,Out", out=out, overwrite=True
+    )
     assert len(plan(same).waiting) == 0
     assert len(plan(replace(same, trials=2)).waiting) == 2
     assert len(plan(replace(same, objects=(CUBE, "cube_43"))).waiting) == 1
@@ -149,20 +156,26 @@ def test_overwrite_computes_again_only_what_differs(killed: tuple[Path, dict[str
 def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tuple[Path, dict[str, int]]) -> None:
     out, _ = killed
     content = json.loads((out / "sweep.json").read_text())
-    assert len(content["cells"]) == 6
-    fractions = [case["fraction"] for cell in content["cells"] for case in cell["cases"]]
-    assert len(fractions) == 8
-    assert content["median_fraction"] == pytest.approx(np.median(fractions))
+    assert len(content["cells"]) == 4
+    shares = [case["share"] for case in content["cases"]]
+    assert len(shares) == 4
+    assert content["median_share"] == pytest.approx(np.median(shares))
+    trials, table = pd.read_csv(out / "trials.csv"), inhand.load(out).table()
+    numbers = table.select_dtypes("number").dropna(axis="columns")
+    assert len(numbers.columns) > 15
+    pd.testing.assert_frame_equal(trials[numbers.columns], numbers, check_exact=True)
+    assert (trials.reached / trials.limit).tolist() == pytest.approx(shares)
     text = (out / "report.md").read_text()
-    assert "Median fraction of the limit over 8 cases" in text
+    assert "its skill, over 4 cases" in text
     assert re.search(rf"{STANDARD} with {HUGE} could not be run: .*400.0 mm wide", text)
-    assert "4 of 6 cells" in text
+    assert "2 of 4 cells" in text
     assert re.search(r"cells a minute by the clock", text)
     for heading in ("Best hand for each direction, over", "Best hand for each object", "What failed"):
         assert f"## {heading}" in text
     for name in re.findall(r"\]\((figures/.*?)\)", text):
         with Image.open(out / name) as picture:
             assert min(picture.size) > 200
+    assert len(re.findall(r"\]\(figures/", text)) == len(KINDS) * len(OVER)
 
 
 @pytest.mark.parametrize(
@@ -191,18 +204,25 @@ def test_a_folder_of_other_files_and_a_damaged_cell_are_refused(tmp_path: Path) 
         plan(config)
 
 
-def entry(direction: str, reached: float, outcome: str = "reached") -> dict[str, Any]:
-    """Return a trial of a cell's file, its limit 100 mm."""
-    lost = None if outcome == "reached" else "left"
+def entry(direction: str, reached: float, outcome: str = "reached", trial: int = 1) -> dict[str, Any]:
+    """Return a trial of a cell's file, its limit 100 mm or deg."""
+    turns = direction in {"cw", "ccw"}
+    far, limit = ("rotation_final_deg", "limit_deg") if turns else ("distance_mm", "limit_mm")
     return {
-        "direction": direction, "angle_deg": 0.0, "distance_mm": reached, "limit_mm": 100.0,
-        "outcome": outcome, "first_lost": lost,
+        "direction": direction, "angle_deg": None if turns else 0.0, far: reached, limit: 100.0, "trial": trial,
+        "fraction_of_limit": reached / 100, "outcome": outcome, "first_lost": None if outcome == "reached" else "left",
     }  # fmt: skip
 
 
+def twice(direction: str, reached: float) -> list[dict[str, Any]]:
+    """Return two trials that reach the same."""
+    return [entry(direction, reached, trial=trial) for trial in (1, 2)]
+
+
 def cell(hand: str, thing: str, *trials: dict[str, Any], reason: str | None = None) -> CellFile:
-    """Return the content of a cell's file."""
-    return CellFile(hand, thing, reason, 30.0, 20.0, list(trials), {})
+    """Return the content of a cell's file, of a hand with the fingers of the standard one."""
+    settings = {"engine": "mujoco", "hand": table_of(load_hand(STANDARD))}
+    return CellFile(hand, thing, reason, 30.0, 20.0, list(trials), settings)
 
 
 @pytest.mark.parametrize(
@@ -223,36 +243,119 @@ def test_a_cell_says_which_field_is_wrong(tmp_path: Path, change: dict[str, Any]
         read_cell(path)
 
 
-def test_best_hands_means_and_shares_are_those_of_the_cases() -> None:
+@pytest.fixture(scope="module")
+def found() -> Sweep:
+    """Return two trials of two hands and two objects, one of which the second hand cannot hold."""
+    lost = [entry("In", 60.0), entry("In", 20.0, "lost contact", trial=2)]
     contents = [
-        cell("a", "x", entry("In", 90.0), entry("Out", 20.0)),
-        cell("a", "y", entry("In", 60.0), entry("In", 20.0, "lost contact"), entry("Out", 40.0)),
-        cell("b", "x", entry("In", 70.0), entry("Out", 95.0)),
+        cell("a", "x", *twice("In", 90.0), *twice("Out", 20.0), *twice("cw", 50.0)),
+        cell("a", "y", *lost, *twice("Out", 40.0), *twice("cw", 50.0)),
+        cell("b", "x", *twice("In", 70.0), *twice("Out", 95.0), *twice("cw", 102.5)),
         cell("b", "y", reason="too wide"),
     ]
-    found = sweep_of(contents, parse_directions("In,Out"))
-    assert median_fraction(found.cases) == pytest.approx(0.55)
-    assert mean_fraction(found.cases) == pytest.approx((0.9 + 0.2 + 0.4 + 0.4 + 0.7 + 0.95) / 6)
-    assert kept_share(found.cases) == pytest.approx(5 / 6)
+    return sweep_of(contents, parse_directions("cw,In,Out"))
+
+
+def test_best_hands_means_and_shares_are_those_of_the_cases(found: Sweep) -> None:
+    assert found.directions == ("Out", "In", "cw")
+    assert found.cases.share.median() == pytest.approx(0.5)
+    assert found.cases.share.mean() == pytest.approx((0.9 + 0.2 + 0.5 + 0.4 + 0.4 + 0.5 + 0.7 + 0.95 + 1.025) / 9)
+    assert found.cases.kept.mean() == pytest.approx(8 / 9)
+    finger = 1e3 * load_hand(STANDARD).finger_length
     ways = tables.best_by_direction(found).rows
-    assert found.directions == ("Out", "In")
-    assert ways[1] == ("In", "a", "65.0", "b", "35.0", "b", "0.70")
-    assert ways[0] == ("Out", "b", "47.5", "a", "30.0", "b", "0.95")
-    assert tables.best_by_object(found).rows[1] == ("y", "a", "40.0", "-", "-", "a", "0.40")
-    assert tables.best_of_each(found).rows == (("Out", "2: 95", "1: 40"), ("In", "1: 90", "1: 40"))
-    failed = tables.failures(found)
-    assert failed == [
+    assert ways[1] == ("In", "a", "65.0 ± 14.1", "b", "35.0 ± 0.0", "a", "100.0", "a", f"{65 / finger:.2f}")
+    assert ways[0] == ("Out", "b", "47.5 ± 0.0", "a", "30.0 ± 0.0", "a", "100.0", "b", f"{47.5 / finger:.2f}")
+    assert ways[2] == ("cw", "b", "51.2 ± 0.0 deg", "a", "50.0 ± 0.0 deg", "a", "100.0 deg", "-", "-")
+    assert tables.best_by_object(found).rows[1] == (
+        "y",
+        "a",
+        "40.0 ± 14.1",
+        "-",
+        "-",
+        "a",
+        "100.0",
+        "a",
+        f"{40 / finger:.2f}",
+    )
+    each = tables.best_of_each(found).rows
+    assert each[0] == ("Out", "x", "b", "95.0 ± 0.0", "a", "100.0")
+    assert each[3] == ("In", "y", "a", "40.0 ± 28.3", "a", "100.0")
+    assert each[4] == ("cw", "x", "b", "102.5 ± 0.0 deg", "a", "100.0 deg")
+    hands = tables.hands_table(found).rows
+    a, b, limit = (f"{far / finger:.2f}" for far in (47.5, 41.25, 100.0))
+    assert hands[0] == ("a", "2 of 2", "47.5 ± 7.1", a, "100.0", limit, "0.48 ± 0.05", "0.45", "0.20", "5/6")
+    assert hands[1] == (
+        "b",
+        "1 of 2",
+        "41.2 ± 0.0",
+        b,
+        "50.0",
+        f"{50 / finger:.2f}",
+        "0.89 ± 0.00",
+        "0.95",
+        "0.70",
+        "3/3",
+    )
+    assert tables.cells_table(found).rows[3] == ("b", "y", *["-"] * 8, "30.0")
+
+
+def test_what_failed_is_told_with_its_numbers(found: Sweep) -> None:
+    assert tables.failures(found) == [
         "b with y could not be run: too wide",
         "a with y, In: lost contact by the left finger, after 40 of 100 mm",
     ]
     assert tables.poor(found) == ["a with x: Out 0.20", "a with y: Out 0.40"]
-    assert tables.beyond(found) == []
-    far = sweep_of([cell("a", "x", entry("In", 101.0), entry("Out", 141.0))], parse_directions("In,Out"))
-    assert tables.beyond(far) == ["a with x, Out: 141 against a limit of 100 mm (1.41)"]
+    assert tables.beyond(found) == ["b with x, cw: 102 against a limit of 100 deg (1.02)"]
     said = " ".join(tables.summary(found))
-    assert "5 of 6 cases (83.3 %)" in said
-    assert "5 of 8 cases (62.5 %)" in said
+    assert "8 of 9 cases (88.9 %)" in said
+    assert "8 of 12 cases (66.7 %)" in said
     assert "1.50 cells a minute by the clock, 2.25 by processor time" in said
+
+
+def test_heat_maps_show_distance_limit_and_skill_with_their_spread(found: Sweep) -> None:
+    def texts(kind: str, column: str, trials: int = 2) -> set[str]:
+        figure = figure_of(SweepConfig(trials=trials), found, kind, column)
+        return {text.get_text() for text in figure.findobj(Text)}
+
+    finger = 1e3 * load_hand(STANDARD).finger_length
+    far = texts("distance", "object")
+    assert {"55", "40", "± 0.0", "± 14.1", f"{40 / finger:.2f} L", "1 failed", "cannot run", "Distance [mm]"} <= far
+    assert {"100", f"{100 / finger:.2f} L"} <= texts("limit", "object")
+    assert {"65", "35", "Out", "In"} <= texts("distance", "direction")
+    assert "cw" not in texts("limit", "direction")
+    assert {"0.65", "± 0.14", "1 failed", "cw"} <= texts("share", "direction")
+    assert any("n = 1 trial for each direction, so no spread is known" in text for text in texts("share", "object", 1))
+
+
+def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
+    turns = sweep_of([cell("a", "x", entry("cw", 40.0), entry("ccw", 60.0))], parse_directions("twist"))
+    table = tables.hands_table(turns)
+    assert table.header[2:6] == ("Distance [deg]", "Of finger", "Limit [deg]", "Of finger")
+    assert table.rows == (("a", "1 of 1", "50.0", "-", "100.0", "-", "0.50", "0.50", "0.40", "2/2"),)
+    assert "n = 1 trial" in page(SweepConfig(), turns, 1.0, [])
+    assert "±" not in page(SweepConfig(), turns, 1.0, [])
+
+
+def test_a_sweep_in_which_nothing_could_be_run_says_so() -> None:
+    nothing = sweep_of([cell("a", "x", reason="too wide")], parse_directions("In"))
+    assert tables.hands_table(nothing).rows == (("a", "0 of 1", *["-"] * 8),)
+    text = page(SweepConfig(), nothing, 1.0, [])
+    assert "a with x could not be run: too wide" in text
+    assert "0 of 1 cells" in text
+    for kind in KINDS:
+        assert heading_fits(figure_of(SweepConfig(), nothing, kind, "direction"))
+
+
+def heading_fits(figure: Figure) -> bool:
+    """Return whether every text of a figure lies inside of it."""
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in figure.findobj(Text) if text.get_text()]
+    return all(box.x0 >= 0 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1 for box in boxes)
+
+
+def test_a_title_fits_a_small_sweep(found: Sweep) -> None:
+    for kind in KINDS:
+        assert heading_fits(figure_of(SweepConfig(), found, kind, "object"))
 
 
 def test_a_heat_map_writes_every_number_and_marks_what_failed() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from inhand.control.controller import Task
 from inhand.control.thesis_ik import ThesisIkConfig, ThesisIkController
-from inhand.geometry import Array, inverse_transform, spatial, transform
+from inhand.geometry import Array, Path, inverse_transform, spatial, transform
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -51,7 +51,7 @@ def holding(contacts: Array, pose: Array) -> State:
 
 def following(poses: Array, config: ThesisIkConfig = EXACT) -> ThesisIkController:
     """Return a controller for one world along relative poses `(S, 3)`."""
-    task = Task(HAND, (CUBE,), poses[None], 0.004)
+    task = Task(HAND, (CUBE,), Path(poses[None]), 0.004)
     return ThesisIkController(task, config)
 
 

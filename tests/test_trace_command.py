@@ -5,7 +5,6 @@ import io
 import json
 import re
 from dataclasses import fields
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +15,15 @@ from commands import Call
 from inhand.cli.trace import run_trace
 from inhand.control.trial import load_trial
 from inhand.errors import InputError
+from inhand.hands.files import load_hand, load_object
 from inhand.tracing import fit
 from inhand.tracing import report as trace_report
 from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
-from inhand.tracing.drawing import larger_side, scaled
-from inhand.tracing.fit import carried, largest
+from inhand.tracing.drawing import Drawing, larger_side, scaled
+from inhand.tracing.fit import carried
 from inhand.tracing.run import find_path, plan_of, prepare_trace
+from inhand.tracing.tasks import find_task
 from inhand.tracing.trace import Trace
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
@@ -106,7 +107,8 @@ def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None
     assert "2 trial(s) of 5 primitives, 1 of them an approach, then 120 mm of way" in text
     for picture in re.findall(r"!\[.*\]\((.*)\)", text):
         assert (run / picture).is_file()
-    assert "    inhand trace --path square --size 30 --controller ik" in text
+    assert "    inhand trace --hand 2v2_50.50_50.50_1.1_53 --object cube_39 --engine mujoco" in text
+    assert " --controller ik --trials 2 --path square --size 30 --out" in text
 
 
 def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: Path, inhand: Call) -> None:
@@ -211,7 +213,7 @@ def test_bad_words_are_refused_before_anything_is_written(
             "the path jumps from (10, 0) to (20, 0), 10 of the file's units, and the hand cannot lift the object",
         ),
         ("gap.csv", "x_mm,y_mm\n0,0\n10,nan\n", "line 3: column y_mm holds 'nan', not a finite number"),
-        ("one.csv", "x_mm,y_mm\n0,0\n", "the file ends with 1 way-point; a drawing needs two or more"),
+        ("one.csv", "x_mm,y_mm\n0,0\n", "the file ends with 1 way-point; it needs two or more"),
         ("still.csv", "x_mm,y_mm\n0,0\n0,0\n", "still goes nowhere: all of its way-points are where the object starts"),
     ],
 )
@@ -229,12 +231,12 @@ def test_a_shape_that_is_too_large_is_refused_with_the_largest_that_fits(
     tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fit, "EXACT", 0.015)
-    monkeypatch.setattr(trace_run, "largest", partial(largest, above=0.06))  # which saves most of the search
-    code, _, err = inhand("trace", "--path", "J", "--size", "200", "--out", tmp_path / "run")
+    monkeypatch.setattr(fit, "SMALLEST", 0.06)  # which saves most of the search
+    code, _, err = inhand("trace", "--path", "J", "--size", "130", "--out", tmp_path / "run")
     assert code == 2
     assert list(tmp_path.iterdir()) == []
     found = re.fullmatch(
-        r"inhand: letter J of 200 mm lies outside of what the hand can reach with this object: from"
+        r"inhand: letter J of 130 mm lies outside of what the hand can reach with this object: from"
         r" \((-?\d+), (-?\d+)\) to .* \(mm from the object's start\); the largest that fits is (\d+) mm: give --size"
         r" \3 or less, or --scale\n",
         err,
@@ -249,6 +251,28 @@ def test_a_shape_that_is_too_large_is_refused_with_the_largest_that_fits(
     assert setup.size == pytest.approx(most / 1e3)
     assert setup.notes == (f"Scaled from 200 to {most} mm, the largest that fits.",)
     assert carried((setup.hand, setup.object), setup.plans[0]) == pytest.approx(setup.plans[0].way[-1])
+
+
+def test_a_drawing_beyond_the_fingers_is_refused_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trace_run, "fit_of", lambda *_: pytest.fail("searched"))
+    told = r"lies (\d+) mm from where the (left|right) finger begins, .* reaches (\d+) mm; give --size (\d+) or less"
+    with pytest.raises(InputError, match=rf"square of 500 mm is too large for hand .*way-point 3 {told}") as error:
+        prepare_trace(TraceConfig(path="square", size=500))
+    found = re.search(told, str(error.value))
+    assert found is not None
+    away, most, size = (int(found[k]) for k in (1, 3, 4))
+    held = load_hand(TraceConfig.hand), load_object(TraceConfig.object)
+    corner = np.hypot(*(np.array(held[0].start_position) - held[0].left.base + 0.25))
+    assert away == round(1e3 * corner)
+    assert 144 + 27 < most < 180  # finger and half the cube's diagonal, and a little for the finger's round tip
+    fit.check_extent(held, scaled(find_path("square"), size / 1e3 - 0.001))
+    with pytest.raises(InputError, match=r"square of \d+ mm is too large for hand"):
+        fit.check_extent(held, scaled(find_path("square"), size / 1e3 + 0.001))
+    with pytest.raises(InputError, match="square of 500 mm is too large for hand"):
+        find_task("square:500").plan(held, np.random.default_rng(0))
+    back_and_forth = np.tile([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0)], (201, 1))
+    with pytest.raises(InputError, match=r"zigzag has a way of 20.1 m, turns counted as arcs; it may have 20 m"):
+        fit.check_extent(held, Drawing("zigzag", back_and_forth, sized=True))
 
 
 def test_a_drawing_without_a_size_gets_a_share_of_the_reachable_one(monkeypatch: pytest.MonkeyPatch) -> None:

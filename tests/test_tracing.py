@@ -74,7 +74,7 @@ def followed_of(
         object_points=np.zeros((rows, 2, 3)),
         forces=np.zeros((rows, 2, 3)),
         penetration=np.zeros(rows),
-        reference=plan.poses() - START,
+        reference=plan.path.poses - START,
     )
     way = float(plan.way[-1]) if come is None else come
     return Followed(plan, made, legs.astype(np.int64), events, way)
@@ -106,7 +106,7 @@ def test_a_constant_offset_is_root_mean_square_largest_and_frechet_distance(off:
     trace = trace_of(followed_of(LINE, poses + np.array([0.0, off, 0.1]), legs))
     for value in (trace.rms_mm, trace.max_mm, trace.frechet_mm, trace.end_mm):
         assert value == pytest.approx(1e3 * abs(off))
-    assert trace.turn_deg == trace.end_deg == pytest.approx(np.rad2deg(0.1))
+    assert (trace.turn_deg, trace.end_deg) == pytest.approx((np.rad2deg(0.1),) * 2)
     assert trace.time_s == pytest.approx(51 * PERIOD)
 
 
@@ -233,10 +233,10 @@ def test_what_follows_a_push_may_start_where_it_ended() -> None:
 
 
 EVENTS = (
-    Event(0.04, 1, (START[0] + 0.02, START[1] + 0.0003), 0.006, "left its path"),
-    Event(0.5, 1, (START[0] + 0.02, START[1] + 0.01), 0.0, "stuck"),
-    Event(0.9, 1, (START[0] + 0.02, START[1] + 0.01), 0.0, "lost a finger"),
-    Event(0.9, 1, (START[0] + 0.02, START[1] + 0.01), 0.0, "gave up"),
+    Event(0.04, 1, (START[0] + 0.02, START[1] + 0.0003), 0.006, 0.1, "left its path"),
+    Event(0.5, 1, (START[0] + 0.02, START[1] + 0.01), 0.0, 0.0, "stuck"),
+    Event(0.9, 1, (START[0] + 0.02, START[1] + 0.01), 0.0, 0.0, "lost a finger"),
+    Event(0.9, 1, (START[0] + 0.02, START[1] + 0.01), 0.0, 0.0, "gave up"),
 )
 
 

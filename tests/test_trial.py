@@ -262,7 +262,10 @@ ARRAYS: list[tuple[str, NDArray[Any] | None, str]] = [
     ("phase", ROWS.phase - 1, "phase holds [-1, 0, 1]; it must hold numbers from 0 to 2"),
     ("phase", ROWS.phase / 1.0, "phase holds float64; it must hold whole numbers"),
     ("contact_links", ROWS.contact_links + 2, "it must hold numbers from 0 to 1"),
+    ("object_pose", np.full((12, 7), 1e300), "object_pose holds 1e+300 at [0, 0]; it must hold finite numbers below"),
     ("reference", np.zeros((5, 2)), "reference has the shape (5, 2); it must be (5, 3)"),
+    ("reference", np.zeros((0, 3)), "reference has the shape (0, 3) and holds nothing"),
+    ("reference", np.zeros((1, 3)), "reference has one way-point; a path has two or more"),
 ]
 """Arrays in the place of a trial's, and what the text says of them."""
 

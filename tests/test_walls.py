@@ -12,7 +12,7 @@ from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
 from inhand.control.ik import IkController
 from inhand.errors import InputError
-from inhand.geometry import Array, perpendicular, transform, turn, unit
+from inhand.geometry import Array, Path, perpendicular, transform, turn, unit
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec, convex_pieces, polygon, polygon_object
@@ -327,7 +327,7 @@ def carried(name: str, angle: float, walls: list[Wall]) -> tuple[list[State], fl
     state = simulator.reset(np.tile(START, (count, 1)), closed)
     for _ in range(15):
         state = simulator.step(closed, 5)
-    controller = IkController(Task(HAND, simulator.objects, paths, 0.004))
+    controller = IkController(Task(HAND, simulator.objects, Path(paths), 0.004))
     controller.begin(state)
     states = [state]
     for _ in range(80):

@@ -21,6 +21,8 @@ _KINDS: dict[str, tuple[str, type]] = {
     "numbers": ("f", np.float64),
 }
 """What an array may hold: NumPy's letters for it, and the type it is given as."""
+LARGEST = 1e100
+"""Numbers that are larger cannot be squared safely."""
 
 
 def read_arrays(path: Path, holds: Mapping[str, str]) -> dict[str, NDArray[Any]]:
@@ -45,7 +47,7 @@ def read_arrays(path: Path, holds: Mapping[str, str]) -> dict[str, NDArray[Any]]
 def check_shapes(
     arrays: Mapping[str, NDArray[Any]], shapes: Mapping[str, tuple[str | int, ...]], sizes: Mapping[str, int]
 ) -> None:
-    """Refuse arrays whose shapes do not fit together.
+    """Refuse arrays whose shapes do not fit together, or that hold nothing.
 
     Args:
         arrays: arrays by name.
@@ -64,6 +66,8 @@ def check_shapes(
         if given != needed:
             told = ", ".join(map(str, needed))
             raise InputError(f"{name} has the shape {given}; it must be ({told}{',' if len(needed) == 1 else ''})")
+        if 0 in given:
+            raise InputError(f"{name} has the shape {given} and holds nothing")
 
 
 def _array(file: zipfile.ZipFile, name: str, kind: str) -> NDArray[Any]:
@@ -84,7 +88,10 @@ def _array(file: zipfile.ZipFile, name: str, kind: str) -> NDArray[Any]:
     array: NDArray[Any] = (
         np.frombuffer(content, found).reshape(shape, order="F" if fortran else "C").astype(dtype, order="C")
     )
-    if kind == "numbers" and not np.isfinite(array).all():
-        where = np.argwhere(~np.isfinite(array))[0].tolist()
-        raise InputError(f"{name} holds {array[tuple(where)]} at {where}; it must hold finite numbers")
+    usable = np.abs(array) < LARGEST if kind == "numbers" else np.True_
+    if not usable.all():
+        where = np.argwhere(~usable)[0].tolist()
+        raise InputError(
+            f"{name} holds {array[tuple(where)]} at {where}; it must hold finite numbers below {LARGEST:g}"
+        )
     return array

@@ -39,21 +39,22 @@ class Columns:
     """Line of the file on which each row ends; for a file without rows, that of its header."""
 
 
-def read_columns(path: Path, what: str, header: Header) -> Columns:
+def read_columns(path: Path, what: str, header: Header, most: int | None = None) -> Columns:
     """Return the columns of a CSV file.
 
     Args:
         path: the file.
         what: what to call it where it cannot be used.
         header: what its first line must name.
+        most: how many rows it may have; None for any number.
 
     Raises:
-        InputError: no such file, no text, a column that is missing, unknown or there twice, or a row that is cut off or
-            holds something that is no finite number.
+        InputError: no such file, no text, a column that is missing, unknown or there twice, more rows, or one that is
+            cut off or holds something that is no finite number.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            return _columns(file, header)
+            return _columns(file, header, most)
     except FileNotFoundError as error:
         raise InputError(f"{what}: there is no such file; give the path of a .csv file that is there") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
@@ -62,12 +63,15 @@ def read_columns(path: Path, what: str, header: Header) -> Columns:
         raise InputError(f"{what}, {error}") from error
 
 
-def _columns(file: TextIO, header: Header) -> Columns:
+def _columns(file: TextIO, header: Header, most: int | None) -> Columns:
     reader = csv.reader(file)
     names = [name.strip() or header.unnamed for name in next(reader, [])]
     _check_names(names, header)
-    rows, lines = [], [reader.line_num]
+    rows: list[list[float]] = []
+    lines = [reader.line_num]
     for row in reader:
+        if len(rows) == most:
+            raise InputError(f"line {reader.line_num}: more than {most:,} rows; leave out those that hardly differ")
         if row:
             rows.append(_numbers(reader.line_num, names, row, header))
             lines.append(reader.line_num)

@@ -7,6 +7,8 @@ leading batch axes and broadcasts them.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -17,6 +19,42 @@ Array: TypeAlias = NDArray[np.float64]
 
 TURN_ARM = 0.025
 """Arm at which a turn counts as a way along a path [m]: about the half width of the objects."""
+SAME = 1e-9
+"""Ways and angles closer than this are one [m or rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Poses that objects are carried along, one path or one for each of B worlds: to be followed, not timed."""
+
+    poses: Array
+    """Poses in their order `(..., S, 3)` [m, m, rad]."""
+
+    @cached_property
+    def way(self) -> Array:
+        """Way from the first pose to each of them `(..., S)` [m]; a turn counts as an arc at `TURN_ARM`."""
+        return way_along(self.poses)
+
+    @property
+    def length(self) -> Array:
+        """Way from the first pose to the last `(...)` [m]."""
+        return self.way[..., -1]
+
+    def at(self, way: ArrayLike) -> Array:
+        """Return poses `(..., 3)` at ways `(...)` [m], one along each of many paths or any along one.
+
+        They are linear between two poses of the path; before its start and beyond its end they are those.
+        """
+        wanted, paths = np.asarray(way, dtype=float), tuple(np.indices(self.way.shape[:-1]))
+        above = np.minimum((self.way < wanted[..., None]).sum(axis=-1), self.way.shape[-1] - 1)
+        below = np.maximum(above - 1, 0)
+        low, high = self.way[(*paths, below)], self.way[(*paths, above)]
+        share = np.clip((wanted - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)[..., None]
+        return np.asarray((1 - share) * self.poses[(*paths, below)] + share * self.poses[(*paths, above)])
+
+    def beyond(self, way: float) -> Path:
+        """Return what is left of one path from a way on [m]."""
+        return Path(np.concatenate([self.at([way]), self.poses[self.way > way + SAME]]))
 
 
 def way_along(poses: Array) -> Array:

@@ -49,6 +49,11 @@ def again_lines(words: str) -> list[str]:
     return ["## Run it again", "", f"    {words}", "", f"Versions: {found}.", ""]
 
 
+def listed_lines(title: str, sentences: Sequence[str]) -> list[str]:
+    """Return sentences as a part of the page with a title; nothing without any."""
+    return [f"## {title}", "", *[f"* {sentence}" for sentence in sentences], ""] if sentences else []
+
+
 def table_lines(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
     """Return a table as Markdown."""
     shown = [header, tuple("---" for _ in header), *rows]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from inhand.errors import InputError, near_matches
+from inhand.folders import MARK, run_folder
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -18,8 +20,14 @@ if TYPE_CHECKING:
 C = TypeVar("C", bound="DataclassInstance")
 
 
+@dataclass(frozen=True, eq=False)
 class Shown:
-    """Gives a notebook the table and the figure of a value that has both."""
+    """A finished run: its table and its figure, which a notebook shows, and its folder."""
+
+    config: Any
+    """What was run."""
+    mark: ClassVar[str] = MARK
+    """The file that marks its folder as one of its kind."""
 
     def table(self) -> DataFrame:
         """Return its numbers."""
@@ -28,6 +36,21 @@ class Shown:
     def figure(self) -> Figure:
         """Return its figure."""
         raise NotImplementedError
+
+    def write(self, folder: Path) -> None:
+        """Write everything into a folder that is there."""
+        raise NotImplementedError
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Write what its command writes, numbers, figures and report, and return the folder.
+
+        Raises:
+            InputError: the folder holds something, or another run and `overwrite` is off.
+        """
+        out = Path(folder)
+        with run_folder(out, overwrite=overwrite, mark=self.mark) as part:
+            replace(self, config=replace(self.config, out=out)).write(part)
+        return out
 
     def _repr_html_(self) -> str:
         """Return the table as a notebook shows it."""

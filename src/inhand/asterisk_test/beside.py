@@ -9,6 +9,7 @@ from pathlib import Path
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.control.trial import Trial, load_trial
 from inhand.errors import InputError
+from inhand.sim.names import MUJOCO
 
 MOST = 2
 """Runs that fit beside people and the new run in one figure."""
@@ -50,5 +51,5 @@ def _load(folder: Path) -> Beside:
         raise InputError(f"--beside {folder} holds no trials of a run; give the --out folder of an earlier run")
     trials = tuple(load_trial(path) for path in files)
     passport = trials[0].passport
-    name = passport.controller if passport.engine == "mujoco" else f"{passport.controller} ({passport.engine})"
+    name = passport.controller if passport.engine == MUJOCO else f"{passport.controller} ({passport.engine})"
     return Beside(name, trials, tuple(result_of_trial(trial) for trial in trials))

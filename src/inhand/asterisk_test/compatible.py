@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import similaritymeasures
@@ -145,7 +146,31 @@ def _area(path: Array, target: Array) -> float:
     """Return the library's area between two curves, or NaN where one of them is no curve."""
     if min(len(path), len(target)) < 2:
         return math.nan
-    return float(similaritymeasures.area_between_two_curves(path, target))
+    shorter, longer = sorted((target, path), key=len)  # the longer one comes first, as the library has it
+    return float(similaritymeasures.area_between_two_curves(longer, _filled(shorter, len(longer))))
+
+
+def _filled(curve: Array, count: int) -> Array:
+    """Return a curve `(count, 2)` with points put into the middle of its largest gaps.
+
+    The library does the same, but measures all pairs of points again for each that it puts in: seconds for a
+    recording of 700 rows.
+    """
+    points = curve.tolist()
+    gaps = [_gap(*pair) for pair in pairwise(points)]
+    while len(points) < count:
+        k = gaps.index(max(gaps))
+        one, other = points[k : k + 2]
+        if one[0] >= other[0]:
+            one, other = other, one
+        middle = (one[0] + other[0]) / 2.0
+        points.insert(k + 1, [middle, float(np.interp(middle, [one[0], other[0]], [one[1], other[1]]))])
+        gaps[k : k + 1] = [_gap(*pair) for pair in pairwise(points[k : k + 3])]
+    return np.array(points)
+
+
+def _gap(one: list[float], other: list[float]) -> float:
+    return math.sqrt((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2)
 
 
 def _frechet(path: Array, target: Array) -> float:

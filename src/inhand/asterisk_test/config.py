@@ -6,17 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from inhand.sim.names import MUJOCO, Engine
+from inhand.control.run_config import HeldConfig, TrialsConfig
 
 
 @dataclass(frozen=True)
-class ReachCommand:
+class ReachCommand(HeldConfig):
     """Compute how far a hand could carry an object in each direction, whatever controls it."""
 
-    hand: str = "2v2_50.50_50.50_1.1_53"
-    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
-    object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     directions: str = "all,twist"
     """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
     twist: float = 0.0
@@ -34,17 +30,9 @@ class ReachCommand:
 
 
 @dataclass(frozen=True)
-class AsteriskConfig:
+class AsteriskConfig(TrialsConfig, HeldConfig):
     """Run the Asterisk Test in simulation and report it beside human trials."""
 
-    hand: str = "2v2_50.50_50.50_1.1_53"
-    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
-    object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
-    controller: str = "ik"
-    """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
-    engine: Engine = MUJOCO
-    """Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
     paths: Literal["straight", "human"] = "straight"
     """Reference paths: straight lines, or paths extracted from the human trials of --human."""
     human: Path | None = None
@@ -55,14 +43,6 @@ class AsteriskConfig:
     """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
     twist: float = 0.0
     """Twist to hold in translations [deg], each way: turned first, clockwise (p) and counter-clockwise (m)."""
-    trials: int = 3
-    """Trials for each direction, each with its own start noise."""
-    seed: int = 0
-    """Seed of the start noise: with the direction and the trial's number it gives where an object starts."""
-    noise_mm: float = 1.0
-    """Standard deviation of the object's start in x and y [mm]."""
-    noise_deg: float = 1.0
-    """Standard deviation of the object's start rotation [deg]."""
     metrics: tuple[str, ...] = ()
     """Metrics of yours to measure too: registered names, or FILE.py:NAME (docs/extend.md)."""
     out: Path = Path("results/asterisk")

@@ -11,7 +11,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result
 from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 
 if TYPE_CHECKING:
     pass
@@ -41,7 +41,9 @@ def page(
         "",
         *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
         "",
-        *_failed(results),
+        endings(results),
+        "",
+        *listed_lines("What failed", failures(results)),
         *people_lines(people),
         *[f"* {note}" for note in notes],
         "",
@@ -59,12 +61,6 @@ def page(
 def command(config: AsteriskConfig) -> str:
     """Return the command line that repeats a run, quoted for a shell."""
     return shlex.join(["inhand", "asterisk", *options(config)])
-
-
-def _failed(results: Sequence[Result]) -> list[str]:
-    sentences = failures(results)
-    failed = ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""] if sentences else []
-    return [endings(results), "", *failed]
 
 
 def people_lines(people: Sequence[HumanTrial]) -> list[str]:

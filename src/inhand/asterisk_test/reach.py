@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.folders import run_folder
 from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
@@ -27,10 +26,6 @@ from inhand.tasks.primitives import Primitive, parse_directions, with_twists
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
 
-FINEST_MM = 0.5
-"""Finest step [mm]."""
-FINEST_S = 40.0
-"""What all directions take of one core at the finest step, measured with the default hand and object [s]."""
 MARK = "reach.json"
 """The file that marks a folder as one of a reach."""
 DEFAULT = ReachCommand()
@@ -40,6 +35,8 @@ DEFAULT = ReachCommand()
 @dataclass(frozen=True, eq=False)
 class Reach(Shown):
     """How far a hand could carry an object."""
+
+    mark = MARK
 
     config: ReachCommand
     """What was asked for."""
@@ -84,19 +81,8 @@ class Reach(Shown):
         title = f"Reach{f', holding {chosen:+g} deg' if chosen else ''} [mm]"
         return reach_figure(self.held, self.start, shown, title, self.subtitle)
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write numbers and figures, as `inhand reach` does, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another reach and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
-            replace(self, config=replace(self.config, out=out)).write(part)
-        return out
-
     def write(self, folder: Path) -> None:
-        """Write the same into a folder that is there."""
+        """Write everything into a folder that is there."""
         for twist in self.twists:
             name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
             save_figure(self.figure(twist), folder / name)
@@ -165,7 +151,7 @@ def ready_reach(config: ReachCommand) -> Asked:
     """
     held = load_hand(config.hand), load_object(config.object)
     assumed = ReachConfig(
-        resolution=resolution_of(config), friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
+        resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )
     primitives = parse_directions(config.directions)
     if config.twist:
@@ -184,20 +170,6 @@ def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int],
     start = start_grip(*held, asked.assumed)
     tell = None if told is None else lambda name: told(name, count)
     return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell))
-
-
-def resolution_of(config: ReachCommand) -> float:
-    """Return the step along path and outline [m].
-
-    Raises:
-        InputError: a step that cannot be, or one that would take too long.
-    """
-    if not (np.isfinite(config.resolution_mm) and config.resolution_mm >= FINEST_MM):
-        raise InputError(
-            f"--resolution-mm {config.resolution_mm:g}: give {FINEST_MM:g} or more; all directions at that take about"
-            f" {FINEST_S:g} s"
-        )
-    return config.resolution_mm / 1e3
 
 
 def _entry(limit: Limit) -> dict[str, Any]:

@@ -26,7 +26,6 @@ from inhand.asterisk_test.scenes import (
 )
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.folders import run_folder
 from inhand.pages import Picture
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
@@ -76,19 +75,8 @@ class Run(Shown):
         outline = start_scene(part.trials[0])
         return asterisk_figure(direction_curves(part), outline=outline, title=_title(part), subtitle=_subtitle(part))
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write trials, numbers, figures and report, as `inhand asterisk` does, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another run and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite) as part:
-            replace(self, config=replace(self.config, out=out)).write(part)
-        return out
-
     def write(self, folder: Path) -> None:
-        """Write the same into a folder that is there."""
+        """Write everything into a folder that is there."""
         write_trials(self.trials, folder)
         write_report(self, folder)
         content = {
@@ -272,7 +260,7 @@ def _replay(run: Run, figures: Path) -> Picture:
         target_angle_deg=trial.passport.angle_deg,
         target_path_mm=target_of(trial, result),
         contact=trial.touching[list(rows)],
-        frame_s=FRAME_STEPS * trial.passport.substeps * trial.passport.timestep,
+        frame_s=FRAME_STEPS * trial.passport.period,
     )
     return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 

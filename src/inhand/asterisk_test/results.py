@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,10 +20,16 @@ from inhand.asterisk_test.user_metrics import measured
 from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES
+from inhand.shown import frame
 from inhand.tasks.primitives import twisted_name
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 BENT_MM = 0.1
 """A reference path that leaves the line along its direction by more is not straight [mm]: guessed."""
+REACHED, LIMIT = ("distance_mm", "rotation_final_deg"), ("limit_mm", "limit_deg")
+"""How an entry calls what was reached and what could be, along a direction and where it only turns."""
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
 
@@ -91,7 +97,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
     """Return the result of a simulated trial, with the users' metrics of some names."""
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
-    target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.substeps * passport.timestep
+    target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.period
     reference = 1e3 * trial.reference[:, :2]
     primary = measure(
         path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference
@@ -198,6 +204,20 @@ def as_entry(result: Result) -> dict[str, Any]:
     if result.compatible is not None:
         entry["asterisk_test"] = asdict(result.compatible)
     return entry
+
+
+def tidy(entries: Iterable[dict[str, Any]], also: Sequence[str] = ()) -> DataFrame:
+    """Return entries, and what else stands in them, as a frame with a row each, though there be none.
+
+    `reached` and `limit` are in mm, and in deg where a trial only turns.
+    """
+    table = frame(list(entries))
+    known = [*also, "direction", "angle_deg", "trial", "outcome", "first_lost", "fraction_of_limit"]
+    table = table.reindex(columns=[*dict.fromkeys([*table.columns, *known, *REACHED, *LIMIT])])
+    turns = table["angle_deg"].isna()
+    for name, (along, turned) in {"reached": REACHED, "limit": LIMIT}.items():
+        table[name] = table[along].where(~turns, table[turned]).astype(float)
+    return table
 
 
 def summary_of(results: Sequence[Result]) -> list[dict[str, Any]]:

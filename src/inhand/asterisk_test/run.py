@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
+from inhand.control import loop
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
-from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.controller import Task
 from inhand.control.draws import check_count, check_draws, start_noise
-from inhand.control.loop import run_worlds
-from inhand.control.recording import cut_trials
-from inhand.control.trial import Passport, Trial
+from inhand.control.loop import Told
+from inhand.control.recording import cut_trials, passports
+from inhand.control.trial import Trial
 from inhand.errors import InputError
+from inhand.geometry import Path
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engines import check_engine, make_simulator
+from inhand.sim.engines import check_engine
 from inhand.tasks.paths import ReferencePath, path_of, stacked, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
 from inhand.tasks.reach import limits
-from inhand.versions import versions
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +57,7 @@ class Setup:
 def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     """Return a run's setup.
 
-    Args:
-        config: what to run.
-        people: human trials; their paths are followed where `config.paths` is human.
+    `people` are the human trials whose paths are followed where `config.paths` is human.
 
     Raises:
         InputError: anything in the configuration that cannot be run.
@@ -86,7 +85,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
 def simulate(
     config: AsteriskConfig,
     setup: Setup,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Told | None = None,
     threads: int = 0,
 ) -> tuple[Trial, ...]:
     """Run every assignment at once and return the trials in the same order.
@@ -94,45 +93,28 @@ def simulate(
     The hand's own limit along each primitive is computed first and kept in the trials' passports. MuJoCo steps on
     `threads` threads, 0 for every core; the trials are the same for any number.
     """
-    hand, count = setup.hand, len(setup.assignments)
-    primitives = tuple(dict.fromkeys(each.primitive for each in setup.assignments))
-    told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
+    hand, assignments = setup.hand, setup.assignments
+    primitives = tuple(dict.fromkeys(each.primitive for each in assignments))
+    told = None if progress is None else lambda name: progress(f"reach {name}", len(assignments), 0)
     reach = {limit.primitive: limit.distance for limit in limits(hand, setup.object, primitives, progress=told)}
-    simulator = make_simulator(config.engine, hand, [setup.object] * count, threads=threads)
-    paths = stacked([each.path.poses for each in setup.assignments])
-    whole = stacked([whole_path(each.path) for each in setup.assignments])
-    whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in setup.assignments]
+    whole = stacked([whole_path(each.path) for each in assignments])
+    whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in assignments]
     start = hand.start_pose + start_noise(config, whose)
-    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
-    task = Task(hand, simulator.objects, paths, simulator.timestep)
-    twists = stacked([twist_poses(each.path) for each in setup.assignments])
-    manipulate = setup.controller.manipulate
-    recording = run_worlds(simulator, task, grasp, start, manipulate, twists=twists, progress=progress)
-    trials = cut_trials(recording, _passports(config, setup, simulator.timestep, reach), paths)
-    return tuple(ended(trial) for trial in trials)
-
-
-def _passports(config: AsteriskConfig, setup: Setup, timestep: float, reach: dict[Primitive, float]) -> list[Passport]:
-    found = versions()
-    return [
-        Passport(
-            hand=setup.hand,
-            object=setup.object,
-            controller=setup.controller.name,
-            primitive=each.primitive.name,
-            angle_deg=each.primitive.angle_deg,
-            rotation_deg=each.primitive.rotation_deg,
-            path=each.path.name,
-            trial=each.trial,
-            seed=config.seed,
-            substeps=SUBSTEPS,
-            timestep=timestep,
-            versions=found,
-            engine=config.engine,
-            limit=reach[each.primitive],
-        )
-        for each in setup.assignments
+    task = Task(hand, (setup.object,) * len(assignments), Path(stacked([each.path.poses for each in assignments])))
+    _, recording = loop.simulate(
+        task,
+        setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine),
+        start,
+        setup.controller.manipulate,
+        loop.Bench(config.engine, threads=threads, progress=progress),
+        twists=stacked([twist_poses(each.path) for each in assignments]),
+    )
+    signed = passports(hand, setup.object, setup.controller.name, seed=config.seed, engine=config.engine)
+    found = [
+        signed(each.primitive.name, angle, rotation, each.path.name, number, limit=reach[each.primitive])
+        for each, (angle, rotation, number) in zip(assignments, whose, strict=True)
     ]
+    return tuple(ended(trial) for trial in cut_trials(recording, found, task.path.poses))
 
 
 def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanTrial]) -> list[ReferencePath]:

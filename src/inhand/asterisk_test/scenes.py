@@ -108,7 +108,7 @@ def trial_path(trial: Trial, result: Result) -> TrialPath:
         points_mm=path,
         rotation_deg=rotation,
         contact=touching,
-        step_s=trial.passport.substeps * trial.passport.timestep,
+        step_s=trial.passport.period,
         fingers=FINGER_NAMES,
         target_mm=target_of(trial, result),
         target_rotation_deg=trial.passport.rotation_deg,

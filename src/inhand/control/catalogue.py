@@ -44,14 +44,9 @@ class Planner(Protocol):
     def __call__(
         self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
     ) -> Grasp:
-        """Return a grasp for every path of object poses `(P, S, 3)` in the palm frame.
+        """Return a grasp, which is to hold in an engine, for every path of object poses `(P, S, 3)` in the palm frame.
 
-        Args:
-            hand: the hand.
-            spec: the object.
-            poses: the paths.
-            starts: where each path's object stands `(P, 3)`; None where its path starts.
-            engine: the engine that the grasp will hold in.
+        Objects stand at `starts` `(P, 3)`, or where their paths begin.
         """
 
 
@@ -209,10 +204,7 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
 
 
 def find_controller(name: str) -> ControllerEntry:
-    """Return a controller of the catalogue, the policy of the package, or that of a folder.
-
-    Args:
-        name: a name of the catalogue, `rl`, the folder of a training run (its best policy), or that of a policy.
+    """Return a controller of the catalogue, `rl` of the package, or that of a folder, of a training run its best.
 
     Raises:
         InputError: there is none of that name (the text offers near matches), or a folder without a policy.
@@ -244,11 +236,7 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
 
 
 def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
-    """Return name and policy of the folder of a training run, or of the folder of a policy itself.
-
-    Args:
-        folder: the folder.
-        which: `best` or `last` of a training run.
+    """Return name and policy of the folder of a training run, its `best` or `last`, or of a policy's own folder.
 
     Raises:
         InputError: no policy there that this version can use.
@@ -280,10 +268,7 @@ def learned_grasp(
 def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
     """Refuse what a learned policy does not know, before anything is computed; other controllers know everything.
 
-    Args:
-        entry: the controller.
-        hand: the hand.
-        paths: paths from the grasp on `(P, S, 3)`, each from the origin [m, m, rad].
+    The paths `(P, S, 3)` begin at the grasp, each at the origin.
 
     Raises:
         InputError: a hand with another number of joints, or a path that bends or turns.

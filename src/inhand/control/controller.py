@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import Array, way_along
+from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec
 from inhand.sim.state import State
 
 SUBSTEPS = 5
@@ -26,9 +26,9 @@ class Task:
     """The hand of every world."""
     objects: tuple[ObjectSpec, ...]
     """The object of each world."""
-    paths: Array
-    """Object poses relative to `start`, in palm axes `(B, S, 3)` [m, m, rad]."""
-    timestep: float
+    path: Path
+    """Object poses relative to `start`, in palm axes `(B, S, 3)`."""
+    timestep: float = SceneSpec.timestep
     """Physics step [s]."""
     substeps: int = SUBSTEPS
     """Physics steps for one decision."""
@@ -37,10 +37,9 @@ class Task:
     start: Array | None = None
     """Pose that each path counts from `(B, 3)`; None for where the object is when its controller begins."""
 
-    @cached_property
-    def progress(self) -> Array:
-        """Way along the path to each of its poses `(B, S)` [m]; turning counts as an arc at a fixed arm."""
-        return way_along(self.paths)
+    def origin(self, state: State) -> Array:
+        """Return the poses `(B, 3)` that the paths of a controller count from which begins in a state."""
+        return state.pose if self.start is None else self.start
 
     @property
     def control_period(self) -> float:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Protocol
 
 import numpy as np
 
+from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
 
@@ -22,28 +22,8 @@ TRIAL_MB, TRIAL_S = 0.5, 0.1
 """What a trial takes of memory [MB] and of one core [s]: guessed, from shorter trials that were measured."""
 
 
-class Draws(Protocol):
-    """Settings that starts are drawn by."""
-
-    @property
-    def noise_mm(self) -> float:
-        """Standard deviation in x and y [mm]."""
-
-    @property
-    def noise_deg(self) -> float:
-        """Standard deviation of the rotation [deg]."""
-
-    @property
-    def seed(self) -> int:
-        """Seed of the noise."""
-
-
 def check_count(count: int, given: str) -> None:
-    """Refuse more trials than one run can hold.
-
-    Args:
-        count: trials in all.
-        given: what was given, as the text is to say it.
+    """Refuse more trials than one run can hold; the text says `given`, what was asked for.
 
     Raises:
         InputError: the text tells the memory and the time that they would take, and what can be run.
@@ -56,7 +36,7 @@ def check_count(count: int, given: str) -> None:
         )
 
 
-def check_draws(config: Draws) -> None:
+def check_draws(config: RunConfig) -> None:
     """Refuse start noise or a seed that nothing can be drawn with.
 
     Raises:
@@ -69,15 +49,12 @@ def check_draws(config: Draws) -> None:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
 
 
-def start_noise(config: Draws, whose: Iterable[tuple[float | None, float, int]]) -> Array:
+def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, int]]) -> Array:
     """Return how far each object's start is from where it should be `(B, 3)` [m, m, rad].
 
-    It follows from the seed, the direction and the trial's number alone, so that the same trial starts alike whatever
-    runs beside it, and runs of other hands, objects and controllers are paired with it.
-
-    Args:
-        config: seed and standard deviations.
-        whose: direction [deg] (None where there is none), rotation [deg] and number of each trial.
+    It follows from the seed, the direction [deg] (None where there is none), the rotation [deg] and the trial's number
+    alone. So the same trial starts alike whatever runs beside it, and runs of other hands, objects and controllers are
+    paired with it.
     """
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
     drawn = [

@@ -26,9 +26,9 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[
         margin: distance [m] and angle [rad] kept from where the grip ends; none is kept from the end of the path.
     """
     hand, start = task.hand, state.pose
-    last = task.progress.shape[1] - 1
+    last = task.path.poses.shape[1] - 1
     looked = np.unique([*range(0, last, EVERY), last])
-    poses = start[:, None] + task.paths[:, looked]
+    poses = start[:, None] + task.path.poses[:, looked]
     bodies = stacked_pieces(task.objects)
     tracks = []
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
@@ -42,8 +42,8 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[
     held &= force_closure(friction[:, None], (left.points, left.normals), (right.points, right.normals))
     reach = np.cumprod(held, axis=-1).sum(axis=-1)
     rows, last = np.arange(len(reach)), np.maximum(reach - 1, 0)
-    way = task.progress[:, looked]
-    turned = TURN_ARM * np.abs(np.diff(task.paths[:, looked, 2], axis=1, prepend=0.0))
+    way = task.path.way[:, looked]
+    turned = TURN_ARM * np.abs(np.diff(task.path.poses[:, looked, 2], axis=1, prepend=0.0))
     share = (turned / np.maximum(np.diff(way, axis=1, prepend=0.0), 1e-9))[rows, last]
     kept = (1 - share) * margin[0] + share * TURN_ARM * margin[1]
     end = way[rows, last]

@@ -74,9 +74,9 @@ class IkController:
         known = self._task.distance
         self.limit = follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known
         n = state.n_worlds
-        way = self._task.paths[:, -1, :2]
+        way = self._task.path.poses[:, -1, :2]
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
-        self._start = state.pose if self._task.start is None else self._task.start
+        self._start = self._task.origin(state)
         self._rest = state.joint_angles
         self.progress = np.zeros(n)
         """How far the set point has gone along each path `(B,)` [m]."""
@@ -117,7 +117,7 @@ class IkController:
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
         config, period = self.config, self._period
-        before = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self.progress)))
+        before = compose(self._start, _in_start_frame(self._start, self._task.path.at(self.progress)))
         behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
         room = np.maximum(self.limit - self.progress, 0.0)
         brake = np.sqrt(2 * config.acceleration * room)
@@ -125,7 +125,7 @@ class IkController:
         self._speed = np.minimum(self._speed + config.acceleration * period, speed)
         self.progress = np.minimum(self.progress + self._speed * period, self.limit)
         self._held = np.where(room < 2e-4, self._held + period, 0.0)
-        reference = compose(self._start, _in_start_frame(self._start, sample_paths(self._task, self.progress)))
+        reference = compose(self._start, _in_start_frame(self._start, self._task.path.at(self.progress)))
         error = reference - pose
         error[:, 2] = wrap_angle(error[:, 2])
         limit = np.array(config.integral_limit)
@@ -147,14 +147,3 @@ def _towards(state: State, finger: int) -> Array:
     """Return the unit vectors from a finger to the object `(B, 2)`, zero where they touch."""
     way = state.object_xy[:, finger] - state.finger_xy[:, finger]
     return np.asarray(way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9))
-
-
-def sample_paths(task: Task, progress: Array) -> Array:
-    """Return relative poses `(B, 3)` at a progress `(B,)` of every world's path, by linear interpolation."""
-    worlds = np.arange(len(progress))
-    count = task.progress.shape[1]
-    above = np.minimum((task.progress < progress[:, None]).sum(axis=1), count - 1)
-    below = np.maximum(above - 1, 0)
-    low, high = task.progress[worlds, below], task.progress[worlds, above]
-    share = np.clip((progress - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)[:, None]
-    return np.asarray((1 - share) * task.paths[worlds, below] + share * task.paths[worlds, above])

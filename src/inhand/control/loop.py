@@ -13,8 +13,13 @@ from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
+from inhand.sim.engines import make_simulator
+from inhand.sim.model import SceneSpec
+from inhand.sim.names import MUJOCO
 from inhand.sim.state import State
 
+Told = Callable[[str, int, int], None]
+"""Told what is being done, and two numbers that say how far it is."""
 LOST_AFTER = 20
 """A contact lost for more simulation steps than this ends an episode (thesis 3.2)."""
 
@@ -64,13 +69,10 @@ def sense(state: State) -> State:
 def control_step(
     simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int
 ) -> tuple[State, NDArray[np.int64]]:
-    """Simulate one decision and measure; return the state after it and the steps for which contact has been lost.
+    """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
-    Args:
-        simulator: the worlds.
-        targets: what was decided, joint targets `(B, n_joints)` [rad].
-        lost: simulation steps for which each world has not been held by both fingers `(B,)`.
-        substeps: physics steps for one decision.
+    Return the state after it, and for how many simulation steps each world has not been held by both fingers `(B,)`,
+    which before it was `lost`.
     """
     state = simulator.step(targets, substeps)
     return state, lost_steps(lost, state, substeps)
@@ -86,31 +88,47 @@ def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[
     return np.where(state.touching.all(axis=-1), 0, lost + substeps)
 
 
-def run_worlds(
-    simulator: Simulator,
+@dataclass(frozen=True)
+class Bench:
+    """In what worlds are simulated, and who is told how far it is."""
+
+    engine: str = MUJOCO
+    """The physics engine."""
+    surroundings: SceneSpec | None = None
+    """What stands around; None for the floor alone."""
+    threads: int = 0
+    """Threads of the simulation; 0 uses every core."""
+    progress: Told | None = None
+    """Told the phase, the worlds still running and the simulated step, after every step."""
+
+
+def simulate(
     task: Task,
     grasp: Grasp,
     starts: Array,
     manipulate: Callable[[Task], Controller] | None,
+    bench: Bench,
     *,
     twists: Array | None = None,
     longest: float = 8.0,
-    progress: Callable[[str, int, int], None] | None = None,
-) -> Recording:
-    """Place the objects, grip them and manipulate: how worlds start everywhere, in trials, rehearsals and training.
+) -> tuple[Simulator, Recording]:
+    """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
+
+    Trials, traces, rehearsals and the starts of training and environments all begin here.
 
     Args:
-        simulator: the worlds.
-        task: what they have to do.
+        task: what the worlds have to do.
         grasp: where the fingers hold the objects.
         starts: where the objects stand `(B, 3)` [m, m, rad].
         manipulate: makes the controller that carries them; None leaves them held.
+        bench: in what they are simulated.
         twists: poses on the spot `(B, S, 3)` that turn the objects first.
         longest: time after which manipulation ends [s].
-        progress: told the phase, the worlds still running and the simulated step, after every step.
     """
-    start = simulator.reset(starts, placed_joints(simulator.hand, grasp))
-    return run_episodes(simulator, task, standard_phases(grasp, manipulate, twists, longest), start, progress)
+    simulator = make_simulator(bench.engine, task.hand, task.objects, bench.surroundings, bench.threads)
+    start = simulator.reset(starts, placed_joints(task.hand, grasp))
+    phases = standard_phases(grasp, manipulate, twists, longest)
+    return simulator, run_episodes(simulator, task, phases, start, bench.progress)
 
 
 def run_episodes(
@@ -118,17 +136,12 @@ def run_episodes(
     task: Task,
     phases: Sequence[Phase],
     start: State,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Told | None = None,
 ) -> Recording:
-    """Run one episode in every world of a batch, phase by phase.
+    """Run one episode in every world of a batch, phase by phase, from the state the simulator was reset to.
 
-    Args:
-        simulator: the worlds.
-        task: what they have to do.
-        phases: the slices of the episode; a world that finishes the last one has reached its end, unless that is a
-            grip, which is judged when all worlds have closed.
-        start: the state the simulator was reset to.
-        progress: told the phase, the worlds still running and the simulated step, after every step.
+    A world that finishes the last phase has reached its end, unless that is a grip, which is judged when all worlds
+    have closed. After every step `progress` is told the phase, the worlds still running and the simulated step.
     """
     states, phase_of, count = [start], [0], task.n_worlds
     verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))

@@ -10,7 +10,7 @@ import numpy as np
 from inhand.control.controller import Controller, Task
 from inhand.control.joint import JointPid
 from inhand.control.trial import MANIPULATE, TWIST
-from inhand.geometry import Array
+from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 
 SPREAD = 0.2
@@ -71,7 +71,7 @@ def standard_phases(
     if twists is not None and twists.any():
 
         def turn(task: Task) -> Controller:
-            return manipulate(replace(task, paths=twists))
+            return manipulate(replace(task, path=Path(twists)))
 
         phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
     return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))

@@ -169,7 +169,7 @@ class PolicyController:
             InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
         """
         self._task, self._policy = task, policy
-        self._angle = straight_angles(task.paths)
+        self._angle = straight_angles(task.path.poses)
         self._layout = find_layout(policy.observation)
         if isinstance(policy, Policy):
             check_joints(policy, task.hand)
@@ -177,7 +177,7 @@ class PolicyController:
 
     def begin(self, state: State) -> None:
         """Start a primitive where the object is now."""
-        start = state.pose if self._task.start is None else self._task.start
+        start = self._task.origin(state)
         self._aim = Aim(self._angle, start, self._distance(state))
         self._best = np.zeros(state.n_worlds)
         self._still = np.zeros(state.n_worlds)
@@ -226,8 +226,8 @@ class RouteController:
 
     def begin(self, state: State) -> None:
         """Start at the beginning of every route."""
-        start = state.pose if self._task.start is None else self._task.start
-        self._routes = routes_of(list(start[:, None] + self._task.paths))
+        start = self._task.origin(state)
+        self._routes = routes_of(list(start[:, None] + self._task.path.poses))
         self._come = np.zeros(state.n_worlds, dtype=np.int64)
         self._still = np.zeros(state.n_worlds)
 

@@ -14,15 +14,14 @@ import numpy as np
 
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import run_worlds
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.trial import REACHED, TIME_OUT
-from inhand.geometry import Array, rotate, transform
+from inhand.geometry import Array, Path, rotate, transform
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
-from inhand.sim.engines import make_simulator
 from inhand.sim.names import MUJOCO
 
 LOSS = 1.0
@@ -81,10 +80,9 @@ def best_plans(
     owner = np.repeat(np.arange(len(plans)), [len(group) for group in plans])
     each = [plan for group in plans for plan in group]
     opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
-    simulator = make_simulator(engine, hand, [spec] * len(each))
-    task = Task(hand, simulator.objects, poses[owner] - poses[owner, :1], simulator.timestep)
+    task = Task(hand, (spec,) * len(each), Path(poses[owner] - poses[owner, :1]))
     expert = IkController(task, config)
-    outcomes = np.array(run_worlds(simulator, task, Grasp(opened, closed), starts[owner], lambda _: expert).outcomes)
-    value = expert.progress - np.where(np.isin(outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
+    _, found = simulate(task, Grasp(opened, closed), starts[owner], lambda _: expert, Bench(engine))
+    value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
     return [each[number] for number in best]

@@ -42,11 +42,11 @@ class ThesisIkController:
         self.config = config or ThesisIkConfig()
         self._task = task
         self._worlds = np.arange(task.n_worlds)
-        self._last = task.progress.shape[1] - 1
+        self._last = task.path.poses.shape[1] - 1
 
     def begin(self, state: State) -> None:
         """Start from where the object is."""
-        self._start = state.pose if self._task.start is None else self._task.start
+        self._start = self._task.origin(state)
         self._step = np.zeros(state.n_worlds, dtype=np.int64)
 
     def act(self, state: State) -> Array:
@@ -55,7 +55,7 @@ class ThesisIkController:
         touching = state.touching
         self._step = np.minimum(self._step + touching.all(axis=-1), self._last)
         pose = state.pose
-        expected_pose = self._start + self._task.paths[self._worlds, self._step]
+        expected_pose = self._start + self._task.path.poses[self._worlds, self._step]
         targets = state.joint_angles.copy()
         for i, place in enumerate(hand.slices):
             current = inverse_transform(pose, state.object_xy[:, i])

@@ -75,6 +75,11 @@ class Passport:
     limit: float | None = None
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
 
+    @property
+    def period(self) -> float:
+        """Time between two rows [s]."""
+        return self.substeps * self.timestep
+
     def __post_init__(self) -> None:
         """Refuse what no trial has."""
         for name in ("trial", "substeps", "timestep"):
@@ -153,7 +158,7 @@ class Trial:
         return 1e3 * (pose[:, :2] - pose[0, :2]), rotation, self.touching[rows]
 
 
-_SHAPES: dict[str, tuple[str | int, ...]] = {
+SHAPES: dict[str, tuple[str | int, ...]] = {
     "phase": ("T",),
     "time": ("T",),
     "object_pose": ("T", 7),
@@ -190,7 +195,7 @@ class _Head:
 def save_trial(trial: Trial, path: Path) -> None:
     """Write a trial to a `.npz` file without pickles, under a temporary name that is then moved into place."""
     head = text_of(_Head(FORMAT, trial.outcome, trial.phases, trial.passport))
-    arrays = {name: getattr(trial, name) for name in _SHAPES}
+    arrays = {name: getattr(trial, name) for name in SHAPES}
     with in_place(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, head=np.array(head), **arrays)
 
@@ -213,13 +218,15 @@ def load_trial(path: str | Path) -> Trial:
 
 def _read_trial(path: Path) -> Trial:
     head = read_record(read_json(str(read_arrays(path, {"head": "text"})["head"])), _Head, FORMAT)
-    arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in _SHAPES})
+    arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in SHAPES})
+    if len(arrays["reference"]) == 1:
+        raise InputError("reference has one way-point; a path has two or more")
     hand = head.passport.hand
-    check_shapes(arrays, _SHAPES, {"n": hand.n_joints, "F": len(hand.fingers)})
+    check_shapes(arrays, SHAPES, {"n": hand.n_joints, "F": len(hand.fingers)})
     links = min(len(finger.links) for finger in hand.fingers)
     for name, count in (("phase", len(head.phases)), ("contact_links", links)):
         values = arrays[name]
-        if values.size == 0 or values.min() < 0 or values.max() >= count:
+        if values.min() < 0 or values.max() >= count:
             raise InputError(f"{name} holds {np.unique(values).tolist()}; it must hold numbers from 0 to {count - 1}")
     return Trial(head.passport, head.outcome, head.phases, **arrays)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array, cross
+from inhand.geometry import Array, cross, distance_to
 from inhand.hands.polygons import edge_normals
 from inhand.hands.sizes import check_outline_size
 
@@ -114,15 +114,8 @@ def segments_meet(first: tuple[Array, Array], second: tuple[Array, Array]) -> ND
     """Return whether segments, each from points to points `(..., 2)` [m], cross or come nearer than `TOUCH`."""
     (a, b), (c, d) = first, second
     crossing = (cross(b - a, c - a) * cross(b - a, d - a) < 0) & (cross(d - c, a - c) * cross(d - c, b - c) < 0)
-    near = [_distance(point, c, d) for point in (a, b)] + [_distance(point, a, b) for point in (c, d)]
+    near = [distance_to(point, c, d) for point in (a, b)] + [distance_to(point, a, b) for point in (c, d)]
     return np.asarray(crossing | (np.minimum.reduce(near) < TOUCH))
-
-
-def _distance(point: Array, start: Array, end: Array) -> Array:
-    """Return the distance of points `(..., 2)` to segments [m]."""
-    way = end - start
-    share = ((point - start) * way).sum(-1) / np.maximum((way * way).sum(-1), 1e-30)
-    return np.asarray(np.linalg.norm(point - start - np.clip(share, 0, 1)[..., None] * way, axis=-1))
 
 
 def _check_points(name: str, points: Array) -> None:

@@ -9,7 +9,6 @@ its storage class takes a block after the other, in any folder, and writes the s
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 from collections.abc import Iterable, Iterator
@@ -17,15 +16,17 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.archives import check_shapes
 from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.learning.minari_files import Storage, new_storage, open_storage, reading
 from inhand.records import read_json, read_record, table_of
 from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.cards import NEW, InterfaceCard, differences
@@ -42,6 +43,8 @@ FORMAT = 2
 """Version of that part; see `inhand.tasks.cards.NEW`."""
 PACKAGES = ("minari", "h5py")
 """What of the extra `rl` a dataset needs."""
+ABOUT = ("angle_deg", "distance", "limit", "start")
+"""What is kept beside an episode."""
 BLOCK = 256
 """Episodes written at a time."""
 
@@ -155,11 +158,11 @@ def write_dataset(
     check_installed("a dataset")
     if (folder / DATA).exists():
         raise InputError(f"{folder} holds a dataset; give another folder, or remove it first")
-    temporary = folder / f"{DATA}.part"
+    temporary = folder.resolve() / f"{DATA}.part"  # Minari doubles a path that is not absolute
     shutil.rmtree(temporary, ignore_errors=True)
     temporary.mkdir(parents=True)
     try:
-        storage = _new(temporary, head.kind)
+        storage = new_storage(temporary, _sizes(head.kind))
         storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
         written = 0
         coming = iter(episodes)
@@ -181,10 +184,9 @@ def read_dataset(folder: Path) -> tuple[DatasetHead, Iterator[DatasetEpisode]]:
         InputError: the extra is missing, there is no dataset of ours, or one that cannot be read or of another format.
     """
     check_installed("a dataset")
-    from minari.dataset.minari_storage import MinariStorage
-
     head = read_head(folder)
-    return head, _episodes(folder, MinariStorage.read(folder / DATA))
+    with reading(folder):
+        return head, _episodes(folder, head.kind, open_storage(folder / DATA, _sizes(head.kind)))
 
 
 def read_head(folder: Path) -> DatasetHead:
@@ -229,22 +231,6 @@ def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
         )
 
 
-class _Storage(Protocol):
-    """What is used of Minari's storage, which has no types."""
-
-    total_episodes: int
-
-    def update_metadata(self, metadata: dict[str, Any]) -> None: ...
-
-    def update_episodes(self, episodes: Iterable[object]) -> None: ...
-
-    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None: ...
-
-    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
-
-    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]: ...
-
-
 def check_installed(what: str) -> None:
     """Refuse `what` where the extra is missing.
 
@@ -255,19 +241,9 @@ def check_installed(what: str) -> None:
         raise needs_extra("rl", what)
 
 
-def _new(folder: Path, kind: DatasetKind) -> _Storage:
-    """Return an empty storage; Minari's own reader makes its spaces, so that Gymnasium stays elsewhere."""
-    from minari.dataset.minari_storage import MinariStorage
-    from minari.serialization import deserialize_space
-
-    spaces = [
-        deserialize_space(
-            json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-1.0] * n, "high": [1.0] * n})
-        )
-        for n in (kind.size, kind.hand.n_joints)
-    ]
-    storage: _Storage = MinariStorage.new(folder, *spaces, data_format="hdf5")
-    return storage
+def _sizes(kind: DatasetKind) -> tuple[int, int]:
+    """Return how many numbers an observation and an action have."""
+    return kind.size, kind.hand.n_joints
 
 
 def _metadata(head: DatasetHead) -> dict[str, Any]:
@@ -307,18 +283,21 @@ def _buffer(episode: DatasetEpisode) -> object:
 
 def _about(episode: DatasetEpisode) -> dict[str, Any]:
     """Return what Minari keeps beside an episode."""
-    return {name: getattr(episode, name) for name in ("angle_deg", "distance", "limit", "start")}
+    return {name: getattr(episode, name) for name in ABOUT}
 
 
-def _episodes(folder: Path, storage: _Storage) -> Iterator[DatasetEpisode]:
+def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[DatasetEpisode]:
     every = range(storage.total_episodes)
-    try:
+    with reading(folder):
         for found, about in zip(storage.get_episodes(every), storage.get_episode_metadata(every), strict=True):
+            arrays = {name: found[name] for name in ("observations", "actions", "rewards")}
+            arrays |= {"wanted": found["infos"]["wanted"], **{name: np.asarray(about[name]) for name in ABOUT}}
+            _check_episode(arrays, kind)
             yield DatasetEpisode(
-                found["observations"],
-                found["actions"],
-                found["infos"]["wanted"],
-                found["rewards"],
+                arrays["observations"],
+                arrays["actions"],
+                arrays["wanted"],
+                arrays["rewards"],
                 bool(found["terminations"][-1]),
                 bool(found["truncations"][-1]),
                 float(about["angle_deg"]),
@@ -326,5 +305,23 @@ def _episodes(folder: Path, storage: _Storage) -> Iterator[DatasetEpisode]:
                 float(about["limit"]),
                 about["start"],
             )
-    except (KeyError, TypeError, OSError) as error:
-        raise InputError(f"the episodes in {folder} cannot be read: {error}; record them again") from error
+
+
+def _check_episode(arrays: dict[str, NDArray[Any]], kind: DatasetKind) -> None:
+    """Refuse arrays of an episode that hold anything but finite numbers, or do not fit together.
+
+    Raises:
+        InputError: the text names the array.
+    """
+    for name, array in arrays.items():
+        if array.dtype.kind != "f" or not np.isfinite(array).all():
+            raise InputError(f"{name} holds {array.dtype}, not finite throughout; it must hold finite numbers")
+    steps = len(arrays["rewards"])
+    shapes: dict[str, tuple[str | int, ...]] = {
+        "observations": (steps + 1, "d"),
+        "actions": (steps, "n"),
+        "wanted": (steps, "n"),
+        "rewards": (steps,),
+    }
+    shapes |= {"start": (3,), **dict.fromkeys(ABOUT[:-1], ())}
+    check_shapes(arrays, shapes, {"d": kind.size, "n": kind.hand.n_joints})

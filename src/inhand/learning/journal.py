@@ -14,11 +14,9 @@ from tensorboardX import SummaryWriter
 
 from inhand.geometry import Array
 from inhand.learning.collect import Finished
+from inhand.learning.progress import JOURNAL
 from inhand.learning.setup import Ready
 from inhand.learning.trying import Tried
-
-METRICS = "metrics.jsonl"
-"""Name of the file of lines."""
 
 
 @dataclass
@@ -60,7 +58,7 @@ class Journal:
 
     def __init__(self, folder: Path, length: int) -> None:
         """Go on writing after `length` bytes; what a run that was killed wrote beyond its checkpoint is cut off."""
-        self._path = folder / METRICS
+        self._path = folder / JOURNAL
         with self._path.open("ab") as file:
             file.truncate(length)
         self._lines: list[str] = []

@@ -148,7 +148,7 @@ def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
     tests = route_starts(held, test_pool, 16 * config.trials, test_rng, config.noise, engine=config.engine)
     told("expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
-    limit = routes_in(tests).way[:, -1]
+    limit = routes_in(tests).length
     return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
 
 
@@ -168,7 +168,7 @@ def route_pool(
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
         raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
-    paths = [found.plan(held, rng).poses() for _ in range(count)]
+    paths = [found.plan(held, rng).path.poses for _ in range(count)]
     kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
     return routes_of(kept), direction_plans(*held, stacked(kept), engine)
 

@@ -15,19 +15,17 @@ from numpy.typing import NDArray
 
 from inhand.control.catalogue import direction_plans, rough_plan
 from inhand.control.controller import Task
-from inhand.control.loop import run_worlds
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, Path
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engine import Simulator
-from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import MUJOCO, Engine
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
@@ -91,7 +89,7 @@ def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance:
     """Return the task of moving along directions `(B,)` [deg], at most some distance `(B,)` [m]."""
     paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angle_deg])
     hand, spec = held
-    return Task(hand, (spec,) * len(paths), paths, SceneSpec().timestep, distance=distance)
+    return Task(hand, (spec,) * len(paths), Path(paths), distance=distance)
 
 
 def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
@@ -99,8 +97,8 @@ def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
     if starts.routes is None:
         return straight_task(held, starts.angle_deg, starts.distance)
     poses, paths = starts.routes.poses, starts.routes.poses - starts.routes.poses[:, :1]
-    objects, distance = (held[1],) * len(poses), starts.routes.way[:, -1]
-    return Task(held[0], objects, paths, SceneSpec().timestep, distance=distance, start=poses[:, 0])
+    objects, distance = (held[1],) * len(poses), starts.routes.length
+    return Task(held[0], objects, Path(paths), distance=distance, start=poses[:, 0])
 
 
 def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
@@ -196,8 +194,7 @@ def _close(
     spread = np.array([noise.position, noise.position, noise.rotation])
     poses = origin + spread * rng.standard_normal((count, 3))
     grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
-    simulator = make_simulator(engine, hand, [spec] * count, threads=threads)
-    task = Task(hand, simulator.objects, np.zeros((count, 1, 3)), simulator.timestep)
-    recording = run_worlds(simulator, task, grasp, poses, None)
+    task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
+    simulator, recording = simulate(task, grasp, poses, None, Bench(engine, threads=threads))
     held, distance = recording.states[-1], np.full(count, np.inf)
     return Starts(simulator.snapshot(), held, np.zeros(count), distance, engine=engine)

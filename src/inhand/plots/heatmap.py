@@ -28,11 +28,21 @@ from inhand.plots.style import (
 
 CELL_IN = (0.66, 0.42)
 """Width and height of a cell [in]."""
+NOTE_IN = 0.13
+"""Height of a line of a cell's notes [in]."""
+HEADING_CHARACTER_IN = 0.092
+"""Width of a character of the title [in]; the figure is wide enough for it, however few cells there are."""
+NOTE_IN = 0.13
+"""Height of a line of a cell's notes [in]."""
+HEADING_CHARACTER_IN = 0.092
+"""Width of a character of the title [in]; the figure is wide enough for it, however few cells there are."""
 CHARACTER_IN = 0.082
-"""Width of a character of a row's or column's name [in]."""
+"""Width of a character of the subtitle and of a row's or column's name [in]."""
 BAR_IN = 0.16
 """Width of the colour bar [in]."""
 NOTE_POINTS = 7.0
+WHOLE = 10.0
+"""Numbers up to this or more are shown without digits after the point."""
 COLOURS = "viridis"
 """Even steps of lightness from dark to light, readable without seeing colour."""
 
@@ -50,9 +60,11 @@ class HeatMap:
     columns: tuple[str, ...]
     """Names of the columns."""
     values: Array
-    """One number per cell `(R, C)`, drawn from 0 to 1; NaN where there is none."""
+    """One number per cell `(R, C)`, drawn from 0 to `top`; NaN where there is none."""
     notes: Sequence[Sequence[str]]
-    """A few letters per cell (R lists of C): what failed there, or an empty text."""
+    """Short lines per cell (R lists of C), such as its spread and what failed there, or an empty text."""
+    top: float = 1.0
+    """The number of the brightest colour; numbers have two digits after the point, none where it is 10 or more."""
 
     def __post_init__(self) -> None:
         """Check the shapes once, where the map is made."""
@@ -69,46 +81,46 @@ def heatmap_figure(heat: HeatMap, scale: str, title: str = "", subtitle: str = "
     """Return a heat map with its colour bar.
 
     Args:
-        heat: rows, columns, values from 0 to 1 and notes.
+        heat: rows, columns, values and notes.
         scale: What the colour bar says.
         title: First line.
         subtitle: Second line, smaller.
     """
     left = 0.3 + CHARACTER_IN * max(map(len, heat.rows))
     above = heading_height(title, subtitle) + 0.35 + 0.72 * CHARACTER_IN * max(map(len, heat.columns))
-    width, height = CELL_IN[0] * len(heat.columns), max(CELL_IN[1] * len(heat.rows), 1.2)
-    figure = new_figure(max(left + width + 1.0, left + 4.5), height + above + 0.2)
+    lines = max(note.count("\n") + 1 for row in heat.notes for note in row)
+    width = CELL_IN[0] * len(heat.columns)
+    height = max((CELL_IN[1] + NOTE_IN * (lines - 1)) * len(heat.rows), 1.2)
+    heading = 0.4 + max(HEADING_CHARACTER_IN * len(title), CHARACTER_IN * len(subtitle))
+    figure = new_figure(max(left + width + 1.0, heading), height + above + 0.2)
     ax = figure.add_axes(axes_box(figure, (left, 0.2, width, height)))
-    _draw_cells(ax, heat)
+    _draw_cells(ax, heat, lines)
     bar = figure.add_axes(axes_box(figure, (left + width + 0.2, 0.2, BAR_IN, height)))
-    _draw_bar(bar, scale)
+    _draw_bar(bar, scale, heat.top)
     write_heading(figure, title, subtitle)
     return figure
 
 
-def _draw_cells(ax: Axes, heat: HeatMap) -> None:
-    """Draw every cell with its number and note; one without a number is hatched."""
+def _draw_cells(ax: Axes, heat: HeatMap, most: int) -> None:
+    """Draw every cell with its number and at most so many lines of notes; one without a number is hatched."""
     rows, columns = len(heat.rows), len(heat.columns)
     ax.set_xlim(0, columns)
     ax.set_ylim(rows, 0)
     for i, j in np.ndindex(rows, columns):
         value, note = float(heat.values[i, j]), heat.notes[i][j]
         known = np.isfinite(value)
-        colour = colormaps[COLOURS](float(np.clip(value, 0.0, 1.0))) if known else "white"
+        colour = colormaps[COLOURS](float(np.clip(value / heat.top, 0.0, 1.0))) if known else "white"
         cell = Rectangle((j, i), 1, 1, facecolor=colour, edgecolor="white" if known else RULE, linewidth=1.2)
         if not known:
             cell.set_hatch("////")
         ax.add_patch(cell)
         ink = _ink_on(colour)
-        if known:
-            text = f"{value:z.2f}"
-            ax.text(
-                j + 0.5, i + (0.36 if note else 0.5), text, ha="center", va="center", fontsize=TICK_POINTS, color=ink
-            )
-        if note:
-            box = None if known else {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-            place = i + (0.75 if known else 0.5)
-            ax.text(j + 0.5, place, note, ha="center", va="center", fontsize=NOTE_POINTS, color=ink, bbox=box)
+        lines = [(f"{value:z.{0 if heat.top >= WHOLE else 2}f}", TICK_POINTS)] if known else []
+        lines += [(line, NOTE_POINTS) for line in note.split("\n") if line]
+        box = None if known else {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        for number, (text, size) in enumerate(lines, start=1):
+            place = i + 0.5 + (number - (len(lines) + 1) / 2) / (most + 2)
+            ax.text(j + 0.5, place, text, ha="center", va="center", fontsize=size, color=ink, bbox=box)
     ax.set_xticks(np.arange(columns) + 0.5, heat.columns, rotation=45, ha="left", rotation_mode="anchor")
     ax.set_yticks(np.arange(rows) + 0.5, heat.rows)
     ax.tick_params(length=0, pad=3, labelsize=TICK_POINTS, labelcolor=INK, top=True, labeltop=True, labelbottom=False)
@@ -116,9 +128,9 @@ def _draw_cells(ax: Axes, heat: HeatMap) -> None:
         spine.set_visible(False)
 
 
-def _draw_bar(ax: Axes, scale: str) -> None:
-    """Draw the colours from 0 at the bottom to 1 at the top."""
-    ax.imshow(np.linspace(0, 1, 256)[:, None], cmap=COLOURS, aspect="auto", origin="lower", extent=(0, 1, 0, 1))
+def _draw_bar(ax: Axes, scale: str, top: float) -> None:
+    """Draw the colours from 0 at the bottom to the largest number at the top."""
+    ax.imshow(np.linspace(0, 1, 256)[:, None], cmap=COLOURS, aspect="auto", origin="lower", extent=(0, 1, 0, top))
     ax.set_xticks([])
     ax.yaxis.tick_right()
     ax.yaxis.set_label_position("right")

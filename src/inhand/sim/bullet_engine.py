@@ -24,10 +24,9 @@ from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
-from inhand.sim.engine import check_impulse, check_start, check_substeps, check_targets, hand_of_each
-from inhand.sim.model import FAR, SceneSpec, scene_of_each
-from inhand.sim.names import Engine
-from inhand.sim.snapshot import Snapshot, centre_of, check_restore
+from inhand.sim.engine import Simulator
+from inhand.sim.model import FAR, SceneSpec
+from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
 
 POSITION_GAIN = 0.1
@@ -42,14 +41,10 @@ Reading = tuple[list[float], list[float], list[float], list[float], list[tuple[f
 the nearest points of both."""
 
 
-class BulletSimulator:
-    """B worlds of one hand, each with its own object and surroundings, stepped one after another on one thread.
+class BulletSimulator(Simulator):
+    """Worlds in PyBullet, stepped one after another on one thread; distances are queries made after the last step."""
 
-    Distances are queries made after the last physics step, so that everything in `State` belongs to one instant. A
-    world that diverges is put back and told in `State.diverged`.
-    """
-
-    engine: Engine = "bullet"
+    engine = "bullet"
 
     def __init__(
         self,
@@ -57,68 +52,36 @@ class BulletSimulator:
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
     ) -> None:
-        """Open a connection for each object; it closes with the simulator.
-
-        Args:
-            hand: the hand of every world, or one for each; their numbers may differ, not their joints.
-            objects: the object of each world; shapes, sizes and masses may differ.
-            scenes: what surrounds them, one for all or one for each world.
+        """Open a connection for each object, whose shapes may differ; it closes with the simulator.
 
         Raises:
-            InputError: PyBullet is not installed, no objects are given, not as many scenes as objects, or walls.
+            InputError: PyBullet is not installed, walls, too many worlds, or what no simulator takes.
         """
-        self._scenes = scene_of_each(objects, scenes)
+        super().__init__(hand, objects, scenes)
         if any(scene.walls for scene in self._scenes):
             raise InputError("walls with the engine 'bullet', which has none here: use the engine 'mujoco'")
         if len(objects) > MOST_WORLDS:
             raise InputError(f"{len(objects)} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
-        self._hands = hand_of_each(hand, len(objects))
-        self.hand = self._hands[0]
-        self.objects = tuple(objects)
-        self.timestep = self._scenes[0].timestep
         self._engine = load_pybullet()
         self._clients = [self._engine.connect(self._engine.DIRECT) for _ in objects]
         weakref.finalize(self, _disconnect, self._engine, self._clients)
         self._worlds: list[World] = []
         self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, self.hand.n_joints))
         self._targets = np.zeros((len(self.objects), self.hand.n_joints))
-        self._diverged = np.zeros(len(self.objects), dtype=bool)
         self._steps = np.zeros(len(self.objects), dtype=np.int64)
-        self._forces = np.zeros((len(self.objects), len(self.hand.fingers), 3))
 
-    def reset(self, object_pose: Array, joint_angles: Array) -> State:
-        """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
-
-        The worlds are built anew: contacts that PyBullet remembers would change the next episode.
-        """
-        check_targets(joint_angles, len(self.objects), self.hand.n_joints)
-        check_start(object_pose, len(self.objects))
-        self._starts = object_pose.copy(), joint_angles.copy()
-        self._worlds = [self._begin(index) for index in range(len(self.objects))]
-        self._diverged[:] = False
-        self._steps[:] = 0
-        self._forces[:] = 0.0
-        self._targets[:] = joint_angles
-        return self.measure()
-
-    def step(self, targets: Array, substeps: int) -> State:
-        """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
-
-        Raises:
-            InputError: a target is not finite (the text names world and joint), or nothing was reset yet.
-        """
-        check_substeps(substeps)
-        check_targets(targets, len(self.objects), self.hand.n_joints)
+    def measure(self) -> State:
+        """Return the state of the present instant, worlds that diverged put back first."""
         self._check_begun()
-        for world, hand, wanted in zip(self._worlds, self._hands, targets, strict=True):
-            _command(self._engine, world, hand, wanted)
-            for _ in range(substeps):
-                self._engine.stepSimulation(world.client)
-        self._steps += substeps
-        for index, world in enumerate(self._worlds):
-            self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
-        self._targets[:] = targets
-        return self.measure()
+        rows = [_read(self._engine, world, self.hand) for world in self._worlds]
+        wild = ran_away(*(np.array(part) for part in list(zip(*rows, strict=True))[:4]))
+        for index in np.flatnonzero(wild).tolist():
+            self._worlds[index] = self._begin(index)
+            rows[index] = _read(self._engine, self._worlds[index], self.hand)
+            self._forces[index] = 0.0
+        self._diverged |= wild
+        angles, speeds, poses, velocities, links = (np.array(part, dtype=float) for part in zip(*rows, strict=True))
+        return self._state(self._time(), (poses, velocities), (angles, speeds), self._targets, links)
 
     def snapshot(self) -> Snapshot:
         """Return positions, velocities and targets of all worlds.
@@ -136,32 +99,37 @@ class BulletSimulator:
         zero = np.zeros_like(qvel)
         return Snapshot(self._time(), qpos, qvel, self._targets.copy(), zero, self._forces.copy(), centre)
 
-    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
-        """Put worlds `(K,)` back to rows `(K,)` of a snapshot, of either engine; the other worlds are not touched.
+    def _place(self, object_pose: Array, joint_angles: Array) -> None:
+        """Build the worlds anew: contacts that PyBullet remembers would change the next episode."""
+        self._starts = object_pose.copy(), joint_angles.copy()
+        self._worlds = [self._begin(index) for index in range(len(self.objects))]
+        self._steps[:] = 0
+        self._targets[:] = joint_angles
 
-        Raises:
-            InputError: worlds or rows that are not there, a world named twice, or a hand of another number of joints.
-        """
+    def _advance(self, targets: Array, substeps: int) -> None:
+        self._check_begun()
+        for world, hand, wanted in zip(self._worlds, self._hands, targets, strict=True):
+            _command(self._engine, world, hand, wanted)
+            for _ in range(substeps):
+                self._engine.stepSimulation(world.client)
+        self._steps += substeps
+        for index, world in enumerate(self._worlds):
+            self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
+        self._targets[:] = targets
+
+    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n = self.hand.n_joints
-        check_restore(worlds, len(self.objects), snapshot, rows, n)
         if not self._worlds:
             self.reset(np.zeros((len(self.objects), 3)), np.zeros((len(self.objects), n)))
         for world, row in zip(worlds.tolist(), rows.tolist(), strict=True):
             self._worlds[world] = self._built(world)
             pose, speed = snapshot.qpos[row, n:], snapshot.qvel[row]
             velocity = np.concatenate([speed[n : n + 3], turn(pose[3:], speed[n + 3 :])])
-            _place(self._engine, self._worlds[world], pose, snapshot.qpos[row, :n], (velocity, speed[:n]))
+            _set(self._engine, self._worlds[world], pose, snapshot.qpos[row, :n], (velocity, speed[:n]))
         self._steps[worlds] = np.rint(snapshot.time[rows] / self.timestep)
-        self._targets[worlds], self._forces[worlds] = snapshot.ctrl[rows], snapshot.forces[rows]
-        self._diverged[worlds] = False
+        self._targets[worlds] = snapshot.ctrl[rows]
 
-    def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
-        """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
-
-        Raises:
-            InputError: worlds that are not there, impulses of another shape or not finite, or nothing was reset yet.
-        """
-        check_impulse(worlds, len(self.objects), impulse)
+    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         self._check_begun()
         for index, each in zip(worlds.tolist(), impulse, strict=True):
             world = self._worlds[index]
@@ -170,7 +138,6 @@ class BulletSimulator:
             self._engine.resetBaseVelocity(world.object, faster, angular, physicsClientId=world.client)
 
     def _time(self) -> Array:
-        """Return the simulated time of every world `(B,)` [s]."""
         return np.asarray(self._steps * self.timestep, dtype=float)
 
     def _check_begun(self) -> None:
@@ -178,7 +145,6 @@ class BulletSimulator:
             raise InputError("step() before reset(): place objects and joints with reset() first")
 
     def _built(self, index: int) -> World:
-        """Build one world anew."""
         spec, hand = self.objects[index], self._hands[index]
         return build_world(self._engine, self._clients[index], hand, spec, self._scenes[index])
 
@@ -186,20 +152,8 @@ class BulletSimulator:
         """Build one world anew, at rest where it was last reset to."""
         poses, angles = self._starts
         world = self._built(index)
-        _place(self._engine, world, spatial(poses[index], self.objects[index].height / 2), angles[index])
+        _set(self._engine, world, spatial(poses[index], self.objects[index].height / 2), angles[index])
         return world
-
-    def measure(self) -> State:
-        """Return the state of the present instant, worlds that diverged put back first."""
-        self._check_begun()
-        rows = [_read(self._engine, world, self.hand) for world in self._worlds]
-        wild = ran_away(*(np.array(part) for part in list(zip(*rows, strict=True))[:4]))
-        for index in np.flatnonzero(wild).tolist():
-            self._worlds[index] = self._begin(index)
-            rows[index] = _read(self._engine, self._worlds[index], self.hand)
-            self._forces[index] = 0.0
-        self._diverged |= wild
-        return _state_from(rows, self.hand, self._time(), (self._targets, self._forces), self._diverged.copy())
 
 
 def _disconnect(engine: ModuleType, clients: list[int]) -> None:
@@ -207,7 +161,7 @@ def _disconnect(engine: ModuleType, clients: list[int]) -> None:
         engine.disconnect(client)
 
 
-def _place(
+def _set(
     engine: ModuleType, world: World, pose: Array, joint_angles: Array, speeds: tuple[Array, Array] | None = None
 ) -> None:
     """Put the object at a full pose `(7,)` and the joints at angles `(n,)` [rad].
@@ -276,30 +230,3 @@ def _closest(engine: ModuleType, world: World, link: int, part: Part) -> list[tu
     body, piece = part
     found = engine.getClosestPoints(world.hand, body, FAR, link, piece, physicsClientId=world.client)
     return list(found or ())
-
-
-def _state_from(
-    rows: list[Reading], hand: HandSpec, time: Array, kept: tuple[Array, Array], diverged: NDArray[np.bool_]
-) -> State:
-    joints, velocities, poses, object_velocities, links = (
-        np.array(part, dtype=float) for part in zip(*rows, strict=True)
-    )
-    targets, forces = kept
-    gaps = links[..., 0]
-    nearest = np.stack([gaps[:, place].argmin(axis=1) for place in hand.slices], axis=1)
-    chosen = links[np.arange(len(rows))[:, None], nearest + [place.start for place in hand.slices]]
-    return State(
-        time=time,
-        object_pose=poses,
-        object_velocity=object_velocities,
-        joint_angles=joints,
-        joint_velocities=velocities,
-        targets=targets.copy(),
-        link_gaps=gaps,
-        contact_links=nearest,
-        finger_points=chosen[..., 1:4],
-        object_points=chosen[..., 4:7],
-        gaps=chosen[..., 0],
-        forces=forces.copy(),
-        diverged=diverged,
-    )

@@ -1,9 +1,10 @@
-"""What the rest of the toolkit asks of a physics engine."""
+"""What the rest of the toolkit asks of a physics engine, and what all engines refuse."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Protocol
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,111 +13,166 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.model import SceneSpec, scene_of_each
 from inhand.sim.names import Engine
-from inhand.sim.snapshot import Snapshot, check_indices
+from inhand.sim.snapshot import Snapshot, check_indices, check_restore
 from inhand.sim.state import State
 
 
-class Simulator(Protocol):
-    """B worlds, stepped together; their hands have the same joints and may differ in their numbers."""
+class Simulator(ABC):
+    """B worlds, stepped together, each with its own object and surroundings.
 
-    @property
-    def engine(self) -> Engine:
-        """Name of the engine."""
+    Everything in a `State` belongs to one instant. A world that diverges ends no batch: it is put back and told in
+    `State.diverged`; the others go on as if nothing had happened.
+    """
 
-    @property
-    def hand(self) -> HandSpec:
-        """The hand of the first world, whose joints are those of all."""
+    engine: ClassVar[Engine]
+    """Name of the engine."""
 
-    @property
-    def objects(self) -> tuple[ObjectSpec, ...]:
-        """The object of each world."""
+    def __init__(
+        self,
+        hand: HandSpec | Sequence[HandSpec],
+        objects: Sequence[ObjectSpec],
+        scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    ) -> None:
+        """Keep what all engines need.
 
-    @property
-    def timestep(self) -> float:
-        """Length of a physics step [s]."""
+        Args:
+            hand: the hand of every world, or one for each; their numbers may differ, not their joints.
+            objects: the object of each world.
+            scenes: what surrounds them, one for all or one for each world.
+
+        Raises:
+            InputError: no objects, hands of different joints, or another number of hands or scenes.
+        """
+        self._scenes = scene_of_each(objects, scenes)
+        self._hands = _hand_of_each(hand, len(objects))
+        self.hand, self.objects, self.timestep = self._hands[0], tuple(objects), self._scenes[0].timestep
+        """The first world's hand, whose joints are those of all, the object of each, and the physics step [s]."""
+        self._diverged = np.zeros(len(objects), dtype=bool)
+        self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
-        """Place objects `(B, 3)` and joints `(B, n)` at rest and return what is measured there."""
+        """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
+
+        Raises:
+            InputError: a pose or an angle is not finite, or their shapes are others; the text names the world.
+        """
+        count = len(self.objects)
+        self._check_targets(joint_angles)
+        if object_pose.shape != (count, 3):
+            raise InputError(f"object poses of shape {object_pose.shape}; {count} worlds need {(count, 3)}")
+        if not np.isfinite(object_pose).all():
+            world = np.argwhere(~np.isfinite(object_pose))[0, 0]
+            raise InputError(
+                f"the object's start pose in world {world} is {object_pose[world]}; give finite x, y, theta"
+            )
+        self._diverged[:], self._forces[:] = False, 0.0
+        self._place(object_pose, joint_angles)
+        return self.measure()
 
     def step(self, targets: Array, substeps: int) -> State:
-        """Hold joint targets `(B, n)` [rad] for some physics steps and measure the instant after the last.
+        """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
 
-        A world that diverges ends no batch: it is put back and told in `State.diverged`.
+        Raises:
+            InputError: a target is not finite (the text names world and joint), or fewer than one physics step.
         """
+        if substeps < 1:
+            raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
+        self._check_targets(targets)
+        self._advance(targets, substeps)
+        return self.measure()
 
+    @abstractmethod
     def measure(self) -> State:
-        """Return the state of the present instant."""
+        """Return the state of the present instant, worlds that diverged put back first."""
 
+    @abstractmethod
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
 
     def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
-        """Put worlds `(K,)` back to rows `(K,)` of a snapshot, without measuring; the others are not touched."""
+        """Put worlds `(K,)` back to rows `(K,)` of a snapshot, without measuring; the others are not touched.
+
+        The snapshot may be another simulator's, of any number of worlds; a like object of another size or mass takes
+        the pose over as it is.
+
+        Raises:
+            InputError: worlds or rows that are not there, a world named twice, or a hand of another number of joints.
+        """
+        check_restore(worlds, len(self.objects), snapshot, rows, self.hand.n_joints)
+        self._put(worlds, snapshot, rows)
+        self._diverged[worlds], self._forces[worlds] = False, snapshot.forces[rows]
 
     def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
-        """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant."""
+        """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
 
+        Raises:
+            InputError: worlds that are not there, or impulses of another shape or not finite.
+        """
+        check_indices(worlds, len(self.objects), "world")
+        if impulse.shape != (len(worlds), 3) or not np.isfinite(impulse).all():
+            raise InputError(
+                f"impulses of shape {impulse.shape} for {len(worlds)} worlds; give finite values of shape"
+                f" {(len(worlds), 3)} [N s]"
+            )
+        self._knock(worlds, impulse)
 
-def check_start(object_pose: Array, n_worlds: int) -> None:
-    """Refuse start poses of the wrong shape or with a value that is not finite.
+    @abstractmethod
+    def _place(self, object_pose: Array, joint_angles: Array) -> None: ...
 
-    Raises:
-        InputError: the text names the world.
-    """
-    if object_pose.shape != (n_worlds, 3):
-        raise InputError(f"object poses of shape {object_pose.shape}; {n_worlds} worlds need {(n_worlds, 3)}")
-    if not np.isfinite(object_pose).all():
-        world = np.argwhere(~np.isfinite(object_pose))[0, 0]
-        raise InputError(f"the object's start pose in world {world} is {object_pose[world]}; give finite x, y, theta")
+    @abstractmethod
+    def _advance(self, targets: Array, substeps: int) -> None: ...
 
+    @abstractmethod
+    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None: ...
 
-def check_substeps(substeps: int) -> None:
-    """Refuse a control step of no physics steps.
+    @abstractmethod
+    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None: ...
 
-    Raises:
-        InputError: fewer than one.
-    """
-    if substeps < 1:
-        raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
+    def _state(
+        self, time: Array, body: tuple[Array, Array], joints: tuple[Array, Array], targets: Array, links: Array
+    ) -> State:
+        """Return what is measured, in arrays of its own.
 
-
-def check_targets(targets: Array, n_worlds: int, n_joints: int) -> None:
-    """Refuse commands of the wrong shape or with a value that is not finite.
-
-    Raises:
-        InputError: the text names the world and the joint.
-    """
-    if targets.shape != (n_worlds, n_joints):
-        raise InputError(f"joint targets of shape {targets.shape}; {n_worlds} worlds need {(n_worlds, n_joints)}")
-    if not np.isfinite(targets).all():
-        world, joint = np.argwhere(~np.isfinite(targets))[0]
-        raise InputError(
-            f"the target of joint {joint} in world {world} is {targets[world, joint]}; commands must be finite"
-            " joint angles [rad]: look for a division by zero or a missing value in the controller"
+        Args:
+            time: of each world `(B,)` [s].
+            body: pose and velocity of the object `(B, 7)`, `(B, 6)`.
+            joints: angles and velocities `(B, n)`.
+            targets: last commanded `(B, n)`.
+            links: of each its distance to the object and the nearest points of both `(B, n, 7)`.
+        """
+        nearest = np.stack([links[:, place, 0].argmin(axis=1) for place in self.hand.slices], axis=1)
+        chosen = links[np.arange(len(time))[:, None], nearest + [place.start for place in self.hand.slices]]
+        return State(
+            time=time,
+            object_pose=body[0],
+            object_velocity=body[1],
+            joint_angles=joints[0],
+            joint_velocities=joints[1],
+            targets=targets.copy(),
+            link_gaps=links[..., 0].copy(),
+            contact_links=nearest,
+            finger_points=chosen[..., 1:4],
+            object_points=chosen[..., 4:7],
+            gaps=chosen[..., 0],
+            forces=self._forces.copy(),
+            diverged=self._diverged.copy(),
         )
 
-
-def check_impulse(worlds: NDArray[np.int64], n_worlds: int, impulse: Array) -> None:
-    """Refuse pushes on worlds that are not there, of the wrong shape or with a value that is not finite.
-
-    Raises:
-        InputError: the text says which.
-    """
-    check_indices(worlds, n_worlds, "world")
-    if impulse.shape != (len(worlds), 3) or not np.isfinite(impulse).all():
-        raise InputError(
-            f"impulses of shape {impulse.shape} for {len(worlds)} worlds; give finite values of shape"
-            f" {(len(worlds), 3)} [N s]"
-        )
+    def _check_targets(self, targets: Array) -> None:
+        wanted = len(self.objects), self.hand.n_joints
+        if targets.shape != wanted:
+            raise InputError(f"joint targets of shape {targets.shape}; {wanted[0]} worlds need {wanted}")
+        if not np.isfinite(targets).all():
+            world, joint = np.argwhere(~np.isfinite(targets))[0]
+            raise InputError(
+                f"the target of joint {joint} in world {world} is {targets[world, joint]}; commands must be finite"
+                " joint angles [rad]: look for a division by zero or a missing value in the controller"
+            )
 
 
-def hand_of_each(hand: HandSpec | Sequence[HandSpec], n_worlds: int) -> tuple[HandSpec, ...]:
-    """Return the hand of each world: one for all, or one for each.
-
-    Raises:
-        InputError: another number of hands, or hands of other joints.
-    """
+def _hand_of_each(hand: HandSpec | Sequence[HandSpec], n_worlds: int) -> tuple[HandSpec, ...]:
     hands = (hand,) * n_worlds if isinstance(hand, HandSpec) else tuple(hand)
     if len(hands) != n_worlds:
         raise InputError(f"{len(hands)} hands for {n_worlds} objects; give one for all or one each")

@@ -14,6 +14,8 @@ from inhand.tasks.observations import Layout, OfHand, find_layout, numbers_for
 
 NEW = "the scales of observations and the largest step of actions"
 """What format 2 of policies, datasets and runs has that format 1 had not."""
+LARGEST_PART = 1000
+"""Numbers of a part of an observation that no layout has."""
 DIGITS = 9
 """Digits of a scale: what differs by less comes from the processor."""
 
@@ -32,6 +34,11 @@ class PartCard:
     """How far from the middle becomes 1, with the hand of `yardstick`."""
     middle: tuple[float, ...]
     """What becomes 0 with it."""
+
+    def __post_init__(self) -> None:
+        """Refuse a size that no part has, before anything of that size is made."""
+        if not (0 <= self.fixed <= LARGEST_PART and 0 <= self.for_joint <= LARGEST_PART):
+            raise InputError(f"{self.name!r} has {self.fixed} numbers and {self.for_joint} for each joint")
 
 
 @dataclass(frozen=True)

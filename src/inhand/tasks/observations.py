@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -104,21 +103,9 @@ def numbers_for(given: OfHand, hand: HandSpec) -> Array:
     return np.asarray(given(hand) if callable(given) else given)
 
 
-def _reach(hand: HandSpec) -> float:
+def reach_of(hand: HandSpec) -> float:
     """Return how far from the palm's middle a fingertip can come [m]."""
     return float(max(abs(finger.base[0]) + finger.length for finger in hand.fingers))
-
-
-def _share_of_reach(hand: HandSpec, share: float) -> float:
-    return share * _reach(hand)
-
-
-def _position_middle(hand: HandSpec) -> Array:
-    return np.array([0.0, _reach(hand) / 2])
-
-
-def _position_half(hand: HandSpec) -> Array:
-    return np.array([_reach(hand), _reach(hand) / 2])
 
 
 def by_rank(hand: HandSpec) -> list[int]:
@@ -127,53 +114,8 @@ def by_rank(hand: HandSpec) -> list[int]:
     return [place.start + k for k in range(count) for place in hand.slices if place.start + k < place.stop]
 
 
-def _angles_middle(hand: HandSpec) -> Array:
-    return np.asarray(hand.limits[by_rank(hand)].mean(axis=-1))
-
-
-def _angles_half(hand: HandSpec) -> Array:
-    return np.asarray(np.ptp(hand.limits[by_rank(hand)], axis=-1) / 2)
-
-
-def _direction(state: State, aim: Aim, scene: Scene) -> Array:
-    del state, scene
-    return wrap_angle(aim.angle)[:, None]
-
-
-def _unit_direction(state: State, aim: Aim, scene: Scene) -> Array:
-    del state, scene
-    return np.asarray(unit(aim.angle))
-
-
-def _position(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim, scene
-    return state.pose[:, :2]
-
-
-def _orientation(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim, scene
-    return state.pose[:, 2:]
-
-
-def _from_start(state: State, aim: Aim, scene: Scene) -> Array:
-    """Position of the object seen from where the hand places it (thesis 3.1)."""
-    del aim
-    return np.asarray(state.pose[:, :2] - np.array(scene.hand.start_position))
-
-
-def _sizes(state: State, aim: Aim, scene: Scene) -> Array:
-    del state, aim
-    return np.array([spec.size for spec in scene.objects])
-
-
-def _distances(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim
-    return state.link_gaps[:, by_rank(scene.hand)]
-
-
-def _link_ends(state: State, aim: Aim, scene: Scene) -> Array:
+def _link_ends(state: State, _aim: Aim, scene: Scene) -> Array:
     """Ends of the links: the next joint or the fingertip. The proximal joints themselves never move."""
-    del aim
     hand = scene.hand
     ends = [
         joint_positions(finger, state.joint_angles[:, place])[:, 1:]
@@ -183,37 +125,16 @@ def _link_ends(state: State, aim: Aim, scene: Scene) -> Array:
     return ranked.reshape(len(ranked), -1)
 
 
-def _joint_angles(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim
-    return state.joint_angles[:, by_rank(scene.hand)]
+def _velocity(state: State, aim: Aim, _scene: Scene) -> Array:
+    """Velocity of the object along the primitive and to its left."""
+    direction, linear = unit(aim.angle), state.object_velocity[:, :2]
+    return np.stack([(linear * direction).sum(-1), (linear * perpendicular(direction)).sum(-1)], axis=-1)
 
 
-def _joint_velocities(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim
-    return state.joint_velocities[:, by_rank(scene.hand)]
-
-
-def _commands(state: State, aim: Aim, scene: Scene) -> Array:
-    """How far the commanded angles are ahead of the joints, which is what presses on the object."""
-    del aim
-    return (state.targets - state.joint_angles)[:, by_rank(scene.hand)]
-
-
-def _way(state: State, aim: Aim, scene: Scene, part: slice) -> Array:
-    """Way along, way to the left or angle turned since the primitive started."""
-    del scene
-    return aim.shift(state.pose)[:, part]
-
-
-def _left(state: State, aim: Aim, scene: Scene) -> Array:
-    """Way left to where the object is to stay."""
-    del scene
-    return aim.left(state.pose)[:, None]
-
-
-def _share(state: State, aim: Aim, scene: Scene) -> Array:
-    del scene
-    return np.broadcast_to(aim.share, (state.n_worlds,))[:, None]
+def _contacts(state: State, _aim: Aim, _scene: Scene) -> Array:
+    """Where each finger touches the object, in the object's frame."""
+    points = inverse_transform(state.pose[:, None], state.object_xy)
+    return points.reshape(state.n_worlds, -1)
 
 
 def _end(aim: Aim) -> Array:
@@ -227,100 +148,108 @@ def _end(aim: Aim) -> Array:
     return aim.end
 
 
-def _end_place(state: State, aim: Aim, scene: Scene) -> Array:
-    del state
-    return np.asarray(_end(aim)[:, :2] - np.array(scene.hand.start_position))
-
-
-def _end_angle(state: State, aim: Aim, scene: Scene) -> Array:
-    del state, scene
-    return _end(aim)[:, 2:]
-
-
-def _palm_velocity(state: State, aim: Aim, scene: Scene) -> Array:
-    """Velocity of the object in the palm frame."""
-    del aim, scene
-    return state.object_velocity[:, :2]
-
-
-def _velocity(state: State, aim: Aim, scene: Scene) -> Array:
-    """Velocity of the object along the primitive and to its left."""
-    del scene
-    direction, linear = unit(aim.angle), state.object_velocity[:, :2]
-    return np.stack([(linear * direction).sum(-1), (linear * perpendicular(direction)).sum(-1)], axis=-1)
-
-
-def _spin(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim, scene
-    return state.object_velocity[:, 5:]
-
-
-def _contacts(state: State, aim: Aim, scene: Scene) -> Array:
-    """Where each finger touches the object, in the object's frame."""
-    del aim, scene
-    points = inverse_transform(state.pose[:, None], state.object_xy)
-    return points.reshape(state.n_worlds, -1)
-
-
-def _gaps(state: State, aim: Aim, scene: Scene) -> Array:
-    del aim, scene
-    return state.gaps
-
-
-_HALF_REACH = partial(_share_of_reach, share=0.5)
-
 THESIS = Layout(
     "thesis-1",
     (
-        Part("direction [rad]", _direction, np.pi, fixed=1),
-        Part("object position x, y [m]", _position, _position_half, _position_middle, fixed=2),
-        Part("object orientation [rad]", _orientation, np.pi, fixed=1),
-        Part("object size l, b, h [m]", _sizes, LARGEST_SIZE / 2, LARGEST_SIZE / 2, fixed=3),
-        Part("distance of each link to the object [m]", _distances, _HALF_REACH, _HALF_REACH, for_joint=1),
-        Part("end of each link x, y [m]", _link_ends, _reach, for_joint=2),
-        Part("joint angles [rad]", _joint_angles, _angles_half, _angles_middle, for_joint=1),
+        Part("direction [rad]", lambda _state, aim, _scene: wrap_angle(aim.angle)[:, None], np.pi, fixed=1),
+        Part(
+            "object position x, y [m]",
+            lambda state, _aim, _scene: state.pose[:, :2],
+            lambda hand: np.array([reach_of(hand), reach_of(hand) / 2]),
+            lambda hand: np.array([0.0, reach_of(hand) / 2]),
+            fixed=2,
+        ),
+        Part("object orientation [rad]", lambda state, _aim, _scene: state.pose[:, 2:], np.pi, fixed=1),
+        Part(
+            "object size l, b, h [m]",
+            lambda _state, _aim, scene: np.array([spec.size for spec in scene.objects]),
+            LARGEST_SIZE / 2,
+            LARGEST_SIZE / 2,
+            fixed=3,
+        ),
+        Part(
+            "distance of each link to the object [m]",
+            lambda state, _aim, scene: state.link_gaps[:, by_rank(scene.hand)],
+            lambda hand: 0.5 * reach_of(hand),
+            lambda hand: 0.5 * reach_of(hand),
+            for_joint=1,
+        ),
+        Part("end of each link x, y [m]", _link_ends, reach_of, for_joint=2),
+        Part(
+            "joint angles [rad]",
+            lambda state, _aim, scene: state.joint_angles[:, by_rank(scene.hand)],
+            lambda hand: np.ptp(hand.limits[by_rank(hand)], axis=-1) / 2,
+            lambda hand: hand.limits[by_rank(hand)].mean(axis=-1),
+            for_joint=1,
+        ),
     ),
 )
 """Table 3.1 of the thesis: 23 numbers with two links a finger, each normalised over its range (thesis 3.3.1)."""
 
-GRIP = Layout(
-    "grip-1",
-    (
-        Part("direction, unit vector", _unit_direction, 1.0, fixed=2),
-        Part("way left to go [m]", _left, 0.1, fixed=1),
-        Part("the same, near the end [m]", _left, 0.01, fixed=1),
-        Part("way along [m]", partial(_way, part=slice(0, 1)), 0.1, fixed=1),
-        Part("way to the left [m]", partial(_way, part=slice(1, 2)), 0.01, fixed=1),
-        Part("angle turned [rad]", partial(_way, part=slice(2, 3)), 0.2, fixed=1),
-        Part("velocity along and to the left [m/s]", _velocity, 0.2, fixed=2),
-        Part("spin [rad/s]", _spin, 2.0, fixed=1),
-        Part("object position from the start [m]", _from_start, 0.15, fixed=2),
-        Part("object orientation [rad]", _orientation, 1.0, fixed=1),
-        Part("joint angles [rad]", _joint_angles, np.pi, for_joint=1),
-        Part("joint velocities [rad/s]", _joint_velocities, 4.0, for_joint=1),
-        Part("commands ahead of the joints [rad]", _commands, 0.2, for_joint=1),
-        Part("contacts in the object frame [m]", _contacts, 0.04, fixed=4),
-        Part("gaps of the fingers [m]", _gaps, 0.005, fixed=2),
-    ),
+_AIMED = (
+    Part("direction, unit vector", lambda _state, aim, _scene: unit(aim.angle), 1.0, fixed=2),
+    Part("way along [m]", lambda state, aim, _scene: aim.shift(state.pose)[:, :1], 0.1, fixed=1),
+    Part("way to the left [m]", lambda state, aim, _scene: aim.shift(state.pose)[:, 1:2], 0.01, fixed=1),
+    Part("angle turned [rad]", lambda state, aim, _scene: aim.shift(state.pose)[:, 2:], 0.2, fixed=1),
+    Part("velocity along and to the left [m/s]", _velocity, 0.2, fixed=2),
 )
+_LEFT = (
+    Part("way left to go [m]", lambda state, aim, _scene: aim.left(state.pose)[:, None], 0.1, fixed=1),
+    Part("the same, near the end [m]", lambda state, aim, _scene: aim.left(state.pose)[:, None], 0.01, fixed=1),
+)
+_HELD = (
+    Part("spin [rad/s]", lambda state, _aim, _scene: state.object_velocity[:, 5:], 2.0, fixed=1),
+    Part(
+        "object position from the start [m]",
+        lambda state, _aim, scene: state.pose[:, :2] - np.array(scene.hand.start_position),
+        0.15,
+        fixed=2,
+    ),
+    Part("object orientation [rad]", lambda state, _aim, _scene: state.pose[:, 2:], 1.0, fixed=1),
+    Part(
+        "joint angles [rad]", lambda state, _aim, scene: state.joint_angles[:, by_rank(scene.hand)], np.pi, for_joint=1
+    ),
+    Part(
+        "joint velocities [rad/s]",
+        lambda state, _aim, scene: state.joint_velocities[:, by_rank(scene.hand)],
+        4.0,
+        for_joint=1,
+    ),
+    Part(  # what presses on the object
+        "commands ahead of the joints [rad]",
+        lambda state, _aim, scene: (state.targets - state.joint_angles)[:, by_rank(scene.hand)],
+        0.2,
+        for_joint=1,
+    ),
+    Part("contacts in the object frame [m]", _contacts, 0.04, fixed=4),
+    Part("gaps of the fingers [m]", lambda state, _aim, _scene: state.gaps, 0.005, fixed=2),
+)
+
+GRIP = Layout("grip-1", (_AIMED[0], *_LEFT, *_AIMED[1:], *_HELD))
 """31 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""
 
-OPEN = Layout("grip-open-1", tuple(part for part in GRIP.parts if part.values is not _left))
+OPEN = Layout("grip-open-1", (*_AIMED, *_HELD))
 """The same without the way left to go: a policy must learn by itself how far each grip carries."""
 
-_FRAMELESS = tuple(
-    part
-    for part in GRIP.parts
-    if part.values not in (_unit_direction, _left, _velocity) and not isinstance(part.values, partial)
-)
 WHOLE = Layout(
     "whole-1",
     (
-        Part("share of the task's way come", _share, 0.5, 0.5, fixed=1),
-        Part("end of the task from the start x, y [m]", _end_place, 0.15, fixed=2),
-        Part("end of the task, orientation [rad]", _end_angle, 1.0, fixed=1),
-        Part("velocity x, y [m/s]", _palm_velocity, 0.2, fixed=2),
-        *_FRAMELESS,
+        Part(
+            "share of the task's way come",
+            lambda state, aim, _scene: np.broadcast_to(aim.share, (state.n_worlds,))[:, None],
+            0.5,
+            0.5,
+            fixed=1,
+        ),
+        Part(
+            "end of the task from the start x, y [m]",
+            lambda _state, aim, scene: _end(aim)[:, :2] - np.array(scene.hand.start_position),
+            0.15,
+            fixed=2,
+        ),
+        Part("end of the task, orientation [rad]", lambda _state, aim, _scene: _end(aim)[:, 2:], 1.0, fixed=1),
+        Part("velocity x, y [m/s]", lambda state, _aim, _scene: state.object_velocity[:, :2], 0.2, fixed=2),
+        *_HELD,
     ),
 )
 """28 numbers with two links a finger for training on a whole task that sees its end but not its path."""
@@ -333,8 +262,8 @@ def _user_part(name: str, given: object) -> Part:
     """Return a user's part, its values looked at; raise InputError where it is none."""
     if not isinstance(given, Part) or not callable(given.values) or given.fixed + given.for_joint < 1:
         raise InputError(
-            f"observation part {name!r} is {describe(given)}: it must be a function of state, aim and scene that gives"
-            " at least one number a world"
+            f"observation part {name!r} is {describe(getattr(given, 'values', given))}: it must be a function of state,"
+            " aim and scene that gives at least one number a world; tell how many by fixed or for_joint"
         )
 
     def values(state: State, aim: Aim, scene: Scene) -> Array:

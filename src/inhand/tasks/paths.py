@@ -9,23 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand.errors import InputError
-from inhand.geometry import Array, way_along
+from inhand.geometry import Array, Path
 from inhand.tasks.primitives import Primitive
 
 TURN_STEP = math.radians(1.0)
-"""Spacing of the waypoints where progress is an angle [rad]."""
+"""Spacing of the waypoints of a turn on the spot [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
-class ReferencePath:
-    """A path for the object's pose, ordered by progress, so that it can be followed but not timed."""
+class ReferencePath(Path):
+    """The path of a primitive `(N, 3)`, relative to the object's start, axes along the palm's."""
 
     name: str
     """The primitive, and the recording if it comes from one."""
-    poses: Array
-    """Waypoints `(N, 3)` relative to the start position, axes along the palm's: x [m], y [m], theta [rad]."""
-    progress: Array
-    """Progress `(N,)` at each waypoint, rising from 0: along the direction [m], or the angle turned [rad]."""
     twist: float = 0.0
     """Rotation to turn on the spot before the path begins, counter-clockwise [rad]; the path holds it."""
 
@@ -51,20 +47,14 @@ def path_of(primitive: Primitive) -> ReferencePath:
     """Return the path of a primitive: its own, or straight along its direction."""
     if primitive.path is None:
         return straight_path(primitive)
-    poses = np.array(primitive.path)
-    return ReferencePath(primitive.name, poses, way_along(poses))
+    return ReferencePath(np.array(primitive.path), primitive.name)
 
 
 def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.001) -> ReferencePath:
-    """Return the path straight along a primitive.
+    """Return the path straight along a primitive, in steps [m], by default farther [m] than any hand reaches.
 
-    A translation that holds a twist has the twist before it (docs/metrics.md). A primitive that only rotates has its
-    angle as progress, in steps of one degree, and ignores `length` and `step`.
-
-    Args:
-        primitive: What to do.
-        length: How far [m], longer than any hand reaches.
-        step: Spacing of the waypoints [m].
+    A translation that holds a twist has the twist before it (docs/metrics.md). A primitive that only rotates has steps
+    of one degree and ignores `length` and `step`.
 
     Raises:
         InputError: length or step is not positive and finite, or a rotation by nothing.
@@ -76,7 +66,7 @@ def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.00
     else:
         progress = _grid("length", length, step)
         poses = np.column_stack([progress[:, None] * primitive.unit, np.zeros(len(progress))])
-    return ReferencePath(primitive.name, poses, progress, 0.0 if primitive.angle_deg is None else turn)
+    return ReferencePath(poses, primitive.name, 0.0 if primitive.angle_deg is None else turn)
 
 
 def _grid(what: str, length: float, step: float) -> Array:

@@ -35,14 +35,9 @@ def limits(
     config: ReachConfig | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[Limit, ...]:
-    """Return the limit of every primitive, from the start of the object.
+    """Return the limit of every primitive, from the start of the object; `progress` is told the name of each.
 
-    Args:
-        hand: the hand.
-        spec: the object.
-        primitives: what to do; a held twist comes before the translation and is not part of the distance.
-        config: resolution, friction, bound of rotation.
-        progress: told each primitive's name once it is done.
+    A held twist comes before the translation and is not part of the distance.
 
     Raises:
         InputError: no pair of contacts holds the object at the start.
@@ -85,6 +80,5 @@ def _distance(primitive: Primitive, end: Farthest, path: ReferencePath) -> float
     if primitive.angle_deg is None:
         return end.way / TURN_ARM
     if primitive.path is not None:  # the farthest along the direction, as metrics count it
-        come = path.progress <= end.way
-        return float((path.poses[come, :2] @ unit(math.radians(primitive.angle_deg))).max())
+        return float((path.poses[path.way <= end.way, :2] @ unit(math.radians(primitive.angle_deg))).max())
     return max(end.way - TURN_ARM * abs(path.twist), 0.0)

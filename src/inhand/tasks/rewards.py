@@ -157,7 +157,8 @@ def _term(name: str, given: object) -> Term:
     """
     if not isinstance(given, Term) or not callable(given.value) or not np.isfinite(given.weight):
         raise InputError(
-            f"reward term {name!r} is {describe(given)}: it must be a function of a decision with a finite weight"
+            f"reward term {name!r} is {describe(getattr(given, 'value', given))} with weight"
+            f" {getattr(given, 'weight', None)}: it must be a function of a decision with a finite weight"
         )
 
     def value(decision: Decision) -> Array:

@@ -9,13 +9,12 @@ asked to do what the other one does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import TURN_ARM, Array, interpolate, perpendicular, unit, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, Path, perpendicular, unit, wrap_angle
 from inhand.tasks.aim import Aim
 from inhand.tasks.paths import stacked
 
@@ -31,21 +30,12 @@ STILL = 1e-6
 """A step of the route shorter than this goes nowhere [m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Routes:
-    """A pool of N routes."""
-
-    poses: Array
-    """Poses of the object along each route `(N, S, 3)` in the palm frame, `SPACING` apart [m, m, rad]."""
+class Routes(Path):
+    """A pool of N routes `(N, S, 3)` in the palm frame, their poses `SPACING` apart."""
 
     def __len__(self) -> int:
         """Return the number of routes."""
         return len(self.poses)
-
-    @cached_property
-    def way(self) -> Array:
-        """Way along each route `(N, S)` [m]; a turn counts as an arc at `TURN_ARM`."""
-        return way_along(self.poses)
 
     def advance(self, rows: NDArray[np.int64], come: NDArray[np.int64], pose: Array) -> NDArray[np.int64]:
         """Return the place `(B,)` on routes that objects at poses `(B, 3)` have come to, never back from `come`."""
@@ -104,11 +94,10 @@ class Routes:
 
 def routes_of(paths: Sequence[Array]) -> Routes:
     """Return routes over paths of poses `(S, 3)` in the palm frame, of any spacing and length."""
-    return Routes(stacked([_spaced(path) for path in paths]))
+    return Routes(stacked([_spaced(Path(poses)) for poses in paths]))
 
 
-def _spaced(path: Array) -> Array:
+def _spaced(path: Path) -> Array:
     """Return poses `SPACING` apart along a path, its end among them."""
-    way = way_along(path)
-    wanted = np.append(np.arange(0.0, way[-1] - SPACING / 2, SPACING), way[-1])
-    return interpolate(wanted, way, path)
+    whole = path.way[-1]
+    return path.at(np.append(np.arange(0.0, whole - SPACING / 2, SPACING), whole))

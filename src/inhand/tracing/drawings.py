@@ -11,9 +11,11 @@ import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, unit
-from inhand.tracing.drawing import Drawing, curve_points, unit_drawing
+from inhand.hands.line_files import SUFFIXES, read_csv_poses, read_polyline
+from inhand.hands.polylines import curve_points
+from inhand.hands.sizes import LENGTHS, check_length
+from inhand.tracing.drawing import Drawing, larger_side, scaled, unit_drawing
 from inhand.tracing.letters import HEIGHT, LETTERS, Arc, Stroke
-from inhand.tracing.path_files import read_csv, read_svg
 
 
 def find_drawing(text: str) -> Drawing:
@@ -21,7 +23,7 @@ def find_drawing(text: str) -> Drawing:
 
     Args:
         text: A shape (square, triangle, circle, figure-eight, star; also `figure eight`, `eight` or `8`), a letter A
-            to Z in either case (also `letter A`), or the path of a .svg or .csv file.
+            to Z in either case (also `letter A`), or the path of a .svg, .csv or .dxf file.
 
     Raises:
         InputError: it is none of these (the text offers the nearest), or the file cannot be used.
@@ -34,14 +36,37 @@ def find_drawing(text: str) -> Drawing:
     if letter is not None:
         name = letter.group(1).upper()
         return unit_drawing(f"letter {name}", stroke_points(LETTERS[name], HEIGHT))
-    suffix = Path(text).suffix.lower()
-    if suffix in {".svg", ".csv"}:
-        return (read_svg if suffix == ".svg" else read_csv)(Path(text))
+    if Path(text).suffix.lower() in SUFFIXES:
+        return read_drawing(Path(text))
     near = near_matches(word, (*SHAPES, *OTHER_NAMES))
     raise InputError(
         f"unknown drawing {text!r}{near}; allowed are {', '.join(SHAPES)}, a single letter A to Z, or the path of a"
-        " .svg or .csv file"
+        " .svg, .csv or .dxf file"
     )
+
+
+def read_drawing(path: Path) -> Drawing:
+    """Return the drawing of a file.
+
+    That of a CSV file has its size and its angles: each row is a way-point relative to the object's start, x to the
+    right, y away from the palm, theta counter-clockwise. That of an SVG or DXF file has theta 0, and a size where the
+    file says how large it is, around the object's start.
+
+    Raises:
+        InputError: the file cannot be used, or its way-points are nearly at one place, as those in metres would be.
+    """
+    what = f"drawing {path}"
+    if path.suffix.lower() == ".csv":
+        drawing = Drawing(path.stem, read_csv_poses(path, what, turns=True), sized=True)
+        if 0.0 < (side := larger_side(drawing)) < LENGTHS[0]:
+            cure = "x_mm and y_mm are in mm (1 m is 1000, 1 inch is 25.4)"
+            check_length(f"{what}: the larger side of its way-points", side, cure)
+        return drawing
+    line = read_polyline(path, what)
+    drawing = unit_drawing(path.stem, line.points)
+    if line.unit is None:
+        return drawing
+    return scaled(drawing, line.unit * float(np.ptp(line.points, axis=0).max()))
 
 
 def stroke_points(stroke: Stroke, size: float) -> Array:

@@ -153,7 +153,7 @@ def trace_figure(
 
 def plan_line(plan: Plan, origin: Array) -> Array:
     """Return the positions `(S, 2)` [mm] along a plan, approach included, from an origin `(2,)` [m]."""
-    return np.asarray(1e3 * (plan.poses()[:, :2] - origin))
+    return np.asarray(1e3 * (plan.path.poses[:, :2] - origin))
 
 
 def one_plan(followed: Sequence[Followed]) -> bool:

@@ -6,6 +6,7 @@ the best single grip whose contacts roll, which is what controllers carry an obj
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,15 +14,19 @@ import numpy as np
 
 from inhand.control.catalogue import PLAN_EVERY
 from inhand.errors import InputError
-from inhand.geometry import Array, interpolate, way_along
+from inhand.geometry import Array, way_along
 from inhand.hands.grasp_search import plan_grasps
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
+from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.reach.limits import farthest, reaches
+from inhand.hands.shapes import link_outline
+from inhand.tracing.drawing import Drawing, larger_side
 from inhand.tracing.plan import Plan
 
 LOOK = 0.004
 """Spacing at which a path that has left the reach is looked at for where it comes back [m]."""
+LONGEST = 20.0
+"""Longest way of a drawing [m] (guessed): at 40 mm/s it takes eight minutes."""
 SMALLEST, LARGEST, EXACT = 0.002, 0.5, 0.001
 """Sizes between which the largest that fits is searched, and how exactly [m]."""
 
@@ -46,9 +51,52 @@ class Fit:
         return not self.outside and self.grip >= self.way - 1e-9
 
 
+def check_extent(held: Held, drawing: Drawing) -> None:
+    """Refuse at once a drawing with a size that is farther away than fingers and object are long, and a very long one.
+
+    Raises:
+        InputError: the text says which way-point, how far the hand reaches, and the size that cannot be passed.
+    """
+    hand, spec = held
+    way = float(way_along(drawing.poses)[-1])
+    if way > LONGEST:
+        raise InputError(
+            f"{drawing.name} has a way of {way:,.1f} m, turns counted as arcs; it may have {LONGEST:g} m: leave a part"
+            " of it out"
+        )
+    size, points = larger_side(drawing), drawing.poses[:, :2]
+    most = np.array([_longest(hand, finger) for finger in hand.fingers])
+    most += np.linalg.norm(polygon(spec), axis=-1).max()
+    start = np.array(hand.start_position) - [finger.base for finger in hand.fingers]
+    away = np.linalg.norm(points[:, None] + start, axis=-1)
+    point, side = np.unravel_index((away - most).argmax(), away.shape)
+    if away[point, side] > most[side]:
+        fits = math.floor(1e3 * size * _share(points, start, most))
+        raise InputError(
+            f"{drawing.name} of {1e3 * size:.0f} mm is too large for hand {hand.name!r}: way-point {point + 1} lies"
+            f" {1e3 * away[point, side]:.0f} mm from where the {FINGER_NAMES[side]} finger begins, which with this"
+            f" object reaches {1e3 * most[side]:.0f} mm; give --size {fits} or less, or --scale"
+        )
+
+
+def _share(points: Array, start: Array, most: Array) -> float:
+    """Return the largest share of points `(N, 2)` at which |start + share point| <= most for both fingers."""
+    along, square = points @ start.T, (points**2).sum(axis=-1)[:, None]
+    room = most**2 - (start**2).sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.nanmin((np.sqrt(along**2 + square * room) - along) / square))
+
+
+def _longest(hand: HandSpec, finger: FingerSpec) -> float:
+    """Return how far from its first joint a finger has a point at all [m]."""
+    before = np.concatenate([[0.0], np.cumsum(finger.links)])
+    outlines = (link_outline(hand, finger, link) for link in range(len(finger.links)))
+    return max(float(d + np.linalg.norm(corners, axis=-1).max()) for d, corners in zip(before, outlines, strict=False))
+
+
 def reached(held: Held, plan: Plan) -> bool:
     """Return whether a plan lies inside the hand's reach."""
-    return reaches(*held, plan.poses())
+    return reaches(*held, plan.path.poses)
 
 
 def carried(held: Held, plan: Plan) -> float:
@@ -57,10 +105,10 @@ def carried(held: Held, plan: Plan) -> float:
     Raises:
         InputError: no grip holds the object at the start.
     """
-    poses = plan.poses()
-    looked = np.append(np.arange(0, len(poses) - 1, PLAN_EVERY), len(poses) - 1)
-    reach = plan_grasps(*held, poses[looked][None])[0][0].reach
-    return float(way_along(poses)[looked[reach - 1]])
+    last = len(plan.path.poses) - 1
+    looked = np.append(np.arange(0, last, PLAN_EVERY), last)
+    reach = plan_grasps(*held, plan.path.poses[looked][None])[0][0].reach
+    return float(plan.path.way[looked[reach - 1]])
 
 
 def fit_of(held: Held, plan: Plan) -> Fit:
@@ -72,22 +120,23 @@ def fit_of(held: Held, plan: Plan) -> Fit:
     return Fit(float(plan.way[-1]), _outside(held, plan), carried(held, plan))
 
 
-def largest(
-    fits: Callable[[float], bool], progress: Callable[[float], None] | None = None, above: float = SMALLEST
-) -> float:
-    """Return the largest size that fits [m], or 0 where not even the smallest does.
+def largest(fits: Callable[[float], bool], progress: Callable[[float], None] | None = None) -> float:
+    """Return the largest size that fits [m], or 0 where not even the smallest does; `progress` is told each tried.
 
-    Args:
-        fits: whether a size [m] does; every size below one that does is taken to do so too.
-        progress: told each size before it is tried.
-        above: a size known to fit, or the smallest to try.
+    Every size below one that fits is taken to fit too.
     """
-    low, high = 0.0, above
-    while high <= LARGEST and _tried(fits, high, progress):
+
+    def tried(size: float) -> bool:
+        if progress is not None:
+            progress(size)
+        return fits(size)
+
+    low, high = 0.0, SMALLEST
+    while high <= LARGEST and tried(high):
         low, high = high, 2 * high
     while high - low > EXACT and low > 0:
         middle = (low + high) / 2
-        low, high = (middle, high) if _tried(fits, middle, progress) else (low, middle)
+        low, high = (middle, high) if tried(middle) else (low, middle)
     return low
 
 
@@ -104,30 +153,22 @@ def refusal(name: str, fit: Fit, origin: Array, largest_mm: str) -> InputError:
     return InputError(f"{name} {why}; {largest_mm}")
 
 
-def _tried(fits: Callable[[float], bool], size: float, progress: Callable[[float], None] | None) -> bool:
-    if progress is not None:
-        progress(size)
-    return fits(size)
-
-
 def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:
     """Return where a plan leaves the hand's reach and where it comes back: where some grip holds the object again."""
     found: list[tuple[Array, Array]] = []
-    rest = plan.poses()
+    rest = plan.path
     while True:
-        end = farthest(*held, rest)
-        way = way_along(rest)
+        end = farthest(*held, rest.poses)
         gone = 0.0 if end is None else end.way
-        if gone >= way[-1] - 1e-9:
+        if gone >= rest.length - 1e-9:
             return tuple(found)
-        left = interpolate(gone, way, rest)
         back = gone + LOOK
-        while back < way[-1] and farthest(*held, interpolate(back, way, rest)[None]) is None:
+        while back < rest.length and farthest(*held, rest.at([back])) is None:
             back += LOOK
-        found.append((left, interpolate(min(back, way[-1]), way, rest)))
-        if back >= way[-1]:
+        found.append((rest.at(gone), rest.at(back)))
+        if back >= rest.length:
             return tuple(found)
-        rest = np.concatenate([interpolate(back, way, rest)[None], rest[way > back + 1e-9]])
+        rest = rest.beyond(back)
 
 
 def _place(pose: Array, origin: Array) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,20 +11,17 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import run_worlds
-from inhand.control.recording import cut_trials
-from inhand.control.trial import REACHED, STOPPED, Passport, Trial
-from inhand.geometry import Array, planar
+from inhand.control.loop import Bench, simulate
+from inhand.control.policy import RouteController
+from inhand.control.recording import cut_trials, passports
+from inhand.control.trial import REACHED, STOPPED, Trial
+from inhand.geometry import Array, Path, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
-from inhand.sim.names import MUJOCO
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
-from inhand.tracing.sequencer import Repertoire, Sequencer
+from inhand.tracing.sequencer import End, Repertoire, Sequencer
 from inhand.tracing.walk import Event, SequenceConfig
-from inhand.tracing.whole import Whole
 
 PUSH, GRIP = 0.8, 1.5
 """Force of a push against a wall, and of the grip meanwhile [N]."""
@@ -32,6 +29,8 @@ SLOWEST = 0.008
 """Speed below which no plan is waited for [m/s]."""
 SPARE = 3.0
 """Time beside that which each primitive may take for retries [s]."""
+ARRIVED = 0.001
+"""A plan that is followed as a whole is done where the object has come to within this of its end [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +68,10 @@ def follow(
     entry: ControllerEntry,
     plans: Sequence[Plan],
     starts: Array,
-    passports: Sequence[Passport],
+    bench: Bench,
     *,
-    scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+    seed: int = 0,
     config: SequenceConfig | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
-    threads: int = 0,
-    engine: str = MUJOCO,
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it and return what each world left.
 
@@ -85,45 +81,47 @@ def follow(
             whole task follows plans without a sequence.
         plans: a plan for each world, in the palm frame, from where the object is placed.
         starts: where each object really stands `(B, 3)` [m, m, rad].
-        passports: of the worlds' trials.
-        scenes: what surrounds them.
+        bench: in what they are simulated.
+        seed: of the run.
         config: when primitives have arrived or failed.
-        progress: told the phase, the worlds still running and the simulated step.
-        threads: for the simulation; 0 uses every core.
-        engine: the physics engine.
     """
     hand, spec = held
-    poses = stacked([plan.poses() for plan in plans])
-    grasp = entry.grasp(hand, spec, poses, starts, engine=engine)
-    simulator = make_simulator(engine, hand, [spec] * len(plans), scenes, threads)
-    task = Task(hand, simulator.objects, poses - poses[:, :1], simulator.timestep)
+    poses = stacked([plan.path.poses for plan in plans])
+    grasp = entry.grasp(hand, spec, poses, starts, engine=bench.engine)
+    task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
-    longest = max(map(_longest, plans))
-    recording = run_worlds(simulator, task, grasp, starts, lambda _: driver, longest=longest, progress=progress)
-    trials = cut_trials(recording, passports, task.paths)
-    legs = np.array(driver.legs).reshape(-1, len(plans))
-    return tuple(_followed(plans[k], trials[k], driver, (k, legs[:, k])) for k in range(len(plans)))
+    _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=max(map(_longest, plans)))
+    signed = passports(hand, spec, entry.name, seed=seed, engine=bench.engine)
+    found = [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(plans, start=1)]
+    trials = cut_trials(recording, found, task.path.poses)
+    return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
 
 def _driver(
     task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
-) -> Sequencer | Whole:
+) -> Sequencer | RouteController:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
     if entry.policy is not None and entry.policy.task:
-        return Whole(task, plans, entry.policy)
+        return RouteController(task, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)
 
 
-def _followed(plan: Plan, trial: Trial, driver: Sequencer | Whole, mine: tuple[int, NDArray[np.int64]]) -> Followed:
-    """Return what one world left, up to its last row; `mine` is its number and its primitives."""
+def _followed(plan: Plan, trial: Trial, driver: Sequencer | RouteController, world: int) -> Followed:
+    """Return what one world left, up to its last row."""
     rows = trial.manipulation
     if rows.stop <= rows.start:
         return Followed(plan, trial, np.zeros(0, dtype=np.int64), (), 0.0)
-    x, y, theta = planar(trial.object_pose[-1]).tolist()
-    end = driver.end_of(mine[0], (x, y, theta))
+    if isinstance(driver, Sequencer):
+        x, y, theta = planar(trial.object_pose[-1]).tolist()
+        legs, end = np.array(driver.legs)[:, world], driver.end_of(world, (x, y, theta))
+    else:
+        came, whole = np.array(driver.came)[:, world], float(plan.way[-1])
+        legs = np.minimum(np.searchsorted(plan.way, came, side="right"), len(plan.legs)) - 1
+        done = bool(came[-1] >= whole - ARRIVED)
+        end = End(done, whole if done else float(came[-1]), ())
     if trial.outcome == REACHED and not end.done:
         trial = replace(trial, outcome=STOPPED)
-    return Followed(plan, trial, mine[1][: rows.stop - rows.start], end.events, end.come)
+    return Followed(plan, trial, legs[: rows.stop - rows.start], end.events, end.come)
 
 
 def _longest(plan: Plan) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -11,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, distance_to, interpolate, way_along
+from inhand.geometry import SAME, TURN_ARM, Array, Path, distance_to
 from inhand.tasks.paths import TURN_STEP
 
 Kind = Literal["move", "turn", "press"]
@@ -20,8 +22,6 @@ TOLERANCE = 3e-4
 """How far a plan may leave its path [m]; a turn counts as an arc at `TURN_ARM`."""
 STEP = 1e-3
 """Spacing of the poses of a plan [m]."""
-SAME = 1e-9
-"""Poses closer than this are one [m or rad]."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,13 @@ class Leg:
     @property
     def length(self) -> float:
         """Way of the leg [m]; a turn counts as an arc at `TURN_ARM`, a press goes nowhere."""
-        return 0.0 if self.kind == "press" else float(way_along(np.array([self.start, self.end]))[-1])
+        return 0.0 if self.kind == "press" else float(Path(np.array([self.start, self.end])).length)
+
+    def turned(self, theta: float) -> float:
+        """Return by how much an angle is out of what the leg allows, signed [rad]."""
+        middle, half = (self.start[2] + self.end[2]) / 2, abs(self.end[2] - self.start[2]) / 2
+        away = math.remainder(theta - middle, 2 * math.pi)
+        return math.copysign(max(abs(away) - half, 0.0), away)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,22 +65,17 @@ class Plan:
         """Way up to the start of each leg and to the end of the last `(L + 1,)` [m]."""
         return np.concatenate([[0.0], np.cumsum([leg.length for leg in self.legs])])
 
-    def poses(self, step: float = STEP) -> Array:
-        """Return the object's poses along all legs `(S, 3)`, at most a step [m] or `TURN_STEP` apart."""
+    @cached_property
+    def path(self) -> Path:
+        """The object's poses along all legs `(S, 3)`, at most `STEP` or `TURN_STEP` apart."""
         found = [np.array([self.legs[0].start])]
         for leg in self.legs:
             start, end = np.array(leg.start), np.array(leg.end)
-            parts = max(leg.length / step, abs(end[2] - start[2]) / TURN_STEP)
+            parts = max(leg.length / STEP, abs(end[2] - start[2]) / TURN_STEP)
             if leg.kind != "press":
                 shares = np.linspace(0.0, 1.0, max(int(np.ceil(parts - SAME)), 1) + 1)[1:]
                 found.append(start + shares[:, None] * (end - start))
-        return np.concatenate(found)
-
-    def poses_from(self, come: float) -> Array:
-        """Return the poses `(S, 3)` from a way along the plan [m] to its end."""
-        poses = self.poses()
-        way = way_along(poses)
-        return np.concatenate([interpolate([come], way, poses), poses[way > come + SAME]])
+        return Path(np.concatenate(found))
 
     def measured(self) -> Plan:
         """Return the plan without its approach."""
@@ -116,13 +117,10 @@ def plan_along(name: str, poses: Array, start: Array, *, stay: float = 0.0, tole
 
 
 def simplified(poses: Array, tolerance: float) -> NDArray[np.int64]:
-    """Return the way-points that are kept so that none lies farther than the tolerance from the line between them.
+    """Return which way-points `(N, 3)` are kept so that none lies farther than the tolerance [m] from their line.
 
-    Douglas and Peucker's cut: the farthest point from a chord is kept, and both parts are looked at in turn.
-
-    Args:
-        poses: way-points `(N, 3)`: x [m], y [m], theta [rad].
-        tolerance: largest distance [m]; an angle counts as an arc at `TURN_ARM`.
+    Douglas and Peucker's cut: the farthest point from a chord is kept, and both parts are looked at in turn. An angle
+    counts as an arc at `TURN_ARM`.
     """
     points = poses * np.array([1.0, 1.0, TURN_ARM])
     keep = np.zeros(len(points), dtype=bool)
@@ -148,12 +146,13 @@ def _legs(poses: Array) -> list[Leg]:
     for here, there in pairwise(poses):
         turned = np.array([here[0], here[1], there[2]])
         if abs(turned[2] - here[2]) > SAME:
-            legs.append(Leg("turn", _triple(here), _triple(turned)))
+            legs.append(Leg("turn", triple(here), triple(turned)))
         if np.hypot(*(there - turned)[:2]) > SAME:
-            legs.append(Leg("move", _triple(turned), _triple(there)))
+            legs.append(Leg("move", triple(turned), triple(there)))
     return legs
 
 
-def _triple(pose: Array | Sequence[float]) -> tuple[float, float, float]:
+def triple(pose: Array | Sequence[float]) -> tuple[float, float, float]:
+    """Return a pose as plain numbers."""
     x, y, theta = (float(value) for value in pose)
     return x, y, theta

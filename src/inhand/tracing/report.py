@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 
 from inhand.control.scenes import scene_at
 from inhand.control.trial import write_json, write_trials
-from inhand.folders import run_folder
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
 from inhand.shown import Shown, frame
@@ -32,6 +31,7 @@ MOST_FRAMES = 300
 """and more where it would have more frames than this."""
 
 
+FAULTLESS = "Every trial followed its plan to the end without a failure."
 MARK = "trace.json"
 """The file that marks a folder as one of a trace."""
 
@@ -39,6 +39,8 @@ MARK = "trace.json"
 @dataclass(frozen=True, eq=False)
 class TraceRun(Shown):
     """A finished run."""
+
+    mark = MARK
 
     config: TraceConfig
     """What was run."""
@@ -62,19 +64,8 @@ class TraceRun(Shown):
         subtitle = f"{config.object}, {config.hand}; {part}{count} trial{'s' if count > 1 else ''}"
         return trace_figure(self.setup, self.followed, self.traces, what_was_done(self.setup), subtitle)
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write trials, numbers, figures and report, as `inhand trace` does, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another run and `overwrite` is off.
-        """
-        out = Path(folder)
-        with run_folder(out, overwrite=overwrite, mark=MARK) as part:
-            replace(self, config=replace(self.config, out=out)).write(part)
-        return out
-
     def write(self, folder: Path) -> None:
-        """Write the same into a folder that is there."""
+        """Write everything into a folder that is there."""
         write_trials([each.trial for each in self.followed], folder)
         write_trace(self, folder)
         content = {
@@ -115,7 +106,7 @@ def _replay(run: TraceRun, figures: Path) -> Picture:
         title=f"{followed.plan.name}, trial {trial.passport.trial}{speed}",
         target_path_mm=plan_line(followed.plan, origin),
         contact=trial.touching[rows],
-        frame_s=step * trial.passport.substeps * trial.passport.timestep,
+        frame_s=step * trial.passport.period,
         wall_mm=None if wall is None else wall_mm(wall, origin),
         texts=[_told(followed, row) for row in rows],
     )
@@ -154,7 +145,7 @@ def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
         "",
         *table_lines(*trace_rows(run.traces)),
         "",
-        *(_failed(sentences) if sentences else ["Every trial followed its plan to the end without a failure.", ""]),
+        *(listed_lines("What failed", sentences) or [FAULTLESS, ""]),
         *[f"* {note}" for note in run.notes],
         "",
         "## Figures",
@@ -162,7 +153,3 @@ def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
         *picture_lines(pictures),
         *again_lines(words),
     ]
-
-
-def _failed(sentences: list[str]) -> list[str]:
-    return ["## What failed", "", *[f"* {sentence}" for sentence in sentences], ""]

@@ -2,38 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from inhand.control.catalogue import ControllerEntry, find_controller
-from inhand.control.controller import SUBSTEPS
 from inhand.control.draws import check_count, check_draws, start_noise
+from inhand.control.loop import Bench, Told
 from inhand.control.policy import check_joints
-from inhand.control.trial import Passport
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engines import check_engine
-from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.drawings import SHAPES, find_drawing
-from inhand.tracing.fit import carried, fit_of, largest, reached, refusal
+from inhand.tracing.fit import carried, check_extent, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.tracing.trace import Trace, trace_of
-from inhand.versions import versions
 
 SHARE = 0.6
 """Share of the reachable size that a drawing without a size gets."""
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is, and how far it has to go."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,18 +76,19 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
     if config.path not in TASKS:
         if config.size is not None and not (np.isfinite(config.size) and config.size > 0):
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
-        return held, entry, find_path(config.path)
+        drawing = find_path(config.path)
+        if config.size is not None:
+            drawing = scaled(drawing, config.size / 1e3)
+        if drawing.sized and not config.scale:
+            check_extent(held, drawing)
+        return held, entry, drawing
     if config.size is not None or config.scale:
         raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
     return held, entry, TASKS[config.path]
 
 
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
-    """Return a run's setup.
-
-    Args:
-        config: what to run.
-        told: told how the search for the reachable size goes.
+    """Return a run's setup; `told` is told how the search for the reachable size goes.
 
     Raises:
         InputError: anything in the configuration that cannot be run; of a drawing that is too large it says which part
@@ -148,19 +144,9 @@ def simulate_trace(
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = setup.hand, setup.object
-    scene = SceneSpec() if setup.task is None else setup.task.scene(held)
     noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
-    found = follow(
-        held,
-        setup.controller,
-        setup.plans,
-        setup.hand.start_pose + noise,
-        _passports(config, setup, scene.timestep),
-        scenes=scene,
-        progress=progress,
-        threads=threads,
-        engine=config.engine,
-    )
+    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), threads, progress)
+    found = follow(held, setup.controller, setup.plans, setup.hand.start_pose + noise, bench, seed=config.seed)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 
@@ -168,9 +154,7 @@ def _sized(
     config: TraceConfig, held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: Told | None
 ) -> tuple[Drawing, tuple[str, ...]]:
     """Return the drawing at the size that is to be traced, and what a reader should know of that."""
-    if config.size is not None:
-        drawing = scaled(drawing, config.size / 1e3)
-    elif not drawing.sized:
+    if not drawing.sized:
         most = reachable_size(held, drawing, told)
         if most == 0:
             raise InputError(
@@ -179,6 +163,8 @@ def _sized(
         return scaled(drawing, SHARE * most), (
             f"Size {1e3 * SHARE * most:.0f} mm is {100 * SHARE:.0f} % of the reachable {1e3 * most:.0f} mm.",
         )
+    if told is not None:
+        told(f"whether {drawing.name} fits", 0, 0)
     fit = fit_of(held, plan_of(held, drawing))
     if fit.fits:
         return drawing, ()
@@ -190,7 +176,8 @@ def _sized(
         return scaled(drawing, most), (
             f"Scaled from {1e3 * larger_side(drawing):.0f} to {1e3 * most:.0f} mm, the largest that fits.",
         )
-    fits = f"the largest that fits is {1e3 * most:.0f} mm: give --size {1e3 * most:.0f} or less, or --scale"
+    floor = math.floor(1e3 * most)
+    fits = f"the largest that fits is {floor} mm: give --size {floor} or less, or --scale"
     none = "and no size of it fits: use another path, hand or object"
     name = f"{drawing.name} of {1e3 * larger_side(drawing):.0f} mm"
     raise refusal(name, fit, held[0].start_pose, fits if most > 0 else none)
@@ -198,25 +185,3 @@ def _sized(
 
 def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:
     return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)
-
-
-def _passports(config: TraceConfig, setup: TraceSetup, timestep: float) -> list[Passport]:
-    found = versions()
-    return [
-        Passport(
-            hand=setup.hand,
-            object=setup.object,
-            controller=setup.controller.name,
-            primitive=plan.name,
-            angle_deg=None,
-            rotation_deg=0.0,
-            path=plan.name,
-            trial=number,
-            seed=config.seed,
-            substeps=SUBSTEPS,
-            timestep=timestep,
-            versions=found,
-            engine=config.engine,
-        )
-        for number, plan in enumerate(setup.plans, start=1)
-    ]

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from inhand.control.controller import Controller, Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
-from inhand.geometry import Array, way_along, wrap_angle
+from inhand.geometry import Array, Path, wrap_angle
 from inhand.sim.state import State, select
+from inhand.tasks.paths import stacked
 from inhand.tracing.plan import STEP, Plan
 from inhand.tracing.walk import Event, Pose, Request, SequenceConfig, Walk
 
@@ -66,14 +67,7 @@ class Sequencer:
     def __init__(
         self, task: Task, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
     ) -> None:
-        """Take worlds through plans, one each, given in the palm frame.
-
-        Args:
-            task: hand, objects and periods of the batch.
-            plans: a plan for each world.
-            repertoire: what carries the primitives out.
-            config: when they have arrived or failed.
-        """
+        """Take worlds through plans, one each, given in the palm frame."""
         self._task, self._repertoire = task, repertoire
         config = config or SequenceConfig()
         self.walks = [Walk(plan, config, task.control_period) for plan in plans]
@@ -125,15 +119,12 @@ class Sequencer:
         for world in worlds.tolist():
             walk, pose = self.walks[world], poses[world]
             come = walk.come(pose)
-            left = walk.plan.poses_from(come)
-            rest.append(np.concatenate([[pose], left]) - pose)
+            rest.append(np.concatenate([[pose], walk.plan.path.beyond(come).poses]) - pose)
             begins.append(come)
-        longest = max(map(len, rest))
-        paths = np.stack([np.concatenate([path, np.repeat(path[-1:], longest - len(path), axis=0)]) for path in rest])
-        task = replace(self._task, objects=tuple(self._task.objects[world] for world in worlds), paths=paths)
+        task = self._part(worlds, Path(stacked(rest)))
         config = IkConfig()
         limit = follow_limit(task, select(state, worlds), config.friction_share, config.margin)
-        for world, begin, way, found in zip(worlds.tolist(), begins, task.progress, limit, strict=True):
+        for world, begin, way, found in zip(worlds.tolist(), begins, task.path.way, limit, strict=True):
             whole = found >= way[-1] - STEP / 10
             self.walks[world].limit = np.inf if whole else begin + max(float(found - way[1]), 0.0)
 
@@ -157,15 +148,14 @@ class Sequencer:
         start = np.array([request.start for request in asked])
         relative = np.array([request.end for request in asked]) - start
         relative[:, 2] = wrap_angle(relative[:, 2])
-        longest = way_along(np.stack([np.zeros_like(relative), relative], axis=1))[:, -1].max()
-        paths = np.linspace(0.0, 1.0, max(int(np.ceil(longest / STEP)), 1) + 1)[:, None] * relative[:, None]
-        return replace(
-            self._task,
-            objects=tuple(self._task.objects[world] for world in worlds),
-            paths=paths,
-            distance=way_along(paths)[:, -1],
-            start=start,
-        )
+        longest = Path(np.stack([np.zeros_like(relative), relative], axis=1)).length.max()
+        shares = np.linspace(0.0, 1.0, max(int(np.ceil(longest / STEP)), 1) + 1)
+        path = Path(shares[:, None] * relative[:, None])
+        return replace(self._part(worlds, path), distance=path.length, start=start)
+
+    def _part(self, worlds: NDArray[np.int64], path: Path) -> Task:
+        """Return the task of some worlds with paths of their own."""
+        return replace(self._task, objects=tuple(self._task.objects[world] for world in worlds), path=path)
 
 
 def _poses(state: State) -> list[Pose]:

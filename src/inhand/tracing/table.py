@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from inhand.control.trial import DIVERGED, NO_GRASP, REACHED
-from inhand.geometry import Array, planar, wrap_angle
+from inhand.geometry import Array
 from inhand.pages import NO_VERDICT, NOTHING
 from inhand.tracing.follow import Followed
 from inhand.tracing.run import TraceSetup
@@ -118,19 +118,9 @@ def _told(event: Event, followed: Followed, origin: Array) -> str:
     legs = followed.plan.legs
     return (
         f"{event.what} at ({x:.1f}, {y:.1f}) mm after {event.time:.1f} s, {1e3 * event.off:.1f} mm and"
-        f" {np.rad2deg(_turned(event, followed)):.1f} deg off, in primitive {event.leg + 1} of {len(legs)}"
+        f" {np.rad2deg(event.turned):.1f} deg off, in primitive {event.leg + 1} of {len(legs)}"
         f" ({legs[event.leg].kind})"
     )
-
-
-def _turned(event: Event, followed: Followed) -> float:
-    """Return the angle between the object and its primitive when something went wrong [rad]."""
-    trial, leg = followed.trial, followed.plan.legs[event.leg]
-    decision = round(event.time / (trial.passport.substeps * trial.passport.timestep))
-    # What the first decision sees is the last row before manipulation.
-    theta = float(planar(trial.object_pose[trial.manipulation.start + decision - 2])[2])
-    middle, half = (leg.start[2] + leg.end[2]) / 2, abs(leg.end[2] - leg.start[2]) / 2
-    return max(abs(float(wrap_angle(theta - middle))) - half, 0.0)
 
 
 def _place(place: Sequence[float] | Array, origin: Array) -> list[float]:

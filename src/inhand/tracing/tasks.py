@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tracing.drawing import scaled
 from inhand.tracing.drawings import find_drawing
-from inhand.tracing.fit import Fit, Held, fit_of, refusal
-from inhand.tracing.plan import Leg, Plan, plan_along
+from inhand.tracing.fit import Fit, Held, check_extent, fit_of, refusal
+from inhand.tracing.plan import Leg, Plan, plan_along, triple
 
 SHARE = 0.5
 """Share of the hand's reach in which goals and way-points are drawn."""
@@ -70,18 +70,10 @@ def draw_points(held: Held, count: int, rng: np.random.Generator, share: float =
     return share * points[:count]
 
 
-def _pose(held: Held, rng: np.random.Generator) -> Plan:
-    goal = np.append(draw_points(held, 1, rng)[0], rng.uniform(-TURNS, TURNS))
-    return plan_along(
-        "pose", np.stack([held[0].start_pose, held[0].start_pose + goal]), held[0].start_pose, stay=POSE_STAY
-    )
-
-
-def _place(held: Held, rng: np.random.Generator) -> Plan:
-    goal = np.append(draw_points(held, 1, rng)[0], 0.0)
-    return plan_along(
-        "place", np.stack([held[0].start_pose, held[0].start_pose + goal]), held[0].start_pose, stay=POSE_STAY
-    )
+def _goal(held: Held, rng: np.random.Generator, most: float = 0.0) -> Plan:
+    place = draw_points(held, 1, rng)[0]
+    goal, start = np.append(place, rng.uniform(-most, most) if most else 0.0), held[0].start_pose
+    return plan_along("pose" if most else "place", np.stack([start, start + goal]), start, stay=POSE_STAY)
 
 
 def _tour(held: Held, rng: np.random.Generator) -> Plan:
@@ -91,27 +83,18 @@ def _tour(held: Held, rng: np.random.Generator) -> Plan:
 
 def _key(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    out = held[0].start_pose + np.array([0.0, KEY_WAY, 0.0])
-    turned = out + np.array([0.0, 0.0, KEY_TURN])
-    legs = (
-        Leg("move", _triple(held[0].start_pose), _triple(out)),
-        Leg("turn", _triple(out), _triple(turned), KEY_STAY),
-        Leg("turn", _triple(turned), _triple(out)),
-        Leg("move", _triple(out), _triple(held[0].start_pose)),
-    )
-    return Plan("key", legs)
+    start = held[0].start_pose
+    out, turned = (start + np.array([0.0, KEY_WAY, angle]) for angle in (0.0, KEY_TURN))
+    first, turn, *rest = plan_along("key", np.stack([start, out, turned, out, start]), start).legs
+    return Plan("key", (first, replace(turn, stay=KEY_STAY), *rest))
 
 
 def _wall(held: Held, rng: np.random.Generator) -> Plan:
     del rng
     start, out = held[0].start_pose, np.array([0.0, 1.0, 0.0])
     near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
-    legs = (
-        Leg("move", _triple(start), _triple(near)),
-        Leg("press", _triple(near), _triple(beyond), WALL_STAY),
-        Leg("move", _triple(near), _triple(start)),
-    )
-    return Plan("wall", legs)
+    there, back = (plan_along("wall", np.stack(ends), ends[0]).legs for ends in ((start, near), (near, start)))
+    return Plan("wall", (*there, Leg("press", there[0].end, triple(beyond), WALL_STAY), *back))
 
 
 def the_wall(held: Held) -> Wall:
@@ -121,16 +104,11 @@ def the_wall(held: Held) -> Wall:
     return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
 
 
-def _triple(pose: Array) -> tuple[float, float, float]:
-    x, y, theta = pose.tolist()
-    return x, y, theta
-
-
 TASKS = {
     task.name: task
     for task in (
-        SequenceTask("pose", "go to a drawn pose and hold it for a second", _pose),
-        SequenceTask("place", "go to a drawn place without turning and hold the object there for a second", _place),
+        SequenceTask("pose", "go to a drawn pose and hold it for a second", partial(_goal, most=TURNS)),
+        SequenceTask("place", "go to a drawn place without turning and hold the object there for a second", _goal),
         SequenceTask("tour", "visit fifty drawn way-points without letting go", _tour),
         SequenceTask("wall", "move out to a wall, push against it, and come back", _wall, the_wall),
         SequenceTask("key", "move out, turn by 30 deg, turn back, and return", _key),
@@ -160,6 +138,7 @@ def find_task(text: str) -> SequenceTask:
 
     def plan(held: Held, rng: np.random.Generator) -> Plan:
         del rng
+        check_extent(held, drawing)
         return plan_along(text, held[0].start_pose + drawing.poses, held[0].start_pose)
 
     return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)
@@ -172,14 +151,9 @@ def fitting_plan(
     name: str,
     told: Callable[[str, int, int], None] | None = None,
 ) -> Plan:
-    """Return the first drawn plan of a task that a single grip carries the object through.
+    """Return the first drawn plan of a task that a single grip carries the object through; errors call it by a name.
 
-    Args:
-        task: the task.
-        held: the hand and the object.
-        rng: draws plans.
-        name: what errors and progress call it.
-        told: told which draw is looked at, how many were, and how many will be at most.
+    `told` is told which draw is looked at, how many were, and how many will be at most.
 
     Raises:
         InputError: none of `DRAWS` plans fits; the text says which part of the last lies outside.

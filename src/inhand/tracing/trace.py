@@ -9,7 +9,7 @@ import similaritymeasures
 from numpy.typing import NDArray
 
 from inhand.control.trial import LOST, REACHED
-from inhand.geometry import TURN_ARM, Array, distance_to, interpolate, longest_run, planar, way_along, wrap_angle
+from inhand.geometry import TURN_ARM, Array, Path, distance_to, longest_run, planar, wrap_angle
 from inhand.sim.walls import Wall, clearance
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
@@ -79,12 +79,7 @@ class Deviations:
 
 
 def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
-    """Return what one world reached.
-
-    Args:
-        followed: what it left.
-        wall: what it was to be pushed against, if anything.
-    """
+    """Return what one world reached, and of a wall for how long it was pushed against it."""
     plan, trial = followed.plan, followed.trial
     poses, _ = measured_rows(followed)
     rows = deviations(followed)
@@ -102,7 +97,7 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
         float(np.rad2deg(turned.max(initial=0.0))),
         float(1e3 * np.hypot(*last[:2])),
         float(np.rad2deg(abs(wrap_angle(last[2])))),
-        len(poses) * trial.passport.substeps * trial.passport.timestep,
+        len(poses) * trial.passport.period,
         sum(event.what != "gave up" for event in followed.events),
         None if wall is None else _pushed(followed, wall),
     )
@@ -119,18 +114,15 @@ def measured_rows(followed: Followed) -> tuple[Array, NDArray[np.int64]]:
 
 def deviations(followed: Followed) -> Deviations:
     """Return how far the object was from its plan, row by row after the approach."""
-    poses, legs = measured_rows(followed)
-    ends = _ends(followed.plan)[legs]
+    plan, (poses, legs) = followed.plan, measured_rows(followed)
+    ends = _ends(plan)[legs]
     start, end = ends[:, 0], ends[:, 1]
-    middle, half = (start[:, 2] + end[:, 2]) / 2, np.abs(end[:, 2] - start[:, 2]) / 2
-    turned = np.maximum(np.abs(wrap_angle(poses[:, 2] - middle)) - half, 0.0)
+    turned = np.array([abs(plan.legs[leg].turned(theta)) for leg, theta in zip(legs, poses[:, 2], strict=True)])
     scale = np.array([1.0, 1.0, TURN_ARM])
     line, gone = (end - start) * scale, (poses - start) * scale
     share = np.clip((gone * line).sum(axis=-1) / np.maximum((line**2).sum(axis=-1), SAME), 0.0, 1.0)
-    way = followed.plan.way
-    return Deviations(
-        way[legs] - way[followed.plan.approach] + share * np.diff(way)[legs], _off(followed.plan, poses, legs), turned
-    )
+    way = plan.way[legs] - plan.way[plan.approach] + share * np.diff(plan.way)[legs]
+    return Deviations(way, _off(plan, poses, legs), turned)
 
 
 def _ends(plan: Plan) -> Array:
@@ -150,20 +142,20 @@ def _off(plan: Plan, poses: Array, legs: NDArray[np.int64]) -> Array:
 
 def _frechet(poses: Array, plan: Plan) -> float:
     """Return the discrete Frechet distance of positions `(M, 3)` to a plan without its approach [mm]."""
-    wanted = plan.measured().poses()
-    count = int(np.clip(np.ceil(1e3 * plan.measured().way[-1]), POINTS, MOST_POINTS))
-    path, target = (_evenly(np.asarray(points[:, :2]), count) for points in (poses, wanted))
+    wanted = plan.measured()
+    count = int(np.clip(np.ceil(1e3 * wanted.way[-1]), POINTS, MOST_POINTS))
+    path, target = (_evenly(points, count) for points in (poses, wanted.path.poses))
     return float(1e3 * similaritymeasures.frechet_dist(path, target))
 
 
-def _evenly(points: Array, count: int) -> Array:
-    """Return points `(count, 2)` evenly along a line through others `(M, 2)`; standing still counts once."""
-    way = way_along(np.column_stack([points, np.zeros(len(points))]))
-    return interpolate(np.linspace(0.0, way[-1], count), way, points)
+def _evenly(poses: Array, count: int) -> Array:
+    """Return points `(count, 2)` evenly along the positions of poses `(M, 3)`; standing still counts once."""
+    line = Path(poses * np.array([1.0, 1.0, 0.0]))
+    return line.at(np.linspace(0.0, line.length, count))[:, :2]
 
 
 def _pushed(followed: Followed, wall: Wall) -> float:
     """Return the longest time for which the object touched a wall, held by both fingers [s]."""
     trial = followed.trial
     near = clearance(wall, trial.passport.object, planar(trial.object_pose)) <= TOUCHES
-    return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.substeps * trial.passport.timestep
+    return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.period

@@ -60,12 +60,7 @@ def run_trace(
     prepare: Callable[[TraceConfig], TraceSetup] = prepare_trace,
     run: Simulate = simulate_trace,
 ) -> TraceRun:
-    """Return the finished run of a configuration.
-
-    Args:
-        config: what to run.
-        prepare: returns its setup.
-        run: runs the checked setup.
+    """Return the finished run of a configuration, prepared and simulated as the command line shows it or silently.
 
     Raises:
         InputError: anything in the configuration that cannot be run.

@@ -58,6 +58,8 @@ class Event:
     """Where the object was [m]."""
     off: float
     """How far it was from the planned line [m]."""
+    turned: float
+    """How far it was turned out of what the primitive allows [rad]."""
     what: str
     """`lost a finger`, `left its path`, `stuck`, `grip ends` or `gave up`."""
 
@@ -124,12 +126,7 @@ class Walk:
         return self._go(pose)
 
     def decide(self, pose: Pose, *, touching: bool) -> Request | None:
-        """Return the primitive to start now, None where the one under way goes on.
-
-        Args:
-            pose: the object's.
-            touching: whether both fingers touch it.
-        """
+        """Return the primitive to start now, None where the one under way goes on."""
         if self.ended:
             return None
         self.time += self.period
@@ -170,7 +167,7 @@ class Walk:
 
     def _left(self, pose: Pose) -> float:
         if self._what == "turn":
-            return TURN_ARM * abs(_wrapped(self._target[2] - pose[2]))
+            return TURN_ARM * abs(math.remainder(self._target[2] - pose[2], 2 * math.pi))
         return math.dist(pose[:2], self._target[:2])
 
     def _arrived(self, left: float) -> bool:
@@ -186,7 +183,7 @@ class Walk:
         config = self.config
         if self._loose >= config.loose:
             return "lost a finger"
-        if self.mode == "go" and (off > config.stray or abs(self._turned(pose)) > config.stray_turn):
+        if self.mode == "go" and (off > config.stray or abs(self.now.turned(pose[2])) > config.stray_turn):
             return "left its path"
         return "stuck" if self._timer >= config.patience and self._stayed < 0 else None
 
@@ -203,16 +200,9 @@ class Walk:
         self.mode = "stopped"
         return self._request("hold", pose, pose)
 
-    def _turned(self, pose: Pose) -> float:
-        """Return by how much an object is turned out of what the primitive under way allows [rad]."""
-        first, last = sorted((self.now.start[2], self.now.end[2]))
-        middle, half = (first + last) / 2, (last - first) / 2
-        away = _wrapped(pose[2] - middle)
-        return math.copysign(max(abs(away) - half, 0.0), away)
-
     def _resume(self, pose: Pose) -> Request:
         """Go on after the grip has been closed: first turned back if the object is turned far, then brought back."""
-        turned = self._turned(pose)
+        turned = self.now.turned(pose[2])
         if abs(turned) <= self.config.stray_turn / 2:
             return self._bring_back(pose)
         self.mode = "return"
@@ -254,7 +244,7 @@ class Walk:
         return Request(what, start, end)
 
     def _tell(self, pose: Pose, off: float, what: str) -> None:
-        self.events.append(Event(self.time, self.leg, pose[:2], off, what))
+        self.events.append(Event(self.time, self.leg, pose[:2], off, abs(self.now.turned(pose[2])), what))
 
 
 def _nearest(pose: Pose, start: Pose, end: Pose) -> tuple[float, float]:
@@ -267,7 +257,3 @@ def _nearest(pose: Pose, start: Pose, end: Pose) -> tuple[float, float]:
 
 def _in_metres(pose: Pose) -> Pose:
     return pose[0], pose[1], TURN_ARM * pose[2]
-
-
-def _wrapped(angle: float) -> float:
-    return math.remainder(angle, 2 * math.pi)

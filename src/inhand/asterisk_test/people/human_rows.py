@@ -16,6 +16,8 @@ from inhand.geometry import interpolate, longest_run
 REQUIRED = ("x", "y", "rmag")
 FRAME = "frame"
 """Name of the column that numbers the frames; in the files of 2020 and of the camera it has none."""
+MOST_ROWS = 2000
+"""Rows of the longest recording; the longest known has 690."""
 Gaps = Literal["refuse", "drop", "fill"]
 """What becomes of empty rows: the file is refused, they are left out, or a line is drawn over them."""
 
@@ -55,6 +57,11 @@ def read_rows(path: Path, gaps: Gaps = "refuse") -> tuple[Columns, Unseen]:
     found = read_columns(path, path.name, Header(REQUIRED, unnamed=FRAME, may_be_empty=True))
     if not len(found.columns["x"]):
         raise InputError(f"{path.name} holds a header but no rows: record the trial again, or remove the file")
+    if len(found.lines) > MOST_ROWS:
+        raise InputError(
+            f"{path.name} has {len(found.lines)} rows; a trial has at most {MOST_ROWS}, more than a minute: cut the"
+            " recording into trials"
+        )
     seen = ~np.isnan(found.columns["x"])
     unseen = Unseen(int((~seen).sum()), longest_run(~seen), gaps)
     if not unseen.frames:

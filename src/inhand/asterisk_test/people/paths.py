@@ -21,44 +21,29 @@ SMOOTH_STEPS = 5
 """Window of the mean over neighbouring waypoints."""
 
 
-def human_path(trial: HumanTrial, *, step: float = 0.001, keep_rotation: bool = False) -> ReferencePath:
+def human_path(trial: HumanTrial, step: float = 0.001) -> ReferencePath:
     """Return the path that a person took, as a function of progress instead of time.
 
     From the filtered rows up to the one of farthest progress (what follows is release): in bins around each
     waypoint the median of the rows' lateral part, gaps filled linearly, then a mean over neighbours that keeps
     the start. So a person who walks the object to and fro leaves one point per step, and dwelling counts once.
-    The lateral part of recordings is uncertain by up to 14 mm (docs/metrics.md).
-
-    Args:
-        trial: The recording.
-        step: Spacing of the waypoints [m]; a trial that only rotates has steps of one degree instead.
-        keep_rotation: Follow the recorded rotation too; by default a translation keeps theta at 0. Only trials
-            whose label tells its sign can.
+    The lateral part of recordings is uncertain by up to 14 mm (docs/metrics.md). A translation keeps theta at 0; a
+    trial that only rotates has steps of one degree.
 
     Raises:
-        InputError: the object moved less than one step along its direction, the step is not positive and finite,
-            or the rotation is to be kept but its sign is unknown.
+        InputError: the object moved less than one step [m] along its direction, or that is not positive and finite.
     """
-    if keep_rotation and not trial.rotation_signed:
-        raise InputError(
-            f"{trial.source}: the sign of the rotation is unknown in trials without a twist, so it cannot be"
-            " followed: leave keep_rotation off, or use a trial with p15, m15, cw or ccw"
-        )
     rows = slice(*trial.moving)
     place = (trial.filtered_mm[rows] - trial.filtered_mm[rows][0]) / 1000.0
-    theta = np.radians(trial.filtered_rotation_deg[rows]) if trial.rotation_signed else np.zeros(len(place))
     name = f"{trial.primitive} of {trial.source}"
     if trial.angle_deg is None:
-        sign = ROTATION_SIGNS[trial.primitive]
+        sign, theta = ROTATION_SIGNS[trial.primitive], np.radians(trial.filtered_rotation_deg[rows])
         progress, drift = _along(name, sign * (theta - theta[0]), place, TURN_STEP)
-        return ReferencePath(name, np.column_stack([drift, sign * progress]), progress)
+        return ReferencePath(np.column_stack([drift, sign * progress]), name)
     aligned = geometry.rotate(-math.radians(trial.angle_deg), place)
-    across = np.column_stack([aligned[:, 1], theta])
-    progress, parts = _along(name, aligned[:, 0], across, step)
-    points = geometry.rotate(math.radians(trial.angle_deg), np.column_stack([progress, parts[:, 0]]))
-    held = parts[:, 1] + theta[0] if keep_rotation else np.zeros(len(progress))
-    twist = 0.0 if keep_rotation else math.radians(trial.twist_deg)
-    return ReferencePath(name, np.column_stack([points, held]), progress, twist)
+    progress, across = _along(name, aligned[:, 0], aligned[:, 1:], step)
+    points = geometry.rotate(math.radians(trial.angle_deg), np.column_stack([progress, across]))
+    return ReferencePath(np.column_stack([points, np.zeros(len(points))]), name, math.radians(trial.twist_deg))
 
 
 def _along(name: str, progress: Array, across: Array, step: float) -> tuple[Array, Array]:

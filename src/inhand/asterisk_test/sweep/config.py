@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from inhand.sim.names import MUJOCO, Engine
+from inhand.control.run_config import TrialsConfig
 
 HANDS = (
     "2v2_50.50_50.50_1.1_53",
@@ -38,7 +38,7 @@ OBJECTS = (
 
 
 @dataclass(frozen=True)
-class SweepConfig:
+class SweepConfig(TrialsConfig):
     """Run the Asterisk Test with every hand on every object; a sweep that was stopped goes on where it was."""
 
     hands: tuple[str, ...] = HANDS
@@ -49,16 +49,6 @@ class SweepConfig:
     """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
     trials: int = 1
     """Trials for each direction, each with its own start noise."""
-    seed: int = 0
-    """Seed of the start noise, the same for every hand and object."""
-    noise_mm: float = 1.0
-    """Standard deviation of the object's start in x and y [mm]."""
-    noise_deg: float = 1.0
-    """Standard deviation of the object's start rotation [deg]."""
-    controller: str = "ik"
-    """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     jobs: int = 0
     """Hands and objects computed at a time, one on each core; 0 takes every core."""
     out: Path = Path("results/sweep")

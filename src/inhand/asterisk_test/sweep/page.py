@@ -1,28 +1,36 @@
-"""The folder of a sweep: `sweep.json`, the heat maps and the Markdown page."""
+"""The folder of a sweep: `sweep.json`, `trials.csv`, the heat maps and the Markdown page."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, fields
+from math import isfinite, nan
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.summary import Case, Sweep, kept_share, mean_fraction, median_fraction
+from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
-from inhand.geometry import Array
+from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_figure
 from inhand.versions import versions
 
-PICTURES = {
-    "objects.png": "Hands and objects: mean fraction of the limit over the directions",
-    "directions.png": "Hands and directions: mean fraction of the limit over the objects",
+OVER = {"object": "directions", "direction": "objects"}
+"""What the columns of a heat map are, and what its numbers are means over."""
+KINDS = {
+    "distance": "How far the hand carried the object",
+    "limit": "How far the hand could carry it, whatever controls it",
+    "share": "Skill of the controller: the share of the limit that it reaches",
 }
-"""Figures of a sweep with what they show."""
+"""What a heat map shows: a column of `compared`."""
+FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, tables.best_of_each)
+"""The tables that say which hand is best."""
 
 
 def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
@@ -33,44 +41,59 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
         sweep: what was found.
         wall_s: how long this call took [s].
     """
-    figures = config.out / "figures"
-    for name, heat in zip(PICTURES, heat_maps(sweep), strict=True):
-        subtitle = f"{config.controller}, {_trials(config)}; lost: not kept to the end"
-        save_figure(heatmap_figure(heat, "Fraction of the limit", PICTURES[name], subtitle), figures / name)
-    write_json(_content(config, sweep, wall_s), config.out / "sweep.json")
-    part = config.out / "report.md.part"
-    part.write_text(page(config, sweep, wall_s), encoding="utf-8")
-    part.replace(config.out / "report.md")
+    pictures = []
+    for kind, text in KINDS.items():
+        for column, over in OVER.items():
+            name = f"figures/{column}s_{kind}.png"
+            save_figure(figure_of(config, sweep, kind, column), config.out / name)
+            pictures.append(Picture(f"{text}: hands and {column}s, means over the {over}", name))
+    content = {
+        "median_share": sweep.cases.share.median(),
+        "kept_share": sweep.cases.kept.mean(),
+        "wall_s": wall_s,
+        **{name: getattr(sweep, name) for name in ("hands", "objects", "directions")},
+        **{name: getattr(sweep, name).to_dict("records") for name in ("cells", "cases")},
+        "failures": tables.failures(sweep),
+        "config": asdict(config),
+        "versions": versions(),
+    }
+    write_json(content, config.out / "sweep.json")
+    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures)}
+    for name, text in texts.items():
+        part = config.out / f"{name}.part"
+        part.write_text(text, encoding="utf-8")
+        part.replace(config.out / name)
 
 
-def heat_maps(sweep: Sweep) -> tuple[HeatMap, HeatMap]:
-    """Return the heat maps of hands and objects and of hands and directions."""
-    stopped = {(cell.hand, cell.object) for cell in sweep.cells if cell.reason}
-    objects = [
-        [[case for case in sweep.cases if (case.hand, case.object) == (hand, thing)] for thing in sweep.objects]
-        for hand in sweep.hands
-    ]
-    directions = [
-        [[case for case in sweep.cases if (case.hand, case.direction) == (hand, way)] for way in sweep.directions]
-        for hand in sweep.hands
-    ]
-    notes = [
-        [
-            "cannot run" if (hand, thing) in stopped else _lost(cases)
-            for thing, cases in zip(sweep.objects, row, strict=True)
-        ]
-        for hand, row in zip(sweep.hands, objects, strict=True)
-    ]
-    rows = tuple(f"{hand}  {number}" for number, hand in enumerate(sweep.hands, start=1))
-    return (
-        HeatMap(rows, sweep.objects, _fractions(objects), notes),
-        HeatMap(
-            rows, sweep.directions, _fractions(directions), [[_lost(cases) for cases in row] for row in directions]
-        ),
-    )
+def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
+    """Return the heat map of hands and objects, or hands and directions.
+
+    Args:
+        config: what was asked for.
+        sweep: what was found.
+        kind: of `KINDS`.
+        column: object or direction; of the directions those whose distances have a common unit.
+    """
+    names = sweep.objects if column == "object" else sweep.directions if kind == "share" else sweep.alike
+    grid = pd.MultiIndex.from_product([sweep.hands, names])
+    found = compared(sweep, ["hand", column]).reindex(grid)
+    shape = len(sweep.hands), len(names)
+    notes = np.array([_note(row, kind) for row in found.to_dict("records")], dtype=object)
+    if column == "object":
+        ran = sweep.cells.set_index(["hand", "object"]).reason.reindex(grid).isna().to_numpy()
+        notes = np.where(ran, notes, "cannot run")
+    farthest = float(np.fmax(found.distance.max(), found.limit.max()))
+    top = farthest if farthest > 0.0 and kind != "share" else 1.0
+    heat = HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
+    scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"
+    told = [f"mean over the {OVER[column]}"]
+    if kind != "limit":
+        told = [config.controller, f"{told[0]}, {_trials(config)}", *["± SD over the trials"] * (config.trials > 1)]
+    told += ["L: finger length"] * (kind != "share" and sweep.unit == "mm")
+    return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
 
 
-def page(config: SweepConfig, sweep: Sweep, wall_s: float) -> str:
+def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Picture]) -> str:
     """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
     lines = [
         f"# Sweep: {len(sweep.hands)} hands x {len(sweep.objects)} objects x {len(sweep.directions)} directions",
@@ -81,80 +104,46 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float) -> str:
         *[f"* {sentence}" for sentence in tables.summary(sweep)],
         f"* This call took {wall_s / 60:.1f} minutes.",
         "",
-        "Distance is the progress along the direction up to the first loss of contact; the limit is how far the hand"
-        " itself could carry the object that way by geometry and friction. In means of distances, what could not be run"
-        " counts as 0 mm; in means of fractions it does not count.",
+        "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
+        " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
+        " to the first loss of contact. `Of finger` is either in finger lengths, so that small hands compare with large"
+        " ones. `Skill` is the distance's share of the limit and tells of the controller, not of the hand. In means of"
+        " distances and limits what could not be run counts as 0; in means of shares it does not count."
+        + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         "",
+        *picture_lines(pictures),
     ]
-    for name, text in PICTURES.items():
-        lines += [f"![{text}](figures/{name})", "", f"*{text}*", ""]
-    found = (tables.hands_table, tables.best_by_direction, tables.best_by_object, tables.best_of_each)
-    for table in (make(sweep) for make in found):
-        lines += _markdown(table)
+    for table in (make(sweep) for make in FOUND):
+        lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), ""]
     lines += _listed("What failed", tables.failures(sweep), "Every case kept the object to its end.")
     lines += _listed("Kept, but below half of the limit", tables.poor(sweep), "None.")
     lines += _listed("Beyond the limit", tables.beyond(sweep), "None.")
-    lines += _markdown(tables.cells_table(sweep))
-    found_versions = ", ".join(f"{name} {version}" for name, version in versions().items())
-    lines += ["## Run it again", "", f"    {command(config)}", "", f"Versions: {found_versions}.", ""]
+    table = tables.cells_table(sweep)
+    lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), "", *again_lines(command(config))]
     return "\n".join(lines)
 
 
 def command(config: SweepConfig) -> str:
     """Return the command line that repeats a sweep, quoted for a shell; what is as by default is left out."""
-    words = ["inhand", "sweep"]
     plain = SweepConfig()
-    for field in fields(config):
-        value = getattr(config, field.name)
-        if value == getattr(plain, field.name) or field.name == "overwrite":
-            continue
-        words += ["--" + field.name.replace("_", "-"), *map(str, value if isinstance(value, tuple) else (value,))]
-    return shlex.join(words)
+    usual = [field.name for field in fields(config) if getattr(config, field.name) == getattr(plain, field.name)]
+    return shlex.join(["inhand", "sweep", *options(config, [*usual, "overwrite"])])
 
 
 def _trials(config: SweepConfig) -> str:
-    return f"{config.trials} trial{'' if config.trials == 1 else 's'} for each direction"
+    if config.trials == 1:
+        return "n = 1 trial for each direction, so no spread is known"
+    return f"n = {config.trials} trials for each direction"
 
 
-def _fractions(grid: Sequence[Sequence[Sequence[Case]]]) -> Array:
-    return np.array([[mean_fraction(cases) for cases in row] for row in grid])
-
-
-def _lost(cases: Sequence[Case]) -> str:
-    """Return how many cases lost the object, for a cell of a heat map."""
-    count = sum(not case.kept for case in cases)
-    return f"{count} lost" if count else ""
-
-
-def _content(config: SweepConfig, sweep: Sweep, wall_s: float) -> dict[str, Any]:
-    return {
-        "median_fraction": median_fraction(sweep.cases),
-        "kept_share": kept_share(sweep.cases),
-        "wall_s": wall_s,
-        "hands": sweep.hands,
-        "objects": sweep.objects,
-        "directions": sweep.directions,
-        "cells": [
-            asdict(cell) | {"cases": [asdict(case) | {"fraction": case.fraction} for case in cell.cases]}
-            for cell in sweep.cells
-        ],
-        "best": {
-            "by_direction": _entries(tables.best_by_direction(sweep)),
-            "by_object": _entries(tables.best_by_object(sweep)),
-        },
-        "failures": tables.failures(sweep),
-        "config": asdict(config),
-        "versions": versions(),
-    }
-
-
-def _entries(table: tables.Table) -> list[dict[str, str]]:
-    return [dict(zip(table.header, row, strict=True)) for row in table.rows]
-
-
-def _markdown(table: tables.Table) -> list[str]:
-    shown = (table.header, tuple("---" for _ in table.header), *table.rows)
-    return [f"## {table.title}", "", *["| " + " | ".join(row) + " |" for row in shown], ""]
+def _note(row: dict[Any, float], kind: str) -> str:
+    """Return what stands below the number of a cell: its spread, its size in finger lengths, how many cases failed."""
+    sd = {"distance": row["sd"], "share": row["share_sd"]}.get(kind, nan)
+    size, failed = row.get(f"{kind}_size", nan), row["cases"] - row["kept"]
+    lines = [f"± {sd:.{2 if kind == 'share' else 1}f}"] if isfinite(sd) else []
+    lines += [f"{size:.2f} L"] if isfinite(size) else []
+    lines += [f"{failed:.0f} failed"] if failed > 0 and kind != "limit" else []
+    return "\n".join(lines)
 
 
 def _listed(title: str, sentences: Sequence[str], none: str) -> list[str]:

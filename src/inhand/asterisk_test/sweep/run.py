@@ -6,7 +6,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from inhand.asterisk_test.sweep.cells import Job, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.page import PICTURES, heat_maps, write_sweep
+from inhand.asterisk_test.sweep.page import figure_of, write_sweep
 from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
 from inhand.control.catalogue import CONTROLLERS
@@ -23,8 +23,7 @@ from inhand.folders import check_folder
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.plots.heatmap import heatmap_figure
-from inhand.shown import Shown, configured, frame, listed
+from inhand.shown import Shown, configured, listed
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()
@@ -45,13 +44,12 @@ class SweepRun(Shown):
     """How long this call took [s]."""
 
     def table(self) -> pd.DataFrame:
-        """Return a row for each hand, object and direction: what was reached, the limit, their quotient."""
-        return frame([asdict(case) | {"fraction": case.fraction, "kept": case.kept} for case in self.sweep.cases])
+        """Return a row for each trial: hand, object, direction, what was reached, the limit, every metric."""
+        return self.sweep.trials.copy()
 
     def figure(self) -> Figure:
-        """Return the heat map of hands and objects."""
-        title = next(iter(PICTURES.values()))
-        return heatmap_figure(heat_maps(self.sweep)[0], "Fraction of the limit", title, self.config.controller)
+        """Return the heat map of the distances of hands and objects."""
+        return figure_of(self.config, self.sweep, "distance", "object")
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
         """Write cells, numbers, heat maps and report, as `inhand sweep` does, and return the folder.

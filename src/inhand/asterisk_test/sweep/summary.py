@@ -1,167 +1,127 @@
-"""What a sweep found: one case for each hand, object and direction, and the means that compare hands."""
+"""What a sweep found, as frames: a row for each trial, their cases, and the means that compare hands."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from inhand.asterisk_test.results import tidy
 from inhand.asterisk_test.sweep.cells import CellFile
 from inhand.control.trial import KEPT
-from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.records import read_record
 from inhand.tasks.primitives import Primitive
 
-
-@dataclass(frozen=True)
-class Case:
-    """One hand with one object along one direction, over its trials."""
-
-    hand: str
-    """Name of the hand."""
-    object: str
-    """Name of the object."""
-    direction: str
-    """Name of the primitive."""
-    rotates: bool
-    """Whether it only rotates; then what was reached and the limit are in degrees."""
-    reached: float
-    """Mean counted distance [mm] or angle [deg]."""
-    limit: float
-    """How far the hand could carry or turn the object [mm or deg]."""
-    failures: tuple[str, ...]
-    """How trials ended that did not keep the object, one text each."""
-
-    @property
-    def fraction(self) -> float:
-        """What was reached as a share of the limit; NaN where the limit leaves nothing to reach."""
-        return self.reached / self.limit if self.limit else float("nan")
-
-    @property
-    def kept(self) -> bool:
-        """Whether every trial carried the object and had both fingers on it at the end."""
-        return not self.failures
+CASE = ["hand", "object", "direction"]
+"""What one case is: a hand, an object and a direction, over its trials."""
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One hand with one object."""
-
-    hand: str
-    """Name of the hand."""
-    object: str
-    """Name of the object."""
-    reason: str | None
-    """Why it could not be run, None where it ran."""
-    seconds: float
-    """How long it took [s]."""
-    cpu_seconds: float
-    """Processor time it took [s]."""
-    cases: tuple[Case, ...]
-    """Its directions."""
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sweep:
-    """All cells of a sweep."""
+    """All cells of a sweep; what was reached and limits are in mm, in deg for directions that only rotate."""
 
     hands: tuple[str, ...]
     """Names of the hands, in the order asked for."""
     objects: tuple[str, ...]
     """Names of the objects."""
     directions: tuple[str, ...]
-    """Names of the directions."""
-    cells: tuple[Cell, ...]
-    """Every hand with every object."""
+    """Names of the directions, clockwise from Out, turns last."""
+    cells: pd.DataFrame
+    """A row for each hand with each object: `reason` why it could not be run, `seconds`, `cpu_seconds`."""
+    trials: pd.DataFrame
+    """A row for each trial: `CASE`, `engine`, `reached`, `limit`, `finger_mm`, and what `as_entry` gives."""
+    cases: pd.DataFrame
+    """A row for each case that ran: means over its trials, `share` of the limit, whether all `kept`, `why` not."""
 
     @property
-    def cases(self) -> tuple[Case, ...]:
-        """Every direction of every cell that ran."""
-        return tuple(case for cell in self.cells for case in cell.cases)
+    def alike(self) -> tuple[str, ...]:
+        """Directions whose distances have a common mean: the translations, or all where all rotate."""
+        rotate = set(self.cases.direction[self.cases.rotates])
+        return tuple(name for name in self.directions if name not in rotate) or self.directions
+
+    @property
+    def unit(self) -> str:
+        """Unit of their distances."""
+        return "deg" if len(self.cases) and self.cases.rotates.all() else "mm"
 
 
 def sweep_of(contents: Iterable[CellFile], primitives: Sequence[Primitive]) -> Sweep:
-    """Return the sweep that the contents of its cells' files make up, directions clockwise from Out, turns last."""
+    """Return the sweep that the contents of its cells' files make up."""
+    cells = list(contents)
+    entries = []
+    for cell in cells:
+        finger = 1e3 * read_record(cell.settings["hand"], HandSpec).finger_length
+        same = {"hand": cell.hand, "object": cell.object, "engine": cell.settings["engine"], "finger_mm": finger}
+        entries += [same | entry for entry in cell.trials]
+    trials = tidy(entries, ("hand", "object", "engine", "finger_mm"))
     directions = [each.name for each in sorted(primitives, key=_clockwise)]
-    cells = tuple(_cell(content) for content in contents)
-    hands, objects = (tuple(dict.fromkeys(names)) for names in zip(*((c.hand, c.object) for c in cells), strict=True))
-    return Sweep(hands, objects, tuple(directions), cells)
+    told = [(cell.hand, cell.object, cell.reason, cell.seconds, cell.cpu_seconds) for cell in cells]
+    table = pd.DataFrame(told, columns=["hand", "object", "reason", "seconds", "cpu_seconds"])
+    names = tuple(table.hand.unique()), tuple(table.object.unique()), tuple(directions)
+    return Sweep(*names, table, trials, _cases(trials))
 
 
-def median_fraction(cases: Iterable[Case]) -> float:
-    """Return the median share of the limit over cases; NaN where none has one."""
-    known = _known(case.fraction for case in cases)
-    return float(np.median(known)) if len(known) else float("nan")
+def compared(sweep: Sweep, by: Sequence[str]) -> pd.DataFrame:
+    """Return hands compared over what they were run with: a row for each group of cases, with its means.
 
-
-def mean_fraction(cases: Iterable[Case]) -> float:
-    """Return the mean share of the limit over cases; NaN where none has one."""
-    known = _known(case.fraction for case in cases)
-    return float(known.mean()) if len(known) else float("nan")
-
-
-def least_fraction(cases: Iterable[Case]) -> float:
-    """Return the least share of the limit over cases; NaN where none has one."""
-    return float(min(_known(case.fraction for case in cases), default=float("nan")))
-
-
-def kept_share(cases: Sequence[Case]) -> float:
-    """Return the share of cases that kept the object; NaN where there is none."""
-    return float(np.mean([case.kept for case in cases])) if cases else float("nan")
-
-
-def mean_reached(cases: Sequence[Case], out_of: int) -> float:
-    """Return what was reached on average, cases that could not be run counting as nothing.
+    Distances and limits are means over `Sweep.alike`, where a case that could not be run counts as 0; in shares it does
+    not count. `sd` is the standard deviation over trials of the group's mean distance: the spread that repeating
+    the whole sweep with other start noise would show.
 
     Args:
-        cases: those that ran, either translations [mm] or rotations [deg].
-        out_of: how many there would be if every one had run.
+        sweep: what was found.
+        by: of `CASE`, the hand and what else tells groups apart; they are the frame's index.
+
+    Returns:
+        `distance`, `sd` (NaN of one trial), `limit`, both in finger lengths (`distance_size`, `limit_size`), `share`,
+        `share_sd`, `median`, `least`, and how many `cases` there are and were `kept`.
     """
-    return sum(case.reached for case in cases) / out_of if out_of else float("nan")
+    keys = list(by)
+    names = {"hand": sweep.hands, "object": sweep.objects, "direction": sweep.alike}
+    out_of = math.prod(len(names[key]) for key in CASE if key not in keys)
+
+    def counted(rows: pd.DataFrame) -> pd.DataFrame:
+        return rows if "direction" in keys else rows[rows.direction.isin(sweep.alike)]
+
+    cases, every = counted(sweep.cases).groupby(keys, sort=False), sweep.cases.groupby(keys, sort=False)
+    found = (cases[["reached", "limit"]].sum() / out_of).rename(columns={"reached": "distance"})
+    size = cases.finger_mm.first().where(~cases.rotates.first())
+    found["distance_size"], found["limit_size"] = found.distance / size, found.limit / size
+    repeated = [*keys, "trial"]
+    found["sd"] = (counted(sweep.trials).groupby(repeated).reached.sum() / out_of).groupby(keys).std()
+    found["share_sd"] = sweep.trials.groupby(repeated).fraction_of_limit.mean().groupby(keys).std()
+    found["share"], found["median"], found["least"] = every.share.mean(), every.share.median(), every.share.min()
+    found["cases"], found["kept"] = every.size(), every.kept.sum()
+    return found
 
 
-def comparable(cases: Sequence[Case]) -> list[Case]:
-    """Return the translations among cases, or all where all rotate: mm and degrees have no common mean."""
-    return [case for case in cases if not case.rotates] or list(cases)
-
-
-def grouped(cases: Iterable[Case], key: Callable[[Case], str]) -> dict[str, list[Case]]:
-    """Return cases by a name, such as that of their hand."""
-    groups: dict[str, list[Case]] = {}
-    for case in cases:
-        groups.setdefault(key(case), []).append(case)
-    return groups
+def _cases(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the cases of trials."""
+    failed = ~trials.outcome.isin(KEPT)
+    ends = zip(trials.outcome, trials.first_lost, strict=True)
+    told = trials.assign(
+        kept=~failed,
+        rotates=trials.angle_deg.isna(),
+        why=[f"{end} by the {finger} finger" if isinstance(finger, str) else end for end, finger in ends],
+    )
+    told["why"] = told.why.where(failed)
+    cases = told.groupby(CASE, sort=False).agg(
+        rotates=("rotates", "first"),
+        trials=("trial", "size"),
+        reached=("reached", "mean"),
+        sd=("reached", "std"),
+        limit=("limit", "first"),
+        finger_mm=("finger_mm", "first"),
+        kept=("kept", "all"),
+        why=("why", lambda ends: "; ".join(ends.dropna().unique())),
+    )
+    cases["share"] = cases.reached / cases.limit.replace(0.0, np.nan)
+    return cases.reset_index()
 
 
 def _clockwise(primitive: Primitive) -> float:
     return 360.0 if primitive.angle_deg is None else (90.0 - primitive.angle_deg) % 360.0
-
-
-def _known(values: Iterable[float]) -> Array:
-    array = np.array(list(values), dtype=float)
-    finite: Array = array[np.isfinite(array)]
-    return finite
-
-
-def _cell(content: CellFile) -> Cell:
-    groups: dict[str, list[Mapping[str, Any]]] = {}
-    for entry in content.trials:
-        groups.setdefault(entry["direction"], []).append(entry)
-    cases = tuple(_case(content.hand, content.object, entries) for entries in groups.values())
-    return Cell(content.hand, content.object, content.reason, content.seconds, content.cpu_seconds, cases)
-
-
-def _case(hand: str, thing: str, entries: Sequence[Mapping[str, Any]]) -> Case:
-    first = entries[0]
-    rotates = first["angle_deg"] is None
-    reached = [entry["rotation_final_deg" if rotates else "distance_mm"] for entry in entries]
-    limit = first["limit_deg" if rotates else "limit_mm"]
-    failures = tuple(_failure(entry) for entry in entries if entry["outcome"] not in KEPT)
-    return Case(hand, thing, first["direction"], rotates, float(np.mean(reached)), limit, failures)
-
-
-def _failure(entry: Mapping[str, Any]) -> str:
-    """Return how a trial ended: `lost contact by the left finger`."""
-    finger = f" by the {entry['first_lost']} finger" if entry["first_lost"] else ""
-    return f"{entry['outcome']}{finger}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from joblib import Parallel, delayed, parallel_config
@@ -14,6 +14,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.sweep.cells import Job, compute, differences, job_of, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.control.run_config import TrialsConfig
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
 from inhand.hands.files import load_hand, load_object
@@ -84,15 +85,8 @@ def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
 
 
 def _asterisk(config: SweepConfig) -> AsteriskConfig:
-    return AsteriskConfig(
-        directions=config.directions,
-        trials=config.trials,
-        seed=config.seed,
-        noise_mm=config.noise_mm,
-        noise_deg=config.noise_deg,
-        controller=config.controller,
-        engine=config.engine,
-    )
+    shared = {field.name: getattr(config, field.name) for field in fields(TrialsConfig)}
+    return AsteriskConfig(directions=config.directions, **shared)
 
 
 def _jobs(config: SweepConfig, folder: Path) -> tuple[Job, ...]:

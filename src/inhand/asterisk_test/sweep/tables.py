@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
-import numpy as np
+import pandas as pd
 
-from inhand.asterisk_test.sweep.summary import (
-    Case,
-    Cell,
-    Sweep,
-    comparable,
-    grouped,
-    kept_share,
-    least_fraction,
-    mean_fraction,
-    mean_reached,
-    median_fraction,
-)
+from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared
+from inhand.pages import NOTHING
 
-NOTHING = "-"
-"""A value that is not known."""
 POOR = 0.5
 """Share of the limit below which a case is listed as poor although nothing was lost."""
-
 BEYOND = 1.02
 """Share of the limit above which a case is listed: start noise explains a little more than 1, not this."""
 
@@ -43,161 +32,175 @@ class Table:
 
 def hands_table(sweep: Sweep) -> Table:
     """Return one row for each hand over all objects and directions."""
-    header = (
-        "Hand", "No.", "Objects run", "Mean distance [mm]", "Median of limit", "Mean of limit", "Least", "Kept",
-    )  # fmt: skip
-    groups = grouped(sweep.cases, lambda case: case.hand)
-    rows = []
-    for number, hand in enumerate(sweep.hands, start=1):
-        cases = groups.get(hand, [])
-        ran = sum(cell.reason is None for cell in sweep.cells if cell.hand == hand)
-        objects = f"{ran} of {len(sweep.objects)}"
-        rows.append(
-            (hand, str(number), objects, _reached(sweep, cases), shown(median_fraction(cases)), *_shares(cases))
-        )
-    return Table("Hands, over all objects and directions", header, tuple(rows))
+    ran = sweep.cells.reason.isna().groupby(sweep.cells.hand, sort=False).sum()
+    found = _records(compared(sweep, ["hand"]).reindex(ran.index).assign(ran=ran))
+    rows = [(row["hand"], f"{row['ran']} of {len(sweep.objects)}", *_told(row)) for row in found]
+    return Table("Hands, over all objects and directions", ("Hand", "Objects run", *_columns(sweep)), tuple(rows))
 
 
 def cells_table(sweep: Sweep) -> Table:
     """Return one row for each hand with each object, over all directions."""
-    header = ("Hand", "Object", "Mean distance [mm]", "Mean of limit", "Least", "Kept", "Seconds")
-    rows = []
-    for cell in sweep.cells:
-        cases = comparable(cell.cases)
-        distance = f"{np.mean([case.reached for case in cases]):.1f}" if cases else NOTHING
-        rows.append((cell.hand, cell.object, distance, *_shares(cell.cases), f"{cell.seconds:.1f}"))
+    cells = sweep.cells.set_index(CASE[:2])
+    found = _records(compared(sweep, CASE[:2]).reindex(cells.index).assign(seconds=cells.seconds))
+    rows = [(row["hand"], row["object"], *_told(row), f"{row['seconds']:.1f}") for row in found]
+    header = ("Hand", "Object", *_columns(sweep), "Seconds")
     return Table("Every hand with every object, over all directions", header, tuple(rows))
 
 
 def best_by_direction(sweep: Sweep) -> Table:
     """Return the best hand for each direction, over all objects."""
-    count = len(sweep.objects)
-    rows = [_best_row(sweep, name, lambda case: case.direction, count) for name in sweep.directions]
-    return Table("Best hand for each direction, over all objects", ("Direction", *_BEST), tuple(rows))
+    return _best(sweep, "direction", sweep.directions, "Best hand for each direction, over all objects")
 
 
 def best_by_object(sweep: Sweep) -> Table:
     """Return the best hand for each object, over all directions."""
-    count = len(sweep.directions)
-    rows = [_best_row(sweep, name, lambda case: case.object, count) for name in sweep.objects]
-    return Table("Best hand for each object, over all directions", ("Object", *_BEST), tuple(rows))
+    return _best(sweep, "object", sweep.objects, "Best hand for each object, over all directions")
 
 
 def best_of_each(sweep: Sweep) -> Table:
-    """Return for each direction and object the number of the hand that carries farthest, and how far."""
-    found = {
-        key: max(cases, key=lambda case: case.reached)
-        for key, cases in grouped(sweep.cases, lambda case: f"{case.direction}\n{case.object}").items()
-    }
+    """Return for each direction and object the hand that carries farthest, and the hand that could."""
+    cases = sweep.cases.rename(columns={"reached": "distance"})
     rows = []
-    for direction in sweep.directions:
-        cases = [found.get(f"{direction}\n{thing}") for thing in sweep.objects]
-        texts = (f"{sweep.hands.index(case.hand) + 1}: {case.reached:.0f}" if case else NOTHING for case in cases)
-        rows.append((direction, *texts))
-    title = "Best hand for each direction and object: its number, and mm (deg for rotations) reached"
-    return Table(title, ("Direction", *sweep.objects), tuple(rows))
+    for direction, thing in product(sweep.directions, sweep.objects):
+        hands = cases[(cases.direction == direction) & (cases.object == thing)]
+        rows.append((direction, thing, *_leaders(hands, _unit(sweep, direction), ("distance", "limit"))))
+    header = ("Direction", "Object", "Farthest", "Distance [mm]", "Largest limit", "Limit [mm]")
+    return Table("Best hand for each direction and object", header, tuple(rows))
 
 
 def summary(sweep: Sweep) -> list[str]:
     """Return the sweep in a few sentences: how far, how often kept, how fast."""
-    cases, ran = sweep.cases, sum(cell.reason is None for cell in sweep.cells)
-    kept = sum(case.kept for case in cases)
-    unknown = sum(not np.isfinite(case.fraction) for case in cases)
+    cases, cells = sweep.cases, sweep.cells
+    ran, kept, unknown = cells.reason.isna().sum(), cases.kept.sum(), cases.share.isna().sum()
     lines = [
-        f"Median fraction of the limit over {len(cases)} cases (a hand, an object and a direction each):"
-        f" {shown(median_fraction(cases))}; mean {shown(mean_fraction(cases))}."
-        + (f" {unknown} of them have a limit of 0 and no fraction." if unknown else ""),
-        f"Contact kept to the counted distance in {kept} of {len(cases)} cases ({_percent(kept_share(cases))}).",
-        f"{ran} of {len(sweep.cells)} cells (a hand with an object each) ran.",
+        f"Share of the limit that the controller reaches, its skill, over {len(cases)} cases (a hand, an object and a"
+        f" direction each): median {shown(cases.share.median())}; mean {shown(cases.share.mean())}."
+        + (f" {unknown} of them have a limit of 0 and no share." if unknown else ""),
+        f"Contact kept to the counted distance in {kept} of {len(cases)} cases ({_percent(kept, len(cases))}).",
+        f"{ran} of {len(cells)} cells (a hand with an object each) ran.",
     ]
-    if ran < len(sweep.cells):
-        every = len(sweep.cells) * len(sweep.directions)
-        lines[-1] += f" With the others counted as not kept: {kept} of {every} cases ({_percent(kept / every)})."
-    return [*lines, _speed(sweep)]
+    if ran < len(cells):
+        every = len(cells) * len(sweep.directions)
+        lines[-1] += f" With the others counted as not kept: {kept} of {every} cases ({_percent(kept, every)})."
+    return [*lines, _speed(cells)]
 
 
 def failures(sweep: Sweep) -> list[str]:
     """Return a sentence for every cell that could not be run and every case in which the object was not kept."""
-    stopped = [f"{cell.hand} with {cell.object} could not be run: {cell.reason}" for cell in sweep.cells if cell.reason]
-    lost = []
-    for case in sweep.cases:
-        if case.failures:
-            why = "; ".join(dict.fromkeys(case.failures))
-            unit = "deg" if case.rotates else "mm"
-            lost.append(
-                f"{case.hand} with {case.object}, {case.direction}: {why}, after {case.reached:.0f} of"
-                f" {case.limit:.0f} {unit}"
-            )
-    return stopped + lost
+    stopped = _records(sweep.cells[sweep.cells.reason.notna()])
+    return [
+        *(f"{cell['hand']} with {cell['object']} could not be run: {cell['reason']}" for cell in stopped),
+        *(
+            f"{_named(case)}: {case['why']}, after {case['reached']:.0f} of {_limit(case)}"
+            for case in _records(sweep.cases[~sweep.cases.kept])
+        ),
+    ]
 
 
 def poor(sweep: Sweep) -> list[str]:
     """Return a sentence for every cell with directions that kept the object but ended below half of the limit."""
-    sentences = []
-    for cell in sweep.cells:
-        low = [f"{case.direction} {shown(case.fraction)}" for case in cell.cases if case.kept and case.fraction < POOR]
-        if low:
-            sentences.append(f"{cell.hand} with {cell.object}: {', '.join(low)}")
-    return sentences
+    low: dict[str, list[str]] = {}
+    for case in _records(sweep.cases[sweep.cases.kept & (sweep.cases.share < POOR)]):
+        ways = low.setdefault(f"{case['hand']} with {case['object']}", [])
+        ways.append(f"{case['direction']} {shown(case['share'])}")
+    return [f"{cell}: {', '.join(ways)}" for cell, ways in low.items()]
 
 
 def beyond(sweep: Sweep) -> list[str]:
     """Return a sentence for every case that went beyond its limit, which then cannot be the hand's."""
     return [
-        f"{case.hand} with {case.object}, {case.direction}: {case.reached:.0f} against a limit of {case.limit:.0f}"
-        f" {'deg' if case.rotates else 'mm'} ({shown(case.fraction)})"
-        for case in sweep.cases
-        if case.fraction > BEYOND
+        f"{_named(case)}: {case['reached']:.0f} against a limit of {_limit(case)} ({shown(case['share'])})"
+        for case in _records(sweep.cases[sweep.cases.share > BEYOND])
     ]
 
 
-def shown(fraction: float) -> str:
-    """Return a fraction as people read it."""
-    return f"{fraction:z.2f}" if np.isfinite(fraction) else NOTHING
+def shown(share: float) -> str:
+    """Return a share as people read it."""
+    return spread(share, math.nan, 2)
 
 
-_BEST = ("Farthest", "Mean [mm]", "Second", "Its mean", "Nearest to its limit", "Mean of limit")
+def spread(mean: float, sd: float, digits: int = 1) -> str:
+    """Return a mean with its standard deviation, where several trials give one."""
+    if not math.isfinite(mean):
+        return NOTHING
+    return f"{mean:z.{digits}f}" + (f" ± {sd:.{digits}f}" if math.isfinite(sd) else "")
 
 
-def _best_row(sweep: Sweep, name: str, key: Callable[[Case], str], count: int) -> tuple[str, ...]:
-    """Return the hands that carry farthest and nearest to their limit among the cases of a name."""
-    hands = grouped((case for case in sweep.cases if key(case) == name), lambda case: case.hand)
-    if not hands:
-        return (name, *[NOTHING] * len(_BEST))
-    reached, unit = {}, ""
-    for hand, cases in hands.items():
-        alike = comparable(cases)
-        reached[hand] = mean_reached(alike, count - len(cases) + len(alike))
-        unit = " deg" if alike[0].rotates else ""
-    first, second = (*sorted(reached, key=reached.__getitem__, reverse=True)[:2], None)[:2]
-    fractions = {hand: mean_fraction(cases) for hand, cases in hands.items()}
-    nearest = max(fractions, key=lambda hand: np.nan_to_num(fractions[hand], nan=-1.0))
-    runner_up = (NOTHING, NOTHING) if second is None else (second, f"{reached[second]:.1f}{unit}")
-    return (name, str(first), f"{reached[str(first)]:.1f}{unit}", *runner_up, nearest, shown(fractions[nearest]))
+def _columns(sweep: Sweep) -> tuple[str, ...]:
+    far, limit = f"Distance [{sweep.unit}]", f"Limit [{sweep.unit}]"
+    return far, "Of finger", limit, "Of finger", "Skill", "Median", "Least", "Kept"
 
 
-def _reached(sweep: Sweep, cases: Sequence[Case]) -> str:
-    """Return a hand's mean distance over all objects and directions, what could not be run counting as nothing."""
-    alike = comparable(cases)
-    directions = len({case.direction for case in alike})
-    return f"{mean_reached(alike, directions * len(sweep.objects)):.1f}" if alike else NOTHING
-
-
-def _shares(cases: Sequence[Case]) -> tuple[str, str, str]:
-    kept = f"{sum(case.kept for case in cases)}/{len(cases)}" if cases else NOTHING
-    return shown(mean_fraction(cases)), shown(least_fraction(cases)), kept
-
-
-def _speed(sweep: Sweep) -> str:
-    cells: Sequence[Cell] = [cell for cell in sweep.cells if cell.reason is None]
-    clock, cpu = sum(cell.seconds for cell in sweep.cells), sum(cell.cpu_seconds for cell in sweep.cells)
-    if not cells or not clock:
-        return "No cell ran."
+def _told(row: dict[str, Any]) -> tuple[str, ...]:
+    """Return a row of `compared` under `_columns`."""
     return (
-        f"Speed of one core: {60 * len(cells) / clock:.2f} cells a minute by the clock,"
-        f" {60 * len(cells) / max(cpu, 1e-9):.2f} by processor time; all cells took {clock / 60:.1f} core minutes."
+        spread(row["distance"], row["sd"]),
+        shown(row["distance_size"]),
+        spread(row["limit"], math.nan),
+        shown(row["limit_size"]),
+        spread(row["share"], row["share_sd"], 2),
+        shown(row["median"]),
+        shown(row["least"]),
+        f"{row['kept']:.0f}/{row['cases']:.0f}" if row["cases"] > 0 else NOTHING,
     )
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %" if np.isfinite(share) else NOTHING
+def _best(sweep: Sweep, name: str, among: tuple[str, ...], title: str) -> Table:
+    """Return the hands that carry farthest, could carry farthest, and go farthest for their size."""
+    found = compared(sweep, ["hand", name]).reset_index()
+    kinds = ("distance", "second", "limit", "distance_size")
+    rows = [(each, *_leaders(found[found[name] == each], _unit(sweep, each), kinds)) for each in among]
+    header = (
+        name.capitalize(), "Farthest", "Distance [mm]", "Second", "Its distance", "Largest limit", "Limit [mm]",
+        "Farthest for its size", "Of finger",
+    )  # fmt: skip
+    return Table(title, header, tuple(rows))
+
+
+def _leaders(hands: pd.DataFrame, unit: str, kinds: tuple[str, ...]) -> list[str]:
+    """Return for each kind of lead the hand that has it, and by how much."""
+    told: list[str] = []
+    for kind in kinds:
+        column, place = ("distance", 1) if kind == "second" else (kind, 0)
+        ranked = _records(hands.dropna(subset=[column]).sort_values(column, ascending=False, kind="stable"))
+        if len(ranked) <= place:
+            told += [NOTHING, NOTHING]
+            continue
+        row = ranked[place]
+        sized = kind == "distance_size"
+        told += [row["hand"], spread(row[column], row["sd"] if column == "distance" else math.nan, 1 + sized) + unit]
+    return told
+
+
+def _speed(cells: pd.DataFrame) -> str:
+    ran, clock, cpu = cells.reason.isna().sum(), cells.seconds.sum(), cells.cpu_seconds.sum()
+    if not ran or not clock:
+        return "No cell ran."
+    return (
+        f"Speed of one core: {60 * ran / clock:.2f} cells a minute by the clock,"
+        f" {60 * ran / max(cpu, 1e-9):.2f} by processor time; all cells took {clock / 60:.1f} core minutes."
+    )
+
+
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a frame."""
+    named = table if isinstance(table.index, pd.RangeIndex) or table.index.names == [None] else table.reset_index()
+    return [{str(key): value for key, value in row.items()} for row in named.to_dict("records")]
+
+
+def _percent(part: float, whole: int) -> str:
+    return f"{100 * part / whole:.1f} %" if whole else NOTHING
+
+
+def _unit(sweep: Sweep, direction: str) -> str:
+    """Return the unit of a direction that only turns; the heading names that of the others."""
+    turns = sweep.unit == "deg" or direction in set(sweep.directions) - set(sweep.alike)
+    return " deg" if turns else ""
+
+
+def _named(case: dict[str, Any]) -> str:
+    return f"{case['hand']} with {case['object']}, {case['direction']}"
+
+
+def _limit(case: dict[str, Any]) -> str:
+    return f"{case['limit']:.0f} {'deg' if case['rotates'] else 'mm'}"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from inhand.geometry import Array
 from inhand.sim.planar.compiled import inner, kernel
 from inhand.sim.planar.contacts import find_constraints
 from inhand.sim.planar.dynamics import integrate, place_bodies, weigh
 from inhand.sim.planar.outlines import FAR, above, place_outline, to_point, widest
-from inhand.sim.planar.parts import Model, Readings, Work, Worlds
+from inhand.sim.planar.parts import Model, Work, Worlds
 from inhand.sim.planar.solver import accelerate, contact_law
 
 
@@ -39,29 +40,21 @@ def _add_forces(worlds: Worlds, b: int, work: Work, contacts: int) -> None:
 
 
 @kernel
-def measure_worlds(model: Model, worlds: Worlds, work: Work, readings: Readings) -> None:
-    """Write distances and nearest points of every finger and the object."""
+def measure_worlds(model: Model, worlds: Worlds, work: Work, links: Array) -> None:
+    """Write of every link its distance to the object [m] and the nearest points of both `(B, n, 7)`, but no heights."""
     n = len(model.finger)
     for b in range(len(worlds.kind)):
         k = worlds.kind[b]
         place_bodies(model, worlds, b, work)
-        least = FAR
         for i in range(n):
-            if model.first[i] == i:
-                least = FAR
-            gap = FAR
+            links[b, i, 0] = FAR
             for s in range(n, len(model.body)):
                 if model.body[s] == n and model.corners[k, s] > 0:
-                    here = _distance(model, k, work, (i, s))
-                    if here < gap:
-                        gap = here
-                        if gap < least:
-                            least = gap
-                            finger = model.finger[i]
-                            readings.nearest[b, finger] = i - model.first[i]
-                            readings.points[b, finger, 0] = work.hit[1:3]
-                            readings.points[b, finger, 1] = work.hit[3:5]
-            readings.gaps[b, i] = gap
+                    gap = _distance(model, k, work, (i, s))
+                    if gap < links[b, i, 0]:
+                        links[b, i, 0] = gap
+                        links[b, i, 1], links[b, i, 2] = work.hit[1], work.hit[2]
+                        links[b, i, 4], links[b, i, 5] = work.hit[3], work.hit[4]
 
 
 @inner

@@ -89,17 +89,6 @@ class Worlds(NamedTuple):
     """Force of each finger on the object during the last step `(B, F, 2)` [N]."""
 
 
-class Readings(NamedTuple):
-    """What is measured of B worlds."""
-
-    gaps: Array
-    """Distance of every link to the object `(B, n)` [m], negative where they overlap."""
-    nearest: Indices
-    """The joint of each finger whose link is nearest to the object `(B, F)`."""
-    points: Array
-    """Nearest points of that link and of the object `(B, F, 2, 2)` [m]."""
-
-
 class Work(NamedTuple):
     """Room for one thread to compute in; nothing in it outlives a step."""
 

@@ -1,0 +1,41 @@
+"""Settings that commands share; imports nothing heavy, so that `--help` stays fast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from inhand.sim.names import MUJOCO, Engine
+
+
+@dataclass(frozen=True)
+class HeldConfig:
+    """Which object is in which hand."""
+
+    hand: str = "2v2_50.50_50.50_1.1_53"
+    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
+    object: str = "cube_39"
+    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """What every run is simulated in, and what is drawn in it."""
+
+    engine: Engine = MUJOCO
+    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower, no walls)."""
+    seed: int = 0
+    """Seed of everything drawn: the start noise, and what tasks draw."""
+    noise_mm: float = 1.0
+    """Standard deviation of the object's start in x and y [mm]."""
+    noise_deg: float = 1.0
+    """Standard deviation of the object's start rotation [deg]."""
+
+
+@dataclass(frozen=True)
+class TrialsConfig(RunConfig):
+    """What runs of trials have besides."""
+
+    controller: str = "ik"
+    """Controller: ik, ik-cautious, thesis-ik, rl (a learned policy), or the folder of a run of `inhand train`."""
+    trials: int = 3
+    """Trials for each direction or drawing, each with its own start noise, and of a task its own draw."""

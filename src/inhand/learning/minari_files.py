@@ -1,0 +1,84 @@
+"""Minari's storage of a dataset: made, and opened again without trust in what its files say."""
+
+from __future__ import annotations
+
+import json
+import reprlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+from inhand.errors import InputError
+
+STORED = "hdf5"
+"""Minari's word for the form of its files."""
+
+
+class Storage(Protocol):
+    """What is used of Minari's storage, which has no types."""
+
+    total_episodes: int
+
+    def update_metadata(self, metadata: dict[str, Any]) -> None:
+        """Add to the metadata of the dataset."""
+
+    def update_episodes(self, episodes: Iterable[object]) -> None:
+        """Write episodes behind those that are there."""
+
+    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None:
+        """Add to the metadata of some episodes."""
+
+    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]:
+        """Give episodes by their numbers."""
+
+    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]:
+        """Give their metadata."""
+
+
+def new_storage(folder: Path, sizes: tuple[int, int]) -> Storage:
+    """Return an empty storage for observations and actions of so many numbers within [-1, 1].
+
+    Minari's own reader makes its spaces, so that Gymnasium stays elsewhere.
+    """
+    from minari.dataset.minari_storage import MinariStorage
+    from minari.serialization import deserialize_space
+
+    spaces = map(deserialize_space, _spaces(sizes).values())
+    storage: Storage = MinariStorage.new(folder, *spaces, data_format=STORED)
+    return storage
+
+
+def open_storage(data: Path, sizes: tuple[int, int]) -> Storage:
+    """Return the storage of a folder; without spaces in its metadata Minari would run an environment that they name.
+
+    Raises:
+        InputError: its metadata are not those of observations and actions of these sizes.
+    """
+    from minari.dataset.minari_storage import MinariStorage
+
+    metadata = MinariStorage.read_raw_metadata(data)
+    for name, wanted in {**_spaces(sizes), "data_format": STORED}.items():
+        if metadata.get(name) != wanted:
+            raise InputError(f"{name} is {reprlib.repr(metadata.get(name))}; it must be {wanted}")
+    if type(metadata.get("total_episodes")) is not int:
+        raise InputError(f"total_episodes is {reprlib.repr(metadata.get('total_episodes'))}; it must be a whole number")
+    storage: Storage = MinariStorage.read(data)
+    return storage
+
+
+@contextmanager
+def reading(folder: Path) -> Iterator[None]:
+    """Turn what Minari and h5py raise, which check little, into an error for the user."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, OSError, AssertionError, AttributeError, RuntimeError) as error:
+        raise InputError(f"the episodes in {folder} cannot be read: {error}; record them again") from error
+
+
+def _spaces(sizes: tuple[int, int]) -> dict[str, str]:
+    """Return the spaces of observations and actions as Minari's metadata has them."""
+    return {
+        name: json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-1.0] * n, "high": [1.0] * n})
+        for name, n in zip(("observation_space", "action_space"), sizes, strict=True)
+    }

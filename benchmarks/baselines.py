@@ -101,7 +101,7 @@ def main() -> None:
         running = running & ~step.terminated
         shift = np.where(running[:, None], step.shift, shift)
         worst = np.maximum(worst, np.abs(shift))
-        seen, pose = step.observation, step.goal
+        seen, pose = step.observation, step.after.pose
     share, half = shift[:, 0] / limit, len(starts) // 2
     means = share.reshape(-1, TRIALS).mean(axis=1)
     kept = np.asarray(running.reshape(-1, TRIALS).all(axis=1))

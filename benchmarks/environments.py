@@ -37,7 +37,7 @@ def measure(count: int) -> tuple[float, float]:
     config = EnvironmentConfig()
     hand, spec = config.held
     actions = SHAKE * np.random.default_rng(0).standard_normal((DRAWN, count, hand.n_joints))
-    pool, every = config.pool(stop=False), np.arange(count)
+    pool, every = config.pool(), np.arange(count)
     bare = MujocoSimulator(hand, [spec] * count)
     bare.restore(every, pool.snapshot, every % len(pool))
     held = bare.measure().targets

@@ -184,7 +184,7 @@ def test_hands_and_objects_are_listed_by_their_whole_names(inhand: Call) -> None
         (("--trials", "0"), "--trials 0: give at least one trial"),
         (("--seed=-1",), "--seed -1: a seed is 0 or more"),
         (("--noise-mm=-1",), "--noise-mm -1: noise must be 0 or more"),
-        (("--noise-deg", "nan"), "--noise-deg nan: noise must be 0 or more"),
+        (("--noise-deg", "nan"), "noise_deg is nan; it must be a finite number"),
         (("--paths", "human"), "--paths human needs the recorded trials to follow: give their folder with --human DIR"),
         (("--human", "no_such_folder"), "folder no_such_folder is not there"),
         (("--paths", "upwards"), "invalid choice 'upwards'"),

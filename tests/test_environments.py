@@ -1,10 +1,13 @@
 """The environments keep Gymnasium's contract, alone and as a batch."""
 
 import asyncio
+import math
 import re
 import sys
 from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias, cast
 
 import gymnasium
 import numpy as np
@@ -14,19 +17,22 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 
+import inhand
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import LOST_AFTER
 from inhand.environment_ids import IDS, register
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, unit
+from inhand.geometry import TURN_ARM, Array, unit
+from inhand.learning.batch import GOAL_ROOM
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, angles_of
 from inhand.learning.environments import (
-    GOAL_ROOM,
     AsteriskEnv,
     AsteriskGoalEnv,
     AsteriskGoalVectorEnv,
     AsteriskVectorEnv,
 )
+from inhand.learning.make import make
+from inhand.plots.live import ABOVE
 from inhand.tasks.goals import goal_reached, goal_reward
 
 QUICK: dict[str, Any] = {"directions": [0, 90], "starts": 8, "threads": 1}
@@ -96,12 +102,12 @@ async def ran(code: str) -> tuple[int | None, str]:
     return process.returncode, said.decode()
 
 
-@pytest.mark.parametrize("name", IDS)
-def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id(name: str) -> None:
+def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id() -> None:
     keywords = "directions='Out', grasp='rough', starts=2, threads=1"
     code = (
-        f"import gymnasium; id = 'inhand.learning.environments:{name}'\n"
-        f"gymnasium.make(id, {keywords}).reset(seed=0); gymnasium.make_vec(id, 2, {keywords}).reset(seed=0)"
+        f"import gymnasium\nfor name in {list(IDS)}:\n"
+        "    id = f'inhand.learning.environments:{name}'\n"
+        f"    gymnasium.make(id, {keywords}).reset(seed=0); gymnasium.make_vec(id, 2, {keywords}).reset(seed=0)"
     )
     assert asyncio.run(ran(code)) == (0, "")
 
@@ -147,8 +153,9 @@ def test_defaults_are_the_theses() -> None:
     config = EnvironmentConfig()
     assert (config.observation, config.actions, config.reward, config.horizon) == ("thesis", "angles", "thesis", 250)
     assert (config.noise_mm, config.noise_deg, len(config.angles)) == (1.0, 1.0, 8)
-    assert env.metadata["render_modes"] == []
+    assert env.metadata["render_modes"] == ["rgb_array"]
     assert env.render_mode is None
+    assert env.render() is None
 
 
 # One environment.
@@ -255,15 +262,21 @@ def test_directions_are_words_or_degrees(given: str | list[str | float], angles:
         ),
         ({"directions": "cw"}, "primitive cw only rotates and has no direction"),
         ({"directions": "Oot"}, "unknown direction 'Oot'"),
-        ({"actions": "step"}, r"unknown actions 'step'; did you mean steps\?; use angles or steps"),
-        ({"grasp": "roug"}, r"unknown grasp 'roug'; did you mean rough\?; use planned or rough"),
+        ({"actions": "step"}, r"actions is 'step'; it must be angles or steps or fine; did you mean steps"),
+        ({"grasp": "roug"}, r"grasp is 'roug'; it must be planned or rough; did you mean rough"),
+        ({"engine": "bulet"}, r"engine is 'bulet'; it must be mujoco or bullet; did you mean bullet"),
+        ({"object": "cube_200"}, "object 'cube_200' is 200.0 mm wide; hand .* opens to"),
         ({"observation": "thesi"}, "unknown observation 'thesi'"),
         ({"reward": "sparse"}, "unknown reward 'sparse'"),
-        ({"horizon": 0}, "horizon 0"),
-        ({"noise_mm": -1.0}, r"noise_mm=-1.0, noise_deg=1.0: give finite numbers from 0 up"),
-        ({"noise_deg": float("nan")}, "noise_deg=nan"),
+        ({"horizon": 0}, "horizon is 0; it must be 1 or more"),
+        ({"noise_mm": -1.0}, r"noise_mm is -1.0; it must be 0 or more"),
+        ({"threads": -1}, r"threads is -1; it must be 0 or more"),
+        ({"directions": []}, "no direction given"),
+        ({"directions": [float("nan")]}, "direction nan is not a finite angle"),
         ({"starts": 1}, "starts=1 for 2 directions: give at least one for each"),
-        ({"render_mode": "human"}, "render_mode='human': there is none"),
+        ({"starts": 10**12}, r"starts=1000000000000 would take about 1.7e\+07 GB of memory, 17 kB each, and this"),
+        ({"render_mode": "human"}, "render_mode='human': use 'rgb_array', or None for no pictures"),
+        ({"render_mode": 3}, "render_mode=3: use"),
     ],
 )
 def test_keywords_that_cannot_be_are_refused(keywords: dict[str, Any], text: str) -> None:
@@ -273,13 +286,154 @@ def test_keywords_that_cannot_be_are_refused(keywords: dict[str, Any], text: str
         batch(2, **keywords)
 
 
-def test_actions_that_cannot_be_are_refused() -> None:
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [
+        ("a", "num_envs is 'a'; it must be a whole number"),
+        (None, "num_envs is None; it must be a whole number"),
+        (2.5, "num_envs is 2.5; it must be a whole number"),
+        (True, "num_envs is True; it must be a whole number"),
+        (0, "num_envs is 0; it must be 1 or more"),
+        (10**9, r"num_envs=1000000000 would take about 6.5e\+03 GB of memory, 6.5 kB each, and this machine has"),
+    ],
+)
+def test_numbers_of_environments_that_cannot_be_are_refused(count: Nested, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        batch(count)
+    with pytest.raises(InputError, match=text):
+        gymnasium.make_vec("inhand/Asterisk-v0", num_envs=count, **QUICK)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ("a", "actions 'a': give numbers"),
+        (None, "actions None: give numbers"),
+        ([["a"] * 4], r"actions \[\['a', 'a', 'a', 'a'\]\]: give numbers \(1, 4\) within \[-1, 1\]"),
+        ([["1"] * 4], "actions .*: give numbers"),
+        ([[1j] * 4], "actions .*: give numbers"),
+        ([[1], [1, 2]], "actions .*: give numbers"),
+        ({}, "actions {}: give numbers"),
+        (np.zeros(4), r"actions of shape \(4,\); 1 worlds need \(1, 4\), a number within \[-1, 1\] for each joint"),
+        (np.zeros((2, 4)), r"actions of shape \(2, 4\); 1 worlds need"),
+        (np.full((1, 4), np.nan), "the action of joint 0 in world 0 is nan; give one in"),
+        (np.full((1, 4), np.inf), "the action of joint 0 in world 0 is inf"),
+    ],
+)
+def test_actions_that_cannot_be_are_refused(given: Nested, text: str) -> None:
+    envs = batch(1)
+    envs.reset(seed=0)
+    with pytest.raises(InputError, match=text):
+        envs.step(given)
+
+
+def test_an_action_that_cannot_be_is_refused_and_the_episode_goes_on() -> None:
     env = plain()
     env.reset(seed=0)
-    with pytest.raises(InputError, match=r"actions of shape \(1, 3\); 1 worlds need \(1, 4\)"):
-        env.step(np.zeros(3))
-    with pytest.raises(InputError, match="is nan"):
-        env.step(np.full(4, np.nan))
+    for given, text in (
+        (np.zeros(3), r"actions of shape \(1, 3\); 1 worlds need \(1, 4\)"),
+        ("a", r"actions \['a'\]: give numbers \(1, 4\)"),
+        (np.full(4, np.nan), "the action of joint 0 in world 0 is nan"),
+    ):
+        with pytest.raises(InputError, match=text):
+            env.step(given)
+    assert np.isfinite(env.step(np.zeros(4, dtype=int))[1])
+
+
+@pytest.mark.parametrize("make", [plain, partial(batch, 1)])
+@pytest.mark.parametrize(
+    ("keywords", "text"),
+    [
+        ({"seed": "a"}, "seed is 'a'; it must be a whole number"),
+        ({"seed": [1, 2]}, r"seed is \[1, 2\]; it must be a whole number"),
+        ({"seed": 1.5}, "seed is 1.5; it must be a whole number"),
+        ({"seed": -1}, "seed is -1; it must be 0 or more, or None for one that is drawn"),
+        ({"options": 3}, "options is 3; it must be a table"),
+        ({"options": ["direction"]}, r"options is \['direction'\]; it must be a table"),
+        ({"options": {1: 2}}, "options"),
+        ({"options": {"direction": None}}, "unknown direction 'None'"),
+        ({"options": {"direction": math.nan}}, "direction nan is not a finite angle"),
+        ({"options": {"direction": [0, 90]}}, "2 directions for 1 worlds"),
+    ],
+)
+def test_resets_that_cannot_be_are_refused(make: Callable[..., Nested], keywords: dict[str, Any], text: str) -> None:
+    env = make()
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=text):
+        env.reset(**keywords)
+
+
+def test_names_that_are_no_environments_are_refused_and_specs_are_taken() -> None:
+    for name, text in (
+        (3, "name is 3"),
+        (None, "name is None"),
+        ("easi", r"unknown environment 'easi'; did you mean easy"),
+    ):
+        with pytest.raises(InputError, match=text):
+            make(cast("str", name))
+    with pytest.raises(InputError, match="it must be a HandSpec"):
+        make(hand=3)
+    env = make(hand=inhand.hand("2v2_50.50_50.50_1.1_53"), object=inhand.object("cube_39"), **QUICK)
+    assert env.observation_space.shape == (23,)
+
+
+# Pictures.
+
+
+def test_pictures_show_the_object_where_it_is_and_the_last_of_an_episode() -> None:
+    env = plain(render_mode="rgb_array", horizon=12, actions="steps")
+    env.reset(seed=0, options={"direction": 0})
+    first = picture(env)
+    assert (str(first.dtype), first.shape) == ("uint8", (400, 400, 3))
+    np.testing.assert_array_equal(first, picture(env))
+    truncated = False
+    while not truncated:
+        *_, truncated, info = env.step([-0.2, -0.2, -0.2, -0.2])
+    assert info["along"] > 0.003
+    moved = cube(picture(env)) - cube(first)
+    np.testing.assert_allclose(moved, [1e3 * info["along"], 1e3 * info["left"]], atol=1.0)
+
+
+def picture(env: AsteriskEnv) -> NDArray[np.uint8]:
+    found = env.render()
+    assert found is not None
+    return found
+
+
+def cube(shown: NDArray[np.uint8]) -> Array:
+    """Return the middle of the cube in a picture: x to the right, y up [mm]."""
+    row, column = np.argwhere(np.all(shown == [245, 194, 107], axis=-1)).mean(axis=0)
+    hand = inhand.hand("2v2_50.50_50.50_1.1_53")
+    return 1e3 * (hand.palm_depth + ABOVE * hand.finger_length) / len(shown) * np.array([column, -row])
+
+
+@pytest.mark.parametrize("name", IDS)
+def test_batches_give_a_picture_of_each(name: str) -> None:
+    envs = gymnasium.make_vec(name, num_envs=2, render_mode="rgb_array", **QUICK)
+    envs.reset(seed=0, options={"direction": [0, 90]})
+    one, two = envs.render() or ()
+    assert np.shape(one) == np.shape(two) == (400, 400, 3)
+    assert np.any(np.asarray(one) != np.asarray(two))
+
+
+def test_no_library_for_pictures_is_loaded_without_them() -> None:
+    code = (
+        "import sys; from inhand.learning.environments import AsteriskEnv\n"
+        "env = AsteriskEnv(directions='Out', grasp='rough', starts=2, threads=1, render_mode='rgb_array')\n"
+        "env.reset(seed=0); assert 'matplotlib' not in sys.modules; env.render(); assert 'matplotlib' in sys.modules"
+    )
+    assert asyncio.run(ran(code)) == (0, "")
+
+
+def test_gymnasium_records_a_film(tmp_path: Path) -> None:
+    pytest.importorskip("moviepy", reason="Gymnasium's recorder needs moviepy: pip install moviepy")
+    env = gymnasium.make("inhand/Asterisk-v0", render_mode="rgb_array", horizon=5, actions="steps", **QUICK)
+    films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path))
+    films.reset(seed=0)
+    for _ in range(5):
+        films.step(STILL)
+    films.close()
+    assert [path.suffix for path in tmp_path.iterdir()] == [".mp4"]
 
 
 def test_the_way_to_go_is_told_where_it_was_asked_for() -> None:
@@ -492,17 +646,23 @@ def test_a_lost_object_ends_an_episode_as_it_was_asked_to(lost: str) -> None:
 @pytest.mark.parametrize(
     ("keywords", "text"),
     [
-        ({"reward": "thesis"}, "unknown reward 'thesis'.*; use sparse or dense"),
-        ({"lost": "ended"}, "unknown lost 'ended'.*; use terminated or truncated"),
-        ({"tolerance_mm": 0.0}, r"tolerance_mm=0.0: give a finite number above 0"),
-        ({"tolerance_deg": -1.0}, r"tolerance_deg=-1.0"),
-        ({"nearest_mm": float("inf")}, "nearest_mm=inf"),
+        ({"reward": "thesis"}, "reward is 'thesis'.*; it must be sparse or dense"),
+        ({"lost": "ended"}, "lost is 'ended'.*; it must be terminated or truncated"),
+        ({"tolerance_mm": 0.0}, r"tolerance_mm is 0.0; it must be above 0"),
+        ({"tolerance_deg": -1.0}, r"tolerance_deg is -1.0"),
+        ({"nearest_mm": float("inf")}, "nearest_mm is inf; it must be a finite number"),
         ({"nearest": 10.0}, r"unknown keyword 'nearest'; did you mean nearest_mm\?"),
     ],
 )
 def test_keywords_of_goals_that_cannot_be_are_refused(keywords: dict[str, Any], text: str) -> None:
     with pytest.raises(InputError, match=text):
         to_goals(**keywords)
+
+
+@pytest.mark.parametrize("given", ["a", None, 3.0, [0.0, 0.0], ["a", "b", "c"]])
+def test_goals_that_are_no_poses_are_refused(given: Nested) -> None:
+    with pytest.raises(InputError, match=r"desired_goal is .*; it must be poses \(..., 3\)"):
+        to_goals().compute_reward(np.zeros(3), given, {})
 
 
 def test_tolerances_are_told_in_millimetres_and_degrees() -> None:

@@ -86,7 +86,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
     [
         (("--episodes", 0), "--episodes 0: give at least 1"),
         (("--push", -1), "--push -1: give 0 or more"),
-        (("--noise-mm", "nan"), "--noise-mm nan: give 0 or more"),
+        (("--noise-mm", "nan"), "noise_mm is nan; it must be a finite number"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),
         (("--observation", "gripp"), "unknown observation 'gripp'; did you mean grip"),
         (("--reward", "progres"), "unknown reward 'progres'; did you mean progress?"),

@@ -191,7 +191,7 @@ CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda card: card["config"].update(colour=1), "config.colour is a field that this version does not know"),
     (
         lambda card: card["config"]["interface"].update(actions="leaps"),
-        "actions is 'leaps'; it must be angles or steps",
+        "actions is 'leaps'; it must be angles or steps or fine",
     ),
     (
         lambda card: card["config"]["learning"].update(hidden=[64, -0.5]),

@@ -13,8 +13,15 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-IDS = {"inhand/Asterisk-v0": "Asterisk", "inhand/AsteriskGoal-v0": "AsteriskGoal"}
-"""Environments by id, with the beginning of their classes' names."""
+IDS: dict[str, tuple[str, dict[str, object]]] = {
+    "inhand/Asterisk-v0": ("Asterisk", {}),
+    "inhand/AsteriskGoal-v0": ("AsteriskGoal", {}),
+    "inhand/AsteriskEasy-v0": (
+        "Asterisk",
+        {"observation": "grip", "actions": "fine", "reward": "gain", "horizon": 200, "stop": True},
+    ),
+}
+"""Environments by id, with the beginning of their classes' names and what is not as in `EnvironmentConfig`."""
 MODULE = "inhand.learning.environments"
 """Where those classes are."""
 TABLE = "gymnasium.envs.registration"
@@ -23,10 +30,10 @@ TABLE = "gymnasium.envs.registration"
 
 def register(table: ModuleType) -> None:
     """Put the environments into Gymnasium's table of ids, where they are not in it yet."""
-    for name, start in IDS.items():
+    for name, (start, keywords) in IDS.items():
         if name not in table.registry:
             single, vector = (f"{MODULE}:{start}{end}" for end in ("Env", "VectorEnv"))
-            table.register(name, entry_point=single, vector_entry_point=vector)
+            table.register(name, entry_point=single, vector_entry_point=vector, kwargs=dict(keywords))
 
 
 def register_when_imported() -> None:

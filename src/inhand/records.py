@@ -1,26 +1,90 @@
-"""Records: dataclasses and plain tables kept as JSON, and read back by their types.
+"""Records: dataclasses looked at by their types, and kept as JSON and read back.
 
-The library msgspec does both; this file turns its complaints into ours: the field, what it holds, what is needed.
+The library msgspec does it; this file turns its complaints into ours: the field, what it holds, what is needed.
 """
 
 from __future__ import annotations
 
+import math
 import re
 import reprlib
+from collections.abc import Iterator
 from functools import reduce
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any, TypeAlias, TypeVar, get_args, get_type_hints
 
 import msgspec
-import numpy as np
 
-from inhand.errors import InputError
+from inhand.errors import InputError, near_matches
 
 R = TypeVar("R")
+Kind: TypeAlias = Any
+"""A type, or a union of types."""
+Held: TypeAlias = Any
+"""A value of such a type."""
 _WORDS = {
     "int": "a whole number", "float": "a number", "bool": "true or false", "str": "a text",
     "array": "a list", "object": "a table", "null": "null",
 }  # fmt: skip
+
+
+class Config:
+    """A frozen dataclass of settings, whose fields hold what they are said to from the moment it is made.
+
+    Numbers of NumPy, whole numbers where any will do, lists for tuples and texts for paths become what the field says.
+    """
+
+    def __post_init__(self) -> None:
+        """Look at every field.
+
+        Raises:
+            InputError: one that holds something else; the text names it, what it holds and what is needed.
+        """
+        for name, kind in _hints(type(self)).items():
+            object.__setattr__(self, name, checked(name, getattr(self, name), kind))
+
+
+C = TypeVar("C", bound=Config)
+
+
+def configured(kind: type[C], settings: dict[str, Any]) -> C:
+    """Return settings by keyword as a configuration.
+
+    Raises:
+        InputError: an unknown keyword, or a value that cannot be.
+    """
+    allowed = list(_hints(kind))
+    for name in settings:
+        if name not in allowed:
+            raise InputError(f"unknown keyword {name!r}{near_matches(name, allowed)}; allowed are {', '.join(allowed)}")
+    return kind(**settings)
+
+
+def checked(name: str, held: object, kind: Kind) -> Held:
+    """Return what a setting holds as its type.
+
+    Args:
+        name: the setting.
+        held: what it was given.
+        kind: its type.
+
+    Raises:
+        InputError: it is of another type, or a number that is not finite; the text names the setting.
+    """
+    plain = _built_in(held)
+    try:
+        found = msgspec.convert(plain, kind, dec_hook=_made)
+    except msgspec.ValidationError as error:
+        message, _, place = str(error).partition(" - at `$")
+        told = f"{message} - at `${name}{place.rstrip('`')}"
+        raise InputError(_complaint(told, {name: plain}, {name: kind})) from error
+    if isinstance(plain, dict) and not isinstance(found, dict):
+        unknown = _unknown(plain, msgspec.to_builtins(found, enc_hook=_plain))
+        if unknown:
+            raise InputError(f"{name}.{unknown} is no setting: leave it out")
+    if isinstance(found, float) and not math.isfinite(found):
+        raise InputError(f"{name} is {found}; it must be a finite number")
+    return found
 
 
 def text_of(record: object, indent: int = 1) -> str:
@@ -79,26 +143,46 @@ def read_record(entry: object, kind: type[R], form: int | None = None, new: str 
 
 def _made(kind: type[object], held: object) -> object:
     """Return the path that JSON has as a text; msgspec knows none."""
-    if kind is Path and isinstance(held, str):
+    if kind is Path and isinstance(held, str | Path):
         return Path(held)
-    raise NotImplementedError
+    raise ValueError(f"Expected `str`, got `{type(held).__name__}`")
 
 
-def _complaint(error: str, entry: object, kind: object) -> str:
-    """Return msgspec's complaint as the field, what it holds and what is needed."""
+def _hints(kind: Kind) -> dict[str, Any]:
+    """Return the fields of a class with their types."""
+    return get_type_hints(kind)
+
+
+def _built_in(held: object) -> object:
+    """Return NumPy's numbers and arrays as Python's own, also within a list."""
+    if isinstance(held, list | tuple):
+        return [_built_in(each) for each in held]
+    return held.tolist() if hasattr(held, "tolist") else held
+
+
+def _allowed(kind: object) -> Iterator[object]:
+    """Give the values of a literal type, also where it is one of several types."""
+    for each in get_args(kind):
+        yield from _allowed(each) if get_args(each) else [each]
+
+
+def _complaint(error: str, entry: object, kind: Kind) -> str:
+    """Return msgspec's complaint as the field, what it holds and what is needed; the kind may be types by name."""
     message, _, place = error.partition(" - at `$")
     field = place.rstrip("`").lstrip(".")
     if message.startswith("Object missing"):
         return f"{field or 'it'} has no field {message.split('`')[1]}"
     steps = re.findall(r"\w+|\[\.\.\.\]", field)
-    held = reprlib.repr(reduce(_inside, steps, entry))
+    value = reduce(_inside, steps, entry)
+    held = reprlib.repr(value)
     found = re.match(r"Expected `(.+?)`(.*?)(?:, got .*)?$", message)
     if found:
         words = " or ".join(_WORDS.get(name, name) for name in found[1].split(" | "))
         return f"{field} is {held}; it must be {words}{found[2]}"
     if message.startswith("Invalid enum value"):
-        allowed = get_args(reduce(lambda outer, step: get_type_hints(outer)[step], steps, kind))
-        return f"{field} is {held}; it must be {' or '.join(map(str, allowed))}"
+        wanted = reduce(lambda outer, step: (outer if isinstance(outer, dict) else _hints(outer))[step], steps, kind)
+        allowed = [str(each) for each in _allowed(wanted) if each is not type(None)]
+        return f"{field} is {held}; it must be {' or '.join(allowed)}{near_matches(str(value), allowed)}"
     return f"{field}: {message}" if field else message
 
 
@@ -123,8 +207,9 @@ def _unknown(given: object, kept: object, place: str = "") -> str:
 
 def _plain(value: object) -> object:
     """Return what JSON has no word for: NumPy's numbers as numbers, paths as texts."""
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
     if isinstance(value, Path):
         return str(value)
+    if hasattr(value, "tolist"):
+        found: object = value.tolist()
+        return found
     raise TypeError(f"{type(value).__name__} has no place in JSON")

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from inhand.errors import InputError, near_matches
 from inhand.folders import MARK, run_folder
 
 if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
     from matplotlib.figure import Figure
     from pandas import DataFrame
-
-
-C = TypeVar("C", bound="DataclassInstance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,16 +68,3 @@ def frame(entries: Sequence[dict[str, Any]]) -> DataFrame:
 def listed(words: str | Sequence[str | float]) -> str:
     """Return words, names or angles as the one text that a command line has."""
     return words if isinstance(words, str) else ",".join(str(word) for word in words)
-
-
-def configured(kind: type[C], settings: dict[str, Any]) -> C:
-    """Return settings by keyword as a configuration, folders in them as paths.
-
-    Raises:
-        InputError: an unknown keyword.
-    """
-    allowed = [field.name for field in fields(kind)]
-    for name in settings:
-        if name not in allowed:
-            raise InputError(f"unknown keyword {name!r}{near_matches(name, allowed)}; allowed are {', '.join(allowed)}")
-    return kind(**settings)

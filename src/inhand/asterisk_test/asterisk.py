@@ -20,7 +20,8 @@ from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.shown import configured, listed
+from inhand.records import configured
+from inhand.shown import listed
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -72,8 +73,6 @@ def asterisk(
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
-    settings |= {"human": Path(settings["human"])} if settings.get("human") else {}
-    settings["beside"] = tuple(Path(folder) for folder in settings.get("beside", ()))
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 

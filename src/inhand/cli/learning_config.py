@@ -8,11 +8,12 @@ from typing import Literal
 
 import tyro
 
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
-class TrainConfig:
+class TrainConfig(Config):
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
     preset: Literal["default", "thesis", "smoke"] | None = None
@@ -39,7 +40,7 @@ class TrainConfig:
 
 
 @dataclass(frozen=True)
-class EvaluateConfig:
+class EvaluateConfig(Config):
     """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
 
     run: tyro.conf.Positional[str] = "rl"

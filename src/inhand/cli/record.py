@@ -106,7 +106,7 @@ def prepared(config: RecordConfig) -> Recording:
         if getattr(config, name) < 1:
             raise InputError(f"--{name} {getattr(config, name)}: give at least 1")
     for name in ("noise_mm", "noise_deg", "push", "grip_spread", "seed"):
-        if not (np.isfinite(getattr(config, name)) and getattr(config, name) >= 0):
+        if getattr(config, name) < 0:
             raise InputError(f"--{name.replace('_', '-')} {getattr(config, name):g}: give 0 or more")
     for name in ("midway", "whole"):
         if not 0 <= getattr(config, name) <= 1:

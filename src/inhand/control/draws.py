@@ -43,7 +43,7 @@ def check_draws(config: RunConfig) -> None:
         InputError: the text names the option.
     """
     for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
-        if not (np.isfinite(value) and value >= 0):
+        if value < 0:
             raise InputError(f"{name} {value:g}: noise must be 0 or more")
     if config.seed < 0:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")

@@ -106,7 +106,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
     for number, layer in enumerate(zip(policy.weights, policy.biases, strict=True)):
         for name, array in zip(PARTS, layer, strict=True):
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
-    interface, count = interface_card(find_layout(policy.observation)), len(policy.weights)
+    interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
     card = _Card(FORMAT, count, policy.observation, interface, policy.actions, policy.grasp, policy.trained)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
@@ -123,7 +123,7 @@ def load_policy(folder: Path) -> Policy:
     """
     try:
         card = read_record(read_json((folder / CARD).read_bytes()), _Card, FORMAT, NEW)
-        check_same(card.interface, card.observation)
+        check_same(card.interface, card.observation, card.actions)
         weights, biases = _layers(card, load_file(folder / ACTOR))
     except FileNotFoundError as error:
         raise InputError(

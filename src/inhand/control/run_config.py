@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
-class HeldConfig:
+class HeldConfig(Config):
     """Which object is in which hand."""
 
     hand: str = "2v2_50.50_50.50_1.1_53"
@@ -18,7 +19,7 @@ class HeldConfig:
 
 
 @dataclass(frozen=True)
-class RunConfig:
+class RunConfig(Config):
     """What every run is simulated in, and what is drawn in it."""
 
     engine: Engine = MUJOCO

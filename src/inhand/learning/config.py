@@ -8,11 +8,12 @@ from typing import Literal
 from inhand.learning.demonstrations import Recipe
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
-class Learning:
+class Learning(Config):
     """Numbers of the algorithm."""
 
     hidden: tuple[int, ...] = (128, 128)
@@ -50,7 +51,7 @@ class Learning:
 
 
 @dataclass(frozen=True)
-class Training:
+class Training(Config):
     """A whole training run."""
 
     preset: str

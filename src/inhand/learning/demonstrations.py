@@ -22,6 +22,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Noise, Starts, expert_task, gripped, joined, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import actions_of
 
@@ -34,7 +35,7 @@ EARLIEST = 20
 
 
 @dataclass(frozen=True)
-class Recipe:
+class Recipe(Config):
     """How demonstrations are made."""
 
     episodes: int = 5000

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Literal, TypeVar, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,14 +15,21 @@ from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import check_fit
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Noise, Starts, gripped, plans_for, reach_of
+from inhand.learning.worlds import Interface
+from inhand.records import Config
+from inhand.sim.engines import check_engine
+from inhand.sim.memory import START_BYTES, check_memory
 from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import Actions
 from inhand.tasks.goals import GoalReward, goal_reward
+from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import parse_directions
+from inhand.tasks.rewards import find_reward
 
 POOL_SEED = 0
 """Seed of the pools of starts, so that a seed of `reset` means the same episode in every process."""
@@ -31,7 +38,7 @@ SAME_DEG = 1e-6
 
 
 @dataclass(frozen=True)
-class EnvironmentConfig:
+class EnvironmentConfig(Config):
     """Keywords of `inhand/Asterisk-v0`."""
 
     hand: str = "2v2_50.50_50.50_1.1_53"
@@ -43,9 +50,9 @@ class EnvironmentConfig:
     observation: str = "thesis"
     """Layout of observations: thesis (table 3.1) or another of `inhand.tasks.observations.LAYOUTS`."""
     actions: Actions = "angles"
-    """angles (joint targets over their ranges, thesis 3.3.2) or steps (how far the targets move on)."""
+    """angles (joint targets over their ranges, thesis 3.3.2), steps (how far the targets move on) or fine steps."""
     reward: str = "thesis"
-    """Reward: thesis (3.3.3) or progress."""
+    """Reward: thesis (3.3.3), progress or gain."""
     horizon: int = 250
     """Decisions after which an episode is cut off; one takes 20 ms."""
     noise_mm: float = 1.0
@@ -69,12 +76,27 @@ class EnvironmentConfig:
         Raises:
             InputError: the text says which.
         """
-        for name, kind in (("actions", Actions), ("grasp", GraspKind), ("engine", Engine)):
-            _check_word(name, getattr(self, name), get_args(kind))
-        if not (0 <= self.noise_mm < math.inf and 0 <= self.noise_deg < math.inf):
-            raise InputError(f"noise_mm={self.noise_mm}, noise_deg={self.noise_deg}: give finite numbers from 0 up")
+        super().__post_init__()
+        for name, least in (("noise_mm", 0), ("noise_deg", 0), ("threads", 0), ("horizon", 1)):
+            if getattr(self, name) < least:
+                raise InputError(f"{name} is {getattr(self, name)}; it must be {least} or more")
         if self.starts < len(self.angles):
             raise InputError(f"starts={self.starts} for {len(self.angles)} directions: give at least one for each")
+        check_memory(f"starts={self.starts}", self.starts, START_BYTES[self.engine])
+        check_engine(self.engine)
+        find_layout(self.observation)
+        find_reward(self.interface.reward)
+        check_fit(*self.held)
+
+    @property
+    def interface(self) -> Interface:
+        """What its worlds see, do and reward."""
+        return Interface(self.observation, self.actions, self.reward, self.horizon)
+
+    @property
+    def stops(self) -> bool:
+        """Whether starts say how far their grip is predicted to reach."""
+        return self.stop
 
     @property
     def held(self) -> tuple[HandSpec, ObjectSpec]:
@@ -86,21 +108,17 @@ class EnvironmentConfig:
         """Directions, each once [deg]."""
         return angles_of(self.directions)
 
-    def pool(self, *, stop: bool) -> Starts:
-        """Return the starts of episodes; equal keywords share one pool, made once in a process.
-
-        Args:
-            stop: whether each says how far its grip is predicted to reach.
-        """
+    def pool(self) -> Starts:
+        """Return the starts of episodes; equal keywords share one pool, made once in a process."""
         noise = Noise(self.noise_mm / 1e3, math.radians(self.noise_deg))
-        return _pool(self.held, self.angles, (self.grasp, noise, self.engine), self.starts, stop=stop)
+        return _pool(self.held, self.angles, (self.grasp, noise, self.engine), self.starts, stop=self.stops)
 
 
 @dataclass(frozen=True)
 class GoalConfig(EnvironmentConfig):
     """Keywords of `inhand/AsteriskGoal-v0`."""
 
-    reward: str = "sparse"
+    reward: GoalReward = "sparse"
     """sparse (-1, and 0 at the goal) or dense (-1 for each centimetre left)."""
     nearest_mm: float = 10.0
     """Shortest way to a goal [mm]."""
@@ -119,11 +137,19 @@ class GoalConfig(EnvironmentConfig):
             InputError: the text says which.
         """
         super().__post_init__()
-        for name, allowed in (("reward", get_args(GoalReward)), ("lost", ("terminated", "truncated"))):
-            _check_word(name, getattr(self, name), allowed)
         for name in ("nearest_mm", "tolerance_mm", "tolerance_deg"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name}={getattr(self, name)}: give a finite number above 0")
+            if getattr(self, name) <= 0:
+                raise InputError(f"{name} is {getattr(self, name)}; it must be above 0")
+
+    @property
+    def interface(self) -> Interface:
+        """What its worlds see and do; what they reward counts for nothing."""
+        return Interface(self.observation, self.actions, horizon=self.horizon)
+
+    @property
+    def stops(self) -> bool:
+        """Whether starts say how far their grip is predicted to reach: goals lie before that."""
+        return True
 
     @property
     def tolerance(self) -> tuple[float, float]:
@@ -131,11 +157,16 @@ class GoalConfig(EnvironmentConfig):
         return self.tolerance_mm / 1e3, math.radians(self.tolerance_deg)
 
     def reward_of(self, achieved: ArrayLike, desired: ArrayLike) -> Array:
-        """Return the reward `(...)` of poses `(..., 3)` for goals `(..., 3)` [m, m, rad]."""
-        return goal_reward(achieved, desired, self.tolerance, "sparse" if self.reward == "sparse" else "dense")
+        """Return the reward `(...)` of poses `(..., 3)` for goals `(..., 3)` [m, m, rad].
 
-
-C = TypeVar("C", bound=EnvironmentConfig)
+        Raises:
+            InputError: no numbers, or not three of them to a pose.
+        """
+        for name, given in (("achieved_goal", achieved), ("desired_goal", desired)):
+            poses = np.asarray(given)
+            if poses.dtype.kind not in "fiu" or poses.shape[-1:] != (3,):
+                raise InputError(f"{name} is {poses.dtype} {poses.shape}; it must be poses (..., 3) [m, m, rad]")
+        return goal_reward(achieved, desired, self.tolerance, self.reward)
 
 
 def angles_of(directions: str | Sequence[str | float]) -> tuple[float, ...]:
@@ -162,7 +193,8 @@ def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random
     """
     for name in options:
         if name != "direction":
-            raise InputError(f"unknown option {name!r} of reset{near_matches(name, ['direction'])}; use 'direction'")
+            near = near_matches(str(name), ["direction"])
+            raise InputError(f"unknown option {name!r} of reset{near}; use 'direction'")
     if "direction" not in options:
         return rng.integers(len(pool), size=count)
     given = options["direction"]
@@ -171,19 +203,6 @@ def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random
         raise InputError(f"{len(each)} directions for {count} worlds: give one for all or one for each")
     found = [rng.choice(_rows_along(pool.angle_deg, each[world % len(each)])) for world in range(count)]
     return np.array(found, dtype=np.int64)
-
-
-def config_of(kind: type[C], keywords: dict[str, Any]) -> C:
-    """Return keywords as a configuration of a kind.
-
-    Raises:
-        InputError: an unknown keyword or a value that cannot be.
-    """
-    allowed = [field.name for field in fields(kind)]
-    for name in keywords:
-        if name not in allowed:
-            raise InputError(f"unknown keyword {name!r}{near_matches(name, allowed)}; allowed are {', '.join(allowed)}")
-    return kind(**keywords)
 
 
 def _rows_along(angle_deg: Array, direction: str | float) -> NDArray[np.int64]:
@@ -219,8 +238,3 @@ def _pool(
     grips = _plans(held, angles, grasp, engine), np.resize(np.array(angles), count)
     starts = gripped(*held, grips, np.random.default_rng(POOL_SEED), noise, engine=engine)
     return replace(starts, distance=reach_of(held, starts)) if stop else starts
-
-
-def _check_word(name: str, given: str, allowed: tuple[str, ...]) -> None:
-    if given not in allowed:
-        raise InputError(f"unknown {name} {given!r}{near_matches(str(given), allowed)}; use {' or '.join(allowed)}")

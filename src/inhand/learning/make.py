@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from inhand.environment_ids import IDS
 from inhand.errors import InputError, near_matches, needs_extra
+from inhand.hands.files import HANDS, OBJECTS
+from inhand.records import checked
 
 if TYPE_CHECKING:
     import gymnasium
 
-WORDS = {"asterisk": "inhand/Asterisk-v0", "goal": "inhand/AsteriskGoal-v0"}
+WORDS = {"asterisk": "inhand/Asterisk-v0", "easy": "inhand/AsteriskEasy-v0", "goal": "inhand/AsteriskGoal-v0"}
 """Short words for the ids."""
 
 
@@ -20,9 +22,10 @@ def make(
     """Return an environment, as `gymnasium.make` or, with `num_envs`, `gymnasium.make_vec` does.
 
     Args:
-        name: asterisk, goal, or an id of Gymnasium's.
+        name: asterisk, easy, goal, or an id of Gymnasium's.
         num_envs: how many in one simulation; None for a single one.
-        keywords: fields of `inhand.learning.environment_config.EnvironmentConfig`, of `GoalConfig` for goals.
+        keywords: fields of `inhand.learning.environment_config.EnvironmentConfig`, of `GoalConfig` for goals; hand and
+            object may be specs too. And `render_mode="rgb_array"` for pictures.
 
     Raises:
         InputError: an unknown name or keyword, or the extra `rl` is missing.
@@ -31,6 +34,11 @@ def make(
         import gymnasium
     except ImportError as error:
         raise needs_extra("rl", "an environment") from error
+    name = checked("name", name, str)
+    if "hand" in keywords:
+        keywords["hand"] = HANDS.name_of(keywords["hand"])
+    if "object" in keywords:
+        keywords["object"] = OBJECTS.name_of(keywords["object"])
     found = WORDS.get(name, name)
     if found not in IDS:
         known = (*WORDS, *IDS)

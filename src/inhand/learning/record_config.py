@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 
 
 @dataclass(frozen=True)
-class RecordConfig:
+class RecordConfig(Config):
     """Record an expert's demonstrations as a Minari dataset (extra `rl`)."""
 
     hand: str = "2v2_50.50_50.50_1.1_53"
@@ -25,10 +26,10 @@ class RecordConfig:
     """Number of episodes."""
     observation: str = "grip"
     """Layout of observations: grip, grip-open or thesis (table 3.1)."""
-    actions: Literal["steps", "angles"] = "steps"
-    """steps (how far joint targets move on) or angles (joint targets over their ranges, thesis 3.3.2)."""
+    actions: Literal["steps", "fine", "angles"] = "steps"
+    """steps (how far joint targets move on), fine steps, or angles (joint targets over their ranges, thesis 3.3.2)."""
     reward: str = "progress"
-    """Reward: progress or thesis (3.3.3)."""
+    """Reward: progress, gain or thesis (3.3.3)."""
     horizon: int = 200
     """Decisions after which an episode is cut off; one takes 20 ms."""
     noise_mm: float = 1.0

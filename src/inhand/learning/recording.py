@@ -102,7 +102,8 @@ class Transitions:
 
 def kind_of(hand: HandSpec, interface: Interface) -> DatasetKind:
     """Return the kind of dataset that a controller with a hand and an interface can learn from."""
-    return DatasetKind(hand, interface_card(find_layout(interface.observation)), interface.actions, interface.horizon)
+    card = interface_card(find_layout(interface.observation), interface.actions)
+    return DatasetKind(hand, card, interface.actions, interface.horizon)
 
 
 def environment_spec(recording: Recording, asked: tuple[str, str, str]) -> str:

@@ -19,8 +19,10 @@ from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
 from inhand.records import read_json, read_record, text_of
 from inhand.sim.engines import check_engine
+from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.observations import find_layout
+from inhand.tasks.rewards import find_reward
 from inhand.versions import versions
 
 MARK = "config.json"
@@ -103,7 +105,7 @@ def read_config(out: Path) -> Training:
         raise InputError(f"no training run in {out}: it has no {MARK}; give the --out of a run of `inhand train`")
     try:
         card = read_record(read_json(path.read_bytes()), RunCard, FORMAT, NEW)
-        check_same(card.interface, card.config.interface.observation)
+        check_same(card.interface, card.config.interface.observation, card.config.interface.actions)
         _check_version(card)
     except InputError as error:
         raise InputError(
@@ -121,7 +123,9 @@ def check(config: Training) -> None:
     load_hand(config.hand)
     load_object(config.object)
     find_layout(config.interface.observation)
+    find_reward(config.interface.reward)
     check_engine(config.engine)
+    check_memory(f"worlds={config.worlds}", config.worlds, WORLD_BYTES[config.engine])
     least = {
         "episodes": config.episodes,
         "demonstrations": config.recipe.episodes,
@@ -182,5 +186,5 @@ def _check_version(card: RunCard) -> None:
 def card_of(config: Training) -> RunCard:
     """Return what a run's folder says of itself."""
     found = versions()
-    interface = interface_card(find_layout(config.interface.observation))
+    interface = interface_card(find_layout(config.interface.observation), config.interface.actions)
     return RunCard(FORMAT, found["inhand"].partition(" ")[0], interface, config, found)

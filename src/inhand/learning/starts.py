@@ -25,6 +25,7 @@ from inhand.geometry import Array, Path
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.records import Config
 from inhand.sim.engine import Simulator
 from inhand.sim.names import MUJOCO, Engine
 from inhand.sim.snapshot import Snapshot, join
@@ -38,7 +39,7 @@ GRID_DEG = 7.5
 
 
 @dataclass(frozen=True)
-class Noise:
+class Noise(Config):
     """Standard deviations of the object's start."""
 
     position: float = 0.001

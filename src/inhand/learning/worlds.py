@@ -15,10 +15,11 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Starts
+from inhand.records import Config
 from inhand.sim.engines import make_simulator
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
-from inhand.tasks.actions import Actions, targets_of
+from inhand.tasks.actions import Actions, checked_actions, targets_of
 from inhand.tasks.aim import Aim
 from inhand.tasks.observations import Scene, find_layout, observe
 from inhand.tasks.rewards import Decision, Made, find_reward, reward
@@ -27,15 +28,15 @@ _AIMED = ("angle", "start", "distance")
 
 
 @dataclass(frozen=True)
-class Interface:
+class Interface(Config):
     """What a learned controller sees, does and is rewarded for."""
 
     observation: str = "thesis"
     """Layout of observations: thesis (table 3.1) or grip."""
     actions: Actions = "angles"
-    """angles (joint targets over their ranges, thesis 3.3.2) or steps (how far the targets move on)."""
+    """angles (joint targets over their ranges, thesis 3.3.2), steps (how far the targets move on) or fine steps."""
     reward: str = "thesis"
-    """Reward: thesis (3.3.3) or progress."""
+    """Reward: thesis (3.3.3), progress or gain."""
     horizon: int = 250
     """Decisions after which an episode is cut off; one takes 20 ms."""
 
@@ -59,8 +60,8 @@ class Step:
     shift: Array
     """Way along, way to the left [m] and angle turned [rad] since the primitive started, or along, beside and away from
     a route `(B, 3)`."""
-    goal: Array
-    """Pose of the object the decision led to `(B, 3)`, which hindsight takes for a goal."""
+    after: State
+    """The state the decision led to; the object's pose there hindsight takes for a goal."""
 
 
 class ManipulationWorlds:
@@ -128,18 +129,14 @@ class ManipulationWorlds:
         """Cut the episodes under way short, each at a drawn decision, so that worlds do not all end theirs at once."""
         self._steps = self.rng.integers(self.interface.horizon, size=self.count)
 
-    def step(self, actions: Array) -> Step:
+    def step(self, given: object) -> Step:
         """Take a decision `(B, n)` in every world; worlds whose episode ends start the next one.
 
         Raises:
             InputError: actions of the wrong shape, or one that is not a number.
         """
         before = self._state
-        if actions.shape != before.targets.shape:
-            raise InputError(
-                f"actions of shape {actions.shape}; {self.count} worlds need {before.targets.shape}, a number within"
-                " [-1, 1] for each joint"
-            )
+        actions = checked_actions(given, before.targets.shape)
         targets = targets_of(actions, self.interface.actions, self.hand, before)
         after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS)
         self._steps += 1
@@ -154,7 +151,7 @@ class ManipulationWorlds:
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
             self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
-        return Step(self._observation, successor, value, terms, gone, truncated, shift, after.pose)
+        return Step(self._observation, successor, value, terms, gone, truncated, shift, after)
 
     def _along(self, after: State) -> Made | None:
         """Move the places on the routes on and aim anew; return what was made of the routes' ways, None without any."""

@@ -9,7 +9,7 @@ import numpy as np
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec, build_hand, lab_limits
-from inhand.tasks.actions import LARGEST_STEP
+from inhand.tasks.actions import Actions, largest_step
 from inhand.tasks.observations import Layout, OfHand, find_layout, numbers_for
 
 NEW = "the scales of observations and the largest step of actions"
@@ -62,8 +62,8 @@ def yardstick() -> HandSpec:
     return lab_limits(build_hand("yardstick", (0.045, 0.035), (0.055, 0.04), 0.062))
 
 
-def interface_card(layout: Layout) -> InterfaceCard:
-    """Return the card of a controller that sees a layout."""
+def interface_card(layout: Layout, actions: Actions = "steps") -> InterfaceCard:
+    """Return the card of a controller that sees a layout and acts so."""
     hand = yardstick()
 
     def shown(given: OfHand) -> tuple[float, ...]:
@@ -71,7 +71,7 @@ def interface_card(layout: Layout) -> InterfaceCard:
         return tuple(float(f"{number:.{DIGITS}g}") for number in numbers)
 
     parts = (PartCard(p.name, p.fixed, p.for_joint, shown(p.half), shown(p.middle)) for p in layout.parts)
-    return InterfaceCard(layout.name, tuple(parts), LARGEST_STEP)
+    return InterfaceCard(layout.name, tuple(parts), largest_step(actions))
 
 
 def differences(there: InterfaceCard, here: InterfaceCard) -> list[str]:
@@ -87,13 +87,13 @@ def differences(there: InterfaceCard, here: InterfaceCard) -> list[str]:
     return found or ([] if there == here else ["the order of the observation's parts"])
 
 
-def check_same(there: InterfaceCard, observation: str) -> None:
-    """Refuse what learned with another interface than this version's with observations of that name.
+def check_same(there: InterfaceCard, observation: str, actions: Actions) -> None:
+    """Refuse what learned with another interface than this version's with observations and actions of those names.
 
     Raises:
         InputError: the text names what differs.
     """
-    found = differences(there, interface_card(find_layout(observation)))
+    found = differences(there, interface_card(find_layout(observation), actions))
     if found:
         raise InputError(f"it learned with another interface than this version has: {'; '.join(found)}")
 

@@ -74,7 +74,7 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
     if entry.policy is not None:
         check_joints(entry.policy, held[0])
     if config.path not in TASKS:
-        if config.size is not None and not (np.isfinite(config.size) and config.size > 0):
+        if config.size is not None and config.size <= 0:
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
         drawing = find_path(config.path)
         if config.size is not None:

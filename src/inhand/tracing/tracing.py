@@ -10,7 +10,7 @@ from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.shown import configured
+from inhand.records import configured
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.report import TraceRun

@@ -23,7 +23,8 @@ from inhand.folders import check_folder
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.shown import Shown, configured, listed
+from inhand.records import configured
+from inhand.shown import Shown, listed
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()

@@ -132,7 +132,9 @@ class PlanarSimulator(Simulator):
 
     def _part(self, rows: NDArray[np.int64]) -> Part:
         here = slice(int(rows[0]), int(rows[-1]) + 1)
-        return Part(Worlds(*(array[here] for array in self._worlds)), self._links[here], room(self._model))
+        now = self._worlds
+        views = [array[here] for array in (now.position, now.velocity, now.target, now.acceleration, now.force)]
+        return Part(Worlds(now.kind[here], *views), self._links[here], room(self._model))
 
     def _run(self, work: Callable[[Part], None]) -> None:
         """Do something with every part, each on a thread of its own."""

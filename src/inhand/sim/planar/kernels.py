@@ -69,7 +69,7 @@ def _distance(model: Model, k: int, work: Work, pair: tuple[int, int]) -> float:
         away, nx, ny = to_point(work, count, s, x, y)
         hit[1], hit[2] = x - away * nx, y - away * ny
         hit[3], hit[4] = x - radius * nx, y - radius * ny
-        return away - radius
+        return float(away - radius)
     counts = count, model.corners[k, o]
     by_link, edge, corner = widest(work, counts, s, o, 0.0)
     if by_link > 0.0:

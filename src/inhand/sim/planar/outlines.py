@@ -47,7 +47,7 @@ def near(model: Model, k: int, work: Work, pair: int) -> bool:
     one, other = _middle(model, k, work, s), _middle(model, k, work, o)
     dx, dy = one[0] - other[0], one[1] - other[1]
     reach = model.bound[k, s] + model.bound[k, o]
-    return dx * dx + dy * dy < reach * reach
+    return bool(dx * dx + dy * dy < reach * reach)
 
 
 @inner
@@ -79,7 +79,7 @@ def widest(work: Work, counts: tuple[int, int], s: int, o: int, enough: float) -
 def meet(model: Model, k: int, work: Work, pair: int) -> tuple[int, int, int]:
     """Find where a pair of outlines overlaps, deepest: which of both has the edge (-1: they do not), edge and corner.
 
-    `work.hit` then holds the separation, the normal from the second to the first outline, and the middle of the overlap.
+    `work.hit` then holds the separation, the normal from the second outline to the first, and the overlap's middle.
     """
     s, o = model.pairs[pair, 0], model.pairs[pair, 1]
     place_outline(model, k, work, s)
@@ -175,7 +175,8 @@ def clip(model: Model, k: int, work: Work, found: tuple[int, int, int, int]) -> 
     there = nx * work.normal[o, before, 0] + ny * work.normal[o, before, 1]
     start = corner if here < there else before
     end = start + 1 if start + 1 < total else 0
-    ax, ay, bx, by = work.outline[o, start, 0], work.outline[o, start, 1], work.outline[o, end, 0], work.outline[o, end, 1]
+    ax, ay = work.outline[o, start, 0], work.outline[o, start, 1]
+    bx, by = work.outline[o, end, 0], work.outline[o, end, 1]
     at, bt = tx * ax + ty * ay, tx * bx + ty * by
     ends = 0
     for want in (low, high):

@@ -22,8 +22,8 @@ class Model(NamedTuple):
     timestep: float
     """Length of a physics step [s]."""
     first: Indices
-    """For each joint the first joint of its finger, for each of the object's freedoms itself `(n + 3,)`: the mass matrix
-    has nothing before it in that row."""
+    """For each joint the first joint of its finger, for each of the object's freedoms itself `(n + 3,)`: a row of the
+    mass matrix has nothing before it."""
     finger: Indices
     """For each joint `(n,)` the number of its finger."""
     base: Array
@@ -116,8 +116,6 @@ class Work(NamedTuple):
     """Slope of the cost `(n + 3,)`."""
     direction: Array
     """Where the search goes `(n + 3,)`."""
-    pull: Array
-    """Mass matrix times the direction `(n + 3,)`."""
     jacobian: Array
     """Rows of each contact, along its normal and its tangent `(2 R, n + 3)`."""
     residual: Array
@@ -143,24 +141,29 @@ class Work(NamedTuple):
 def room(model: Model) -> Work:
     """Return room for one thread to compute steps of a model in."""
     n = len(model.finger)
-    size, outlines, contacts = n + 3, len(model.body), 2 * len(model.pairs)
-    square = [np.zeros((size, size)) for _ in range(3)]
+    size, outlines, contacts = n + 3, model.outline.shape[1:], 2 * len(model.pairs)
+    row, square, rows = (size,), (size, size), (2 * contacts,)
     return Work(
-        np.zeros((n + 2, 4)),
-        np.zeros((outlines, *model.outline.shape[2:])),
-        np.zeros((outlines, *model.outline.shape[2:])),
-        np.zeros(outlines, dtype=bool),
-        *square,
-        np.zeros(size, dtype=np.int64),
-        *(np.zeros(size) for _ in range(5)),
-        np.zeros((2 * contacts, size)),
-        np.zeros(2 * contacts),
-        np.zeros(2 * contacts),
-        np.zeros((contacts, 6)),
-        np.zeros((contacts, 2)),
-        np.zeros(contacts, dtype=np.int64),
-        np.zeros((n, 3)),
-        np.zeros((3, 3)),
-        np.zeros(6),
-        np.zeros(5),
+        frame=np.zeros((n + 2, 4)),
+        outline=np.zeros(outlines),
+        normal=np.zeros(outlines),
+        placed=np.zeros(outlines[0], dtype=bool),
+        inertia=np.zeros(square),
+        hessian=np.zeros(square),
+        factor=np.zeros(square),
+        skyline=np.zeros(row, dtype=np.int64),
+        force=np.zeros(row),
+        free=np.zeros(row),
+        gradient=np.zeros(row),
+        direction=np.zeros(row),
+        jacobian=np.zeros((2 * contacts, size)),
+        residual=np.zeros(rows),
+        change=np.zeros(rows),
+        contact=np.zeros((contacts, 6)),
+        where=np.zeros((contacts, 2)),
+        finger=np.zeros(contacts, dtype=np.int64),
+        limit=np.zeros((n, 3)),
+        floor=np.zeros((3, 3)),
+        law=np.zeros(6),
+        hit=np.zeros(5),
     )

@@ -146,12 +146,12 @@ def test_links_end_at_their_limits_and_at_each_other_as_in_mujoco() -> None:
     assert np.abs(state.joint_angles[0] - crossing[-1]).max() > 0.02  # they press on each other
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     corners=st.lists(st.tuples(st.floats(0.012, 0.024), st.floats(0.0, 1.0)), min_size=3, max_size=7),
     seed=st.integers(0, 1000),
     turn=st.floats(-3.0, 3.0),
-    friction=st.floats(0.0, 1.5),
+    friction=st.floats(0.0, 2.0),
 )
 def test_objects_of_any_convex_outline_move_as_in_mujoco(
     corners: list[tuple[float, float]], seed: int, turn: float, friction: float
@@ -160,9 +160,10 @@ def test_objects_of_any_convex_outline_move_as_in_mujoco(
     radius = np.mean([size for size, _ in corners])
     spec = polygon_object("any", (radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)).tolist())
     spec = ObjectSpec("any", "polygon", spec.size, friction=friction, corners=spec.corners)
-    start = np.array([*HAND.start_position, turn]), grip(HAND, spec)
-    apart = differ(HAND, spec, shaken(HAND, spec, 30, seed), start=start)
-    assert (apart <= [0.02, 0.02, 0.1]).all(), apart
+    # From a squeeze of 1 mm at once; balanced on a corner, outlines soon fall to either side.
+    start = np.array([*HAND.start_position, turn]), grip(HAND, spec, 0.001)
+    apart = differ(HAND, spec, shaken(HAND, spec, 30, seed)[:6], start=start)
+    assert apart.max() <= 1e-2, apart
 
 
 def test_mirrored_worlds_move_as_mirror_images() -> None:

@@ -21,6 +21,7 @@ from inhand.hands.shapes import link_polygons, palm_outline
 from inhand.hands.touch import touch
 from inhand.plots.save import save_figure
 from inhand.plots.shapes import CLEAR, SceneOutline, draw_scene
+from inhand.plots.sheet import sheet, write_above
 from inhand.plots.style import (
     INK,
     LABEL_POINTS,
@@ -28,11 +29,8 @@ from inhand.plots.style import (
     RULE,
     SERIES_LOOKS,
     TICK_POINTS,
-    axes_box,
     darker,
     direction_colour,
-    new_figure,
-    write_heading,
 )
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
@@ -170,29 +168,21 @@ def draw_wheel(ax: Axes) -> None:
         draw_direction(ax, primitive, 2.6, "bold")
     out_of_paper(ax, np.zeros(2), TASK)
     ax.set_xlim(-WHEEL, WHEEL)
-    ax.set_ylim(-1.15, 1.15)
+    ax.set_ylim(-1.295, 1.295)
 
 
 def main() -> None:
     """Draw the picture and write it beside this file."""
-    width, height = 11.0, 5.2
-    figure = new_figure(width, height)
-    left = figure.add_axes(axes_box(figure, (0.1, 0.1, 4.75, 4.5)))
-    right = figure.add_axes(axes_box(figure, (5.15, 0.45, 5.75, 3.9)))
-    draw_hand(left, parse_hand_name(HAND))
-    draw_wheel(right)
-    for ax in (left, right):
-        ax.set_aspect("equal")
-        ax.set_axis_off()
-    write_heading(
-        figure, "Frames and joint angles", "seen from above, z out of the paper; angles count counter-clockwise"
-    )
-    write_heading(
-        figure,
-        "The sixteen directions",
-        "angles from $x_{\\mathrm{task}}$; bold: trained on, thin: unseen",
-        left_in=5.35,
-    )
+    with sheet([[(4.75, 4.38), (5.75, 4.38)]], gap=(0.3, 0.0)) as (figure, (left, right)):
+        draw_hand(left, parse_hand_name(HAND))
+        draw_wheel(right)
+        for ax in (left, right):
+            ax.set_aspect("equal")
+            ax.set_axis_off()
+        write_above(
+            left, "Frames and joint angles", "seen from above, z out of the paper; angles count counter-clockwise"
+        )
+        write_above(right, "The sixteen directions", "angles from $x_{\\mathrm{task}}$; bold: trained on, thin: unseen")
     save_figure(figure, PICTURE)
 
 

@@ -10,21 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from inhand.plots.style import (
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    TICK_POINTS,
-    axes_box,
-    dress_axes,
-    heading_height,
-    new_figure,
-    series_look,
-    write_heading,
-)
+from inhand.plots.sheet import sheet
+from inhand.plots.style import INK, MUTED, TICK_POINTS, series_look
 
-ROW_IN, PANEL_IN, GAP_IN, LEFT_IN = 0.3, 1.35, 0.8, 1.75
-"""Height of a row, width of a task's panel, the gap between two and the room for names [in]."""
+ROW_IN, PANEL_IN, GAP_IN = 0.3, 1.35, 0.8
+"""Height of a row, width of a task's panel, and the gap between two [in]."""
+NOTE = "Completion [%], mean over seeds and episodes; line: 95 % bootstrap interval; shaded: trained on this task"
 SHOWN = 0.005
 """Share of losses that is not rounded to nothing."""
 
@@ -57,25 +48,19 @@ def compare_figure(
         title: First line.
         subtitle: Second line, smaller.
     """
-    height = ROW_IN * len(names)
-    width = LEFT_IN + len(tasks) * (PANEL_IN + GAP_IN)
-    figure = new_figure(width, 0.95 + height + heading_height(title, subtitle) + 0.25)
     kinds = list(dict.fromkeys(name.partition(",")[0] for name in names))
-    for column, task in enumerate(tasks):
-        left = LEFT_IN + column * (PANEL_IN + GAP_IN)
-        ax = figure.add_axes(axes_box(figure, (left, 0.85, PANEL_IN, height)))
-        dress_axes(ax)
-        ax.grid(visible=False, axis="y")
-        ax.set(xlim=(0, 100), ylim=(len(names) - 0.5, -0.5), xticks=[0, 50, 100])
-        ax.set_title(task, fontsize=LABEL_POINTS, color=INK, pad=6, loc="left")
-        ax.set_yticks(range(len(names)), names if column == 0 else [""] * len(names))
-        ax.tick_params(axis="y", labelcolor=INK)
-        for row, name in enumerate(names):
-            _draw(ax, row, bars[name, task], series_look(kinds.index(name.partition(",")[0])).colour)
-    write_heading(figure, title, subtitle)
-    full = figure.get_size_inches()[1]
-    note = "Completion [%], mean over seeds and episodes; line: 95 % bootstrap interval; shaded: trained on this task"
-    figure.text(0.2 / width, 0.28 / full, note, fontsize=TICK_POINTS - 0.5, color=MUTED)
+    rows = [[(PANEL_IN, ROW_IN * len(names))] * len(tasks)]
+    with sheet(rows, title, subtitle, gap=(GAP_IN, 0.0)) as (figure, axes):
+        for task, ax in zip(tasks, axes, strict=True):
+            ax.grid(visible=False, axis="y")
+            ax.set(xlim=(0, 100), ylim=(len(names) - 0.5, -0.5), xticks=[0, 50, 100])
+            ax.set_title(task, fontweight="normal")
+            ax.set_yticks(range(len(names)), names if ax is axes[0] else [""] * len(names))
+            ax.tick_params(axis="y", labelcolor=INK)
+            for row, name in enumerate(names):
+                _draw(ax, row, bars[name, task], series_look(kinds.index(name.partition(",")[0])).colour)
+        note = axes[0].annotate(NOTE, (0, 0), (-100, -38), xycoords="axes fraction", textcoords="offset points")
+        note.set(fontsize=TICK_POINTS - 0.5, color=MUTED)
     return figure
 
 

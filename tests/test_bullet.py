@@ -11,7 +11,7 @@ from inhand.control.controller import Task
 from inhand.control.loop import Recording, run_episodes
 from inhand.control.phases import standard_phases
 from inhand.errors import InputError
-from inhand.geometry import Path
+from inhand.geometry import Path, turn
 from inhand.hands.hand import FINGER_NAMES, HandSpec, lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
@@ -231,3 +231,17 @@ def test_a_missing_engine_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> No
         InputError, match=r"the engine PyBullet needs the extra `bullet`: pip install 'inhand\[bullet\]'"
     ):
         BulletSimulator(HAND, [CUBE])
+
+
+def test_a_snapshot_keeps_a_tilted_objects_spin_in_its_own_frame() -> None:
+    simulator = BulletSimulator(HAND, [CUBE])
+    state = simulator.reset(ORIGIN[None], OPEN[None])
+    quaternion, spin = np.array([0.8, 0.36, -0.48, 0.0]), np.array([0.3, -0.5, 0.7])
+    kept = simulator.snapshot()
+    kept.qpos[0, -4:], kept.qvel[0, -3:] = quaternion, spin
+    simulator.restore(np.array([0]), kept, np.array([0]))
+    np.testing.assert_allclose(simulator.snapshot().qvel, kept.qvel, atol=1e-12)
+    seen = simulator.measure().object_velocity[0, 3:]
+    np.testing.assert_allclose(seen, turn(quaternion, spin), atol=1e-12)
+    assert np.abs(seen - spin).max() > 0.1
+    np.testing.assert_array_equal(state.object_velocity, 0.0)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib import rcParams
+from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -16,10 +16,14 @@ from inhand.errors import InputError
 from inhand.geometry import Array, unit
 from inhand.plots.asterisk import asterisk_figure, draw_asterisk
 from inhand.plots.curves import PathCurve, band_polygons, target_length, tip, true_runs
+from inhand.plots.donut import DonutSeries, donut_figure
+from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.panels import Panel, panels_figure
+from inhand.plots.radar import RadarSeries, radar_figure
 from inhand.plots.save import save_figure, written_whole
 from inhand.plots.shapes import SceneOutline, draw_scene, extent_of, move_scene
-from inhand.plots.style import DIRECTION_WHEEL, direction_colour, new_figure, series_look
+from inhand.plots.sheet import new_figure
+from inhand.plots.style import DIRECTION_WHEEL, INK, MUTED, direction_colour, series_look
 
 NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
 NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}
@@ -295,6 +299,44 @@ def test_panels_share_one_scale_and_one_legend(count: int, outline: SceneOutline
 def test_panels_are_one_to_four(count: int) -> None:
     with pytest.raises(InputError, match=rf"{count} panels given: a figure holds 1 to 4; split them"):
         panels_figure([Panel("", "", ())] * count)
+
+
+def test_a_sheet_is_as_large_as_what_is_on_it(outline: SceneOutline) -> None:
+    far, long = star(SIXTEEN, [95]), "A title that is wider than all that stands below it, however little that may be"
+    heat = HeatMap(("a hand with a long name",), ("an object",), np.zeros((1, 1)), [["cannot run"]])
+    names = [(name, angle) for angle, name in SIXTEEN.items()]
+    for figure in (
+        asterisk_figure(far, outline=outline, title=long),
+        panels_figure([Panel("IK", "", tuple(far))] * 3, long),
+        heatmap_figure(heat, "Distance [mm]", long, "below"),
+        radar_figure(names, [RadarSeries("IK", np.ones(16), np.ones(16))]),
+        donut_figure([DonutSeries(str(number), 10.0, 150.0) for number in range(6)]),
+    ):
+        width, height = figure.get_size_inches()
+        box = figure.get_tightbbox()
+        assert (box.x0, box.y0) == pytest.approx((0.15, 0.15), abs=0.02)
+        assert box.x1 == pytest.approx(width - 0.15, abs=0.02)
+        assert height - 0.25 < box.y1 < height
+
+
+def test_numbers_beside_an_asterisk_cover_none_of_the_axes(outline: SceneOutline) -> None:
+    figure = panels_figure([Panel("IK", "", tuple(star(SIXTEEN, [119, 72])), outline)] * 3)
+    drawn(figure)
+    for ax in figure.axes:
+        numbers = [text.get_window_extent() for text in ax.texts if text.get_text() in {"119", "72"}]
+        ticks = [label.get_window_extent() for label in (*ax.get_xticklabels(), *ax.get_yticklabels())]
+        assert not [1 for number in numbers for tick in ticks if number.overlaps(tick)]
+
+
+def test_a_figure_keeps_its_look_and_the_program_its_own() -> None:
+    with rc_context({"axes.grid": False, "text.color": "red", "xtick.labelcolor": "red", "xtick.major.size": 9.0}):
+        before = dict(rcParams)
+        figure = asterisk_figure([straight(0, "Right", 50)], title="Right")
+        figure.axes[0].set_xticks(range(0, 60, 3))
+        drawn(figure)
+        assert dict(rcParams) == before
+    (label, *_), (line, *_) = figure.axes[0].get_xticklabels(), figure.axes[0].get_xticklines()
+    assert (label.get_color(), line.get_markersize(), figure.texts[0].get_color()) == (MUTED, 0.0, INK)
 
 
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])

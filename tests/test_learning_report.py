@@ -146,6 +146,12 @@ def test_learning_curves_show_rewards_and_losses(record: Learned) -> None:
     assert legend_texts(figure) == ["smoothed by 0.7", "as recorded"]
 
 
+def test_a_training_too_short_for_updates_has_no_empty_panels(record: Learned) -> None:
+    none = np.empty(0)
+    figure = learning_figure(replace(record, at=none, critic_loss=none, actor_loss=none))
+    assert titles(figure) == ["Sum of the rewards", "Last reward of an episode"]
+
+
 def test_tiny_losses_leave_no_factor_above_their_axis(record: Learned) -> None:
     figure = learning_figure(replace(record, actor_loss=1e-8 * (record.actor_loss - 100.0)))
     figure.canvas.draw()

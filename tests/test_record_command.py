@@ -51,6 +51,16 @@ def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) ->
     assert [each.name for each in tmp_path.iterdir()] == ["set"]
 
 
+def test_the_witness_demonstrates(tmp_path: Path, inhand_record: Call) -> None:
+    pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
+    words = ("--engine", "bullet", "--expert", "thesis-ik", "--directions", "Right", "--midway", 0)
+    code, _, err = inhand_record(*words, "--episodes", 2, "--horizon", 3, "--out", tmp_path / "set")
+    assert (code, err) == (0, "")
+    head, episodes = read_dataset(tmp_path / "set")
+    assert head.engine == "bullet"
+    assert [len(each.rewards) for each in episodes] == [3, 3]
+
+
 def test_equal_seeds_give_equal_bytes_and_a_dataset_is_kept(tmp_path: Path, inhand_record: Call) -> None:
     words = (*FEW, "--directions", "continuous", "--expert", "thesis-ik")
     for name in ("one", "two"):

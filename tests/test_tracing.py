@@ -1,6 +1,6 @@
 """What is measured of a followed plan, against closed forms, and how it is told and drawn."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +108,17 @@ def test_a_constant_offset_is_root_mean_square_largest_and_frechet_distance(off:
         assert value == pytest.approx(1e3 * abs(off))
     assert (trace.turn_deg, trace.end_deg) == pytest.approx((np.rad2deg(0.1),) * 2)
     assert trace.time_s == pytest.approx(51 * PERIOD)
+
+
+def test_the_largest_force_and_overlap_are_those_of_any_row() -> None:
+    found = followed_of(LINE, *along(LINE))
+    rows = len(found.trial.time)
+    forces, penetration = np.zeros((rows, 2, 3)), np.zeros(rows)
+    forces[0, 1], penetration[5] = (0.0, 3.0, 4.0), 2e-4
+    trace = trace_of(replace(found, trial=replace(found.trial, forces=forces, penetration=penetration)))
+    assert (trace.force_max_n, trace.penetration_max_mm) == pytest.approx((5.0, 0.2))
+    (_, (row,)) = trace_rows([trace])
+    assert row[-2:] == ("5.00", "0.20")
 
 
 def test_a_wave_has_the_root_mean_square_of_a_wave() -> None:
@@ -288,7 +299,7 @@ def test_rows_and_entries_have_every_number() -> None:
     header, rows = trace_rows(traces)
     assert header == HEADER[:-1]
     assert all(len(row) == len(header) for row in rows)
-    assert rows[3] == ("4", NO_GRASP, "0.0", "-", "-", "-", "0.0", "0.0", "0")
+    assert rows[3] == ("4", NO_GRASP, "0.0", "-", "-", "-", "0.0", "0.0", "0", "0.00", "0.00")
     assert rows[5][:5] == ("6", REACHED, "100.0", "0.00", "0.00")
     header, (row,) = trace_rows([pushed(60)])
     assert header == HEADER

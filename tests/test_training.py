@@ -15,16 +15,21 @@ import pytest
 
 pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
 
+from inhand.control.catalogue import rough_plan
 from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
+from inhand.learning import worlds
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training, default, thesis
 from inhand.learning.journal import Evaluation
 from inhand.learning.replay import Replay
 from inhand.learning.runs import card_of, preset, read_config, resume, train
 from inhand.learning.setup import Ready, draw_directions, load_ready, make_ready, save_ready
+from inhand.learning.starts import gripped
 from inhand.learning.training import Trainer
 from inhand.records import table_of
+from inhand.sim.engine import Simulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.primitives import UNSEEN
 
 SMALL = thesis()
@@ -246,3 +251,32 @@ def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
     assert preset("default").learning.critics == 2
     with pytest.raises(InputError, match="unknown preset 'best'; allowed are default, thesis, smoke"):
         preset("best")
+
+
+def test_an_agent_learns_in_the_engine_of_its_starts(
+    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the witness's starts worlds, tests and evaluations run in the witness, a few decisions of each."""
+    pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
+    shutil.copytree(prepared, tmp_path / "run")
+    ready = load_ready(SMALL, prepared / "ready.npz")
+    few = np.array([0, 8])
+    grips = [rough_plan(*ready.held)] * len(few), ready.tests.angle_deg[few]
+    starts = gripped(*ready.held, grips, np.random.default_rng(0), engine="bullet")
+    starts = replace(starts, distance=ready.tests.distance[few])
+    expert = {name: getattr(ready, name)[few] for name in ("limit", "expert_total", "expert_fraction")}
+    engines = []
+
+    def told(engine: str, *given: Any, **more: Any) -> Simulator:
+        engines.append(engine)
+        return make_simulator(engine, *given, **more)
+
+    monkeypatch.setattr(worlds, "make_simulator", told)
+    config = replace(SMALL, engine="bullet", interface=replace(SMALL.interface, horizon=3), imitate=0, warm_up=0)
+    config = replace(config, worlds=2, decisions=4, episodes=3, evaluate_every=3)
+    trainer = Trainer(config, replace(ready, starts=starts, tests=starts, **expert), tmp_path / "run", lambda _: None)
+    policy = load_policy(trainer.run())
+    assert trainer.counters.episodes >= 3
+    assert np.isfinite(trainer.counters.best)
+    assert np.isfinite(policy.weights[0]).all()
+    assert set(engines) == {"bullet"}

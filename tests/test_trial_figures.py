@@ -13,7 +13,8 @@ from inhand.plots.donut import DonutSeries, donut_figure
 from inhand.plots.path import TrialPath, orientation_ticks, path_figure
 from inhand.plots.radar import RadarSeries, draw_radar, radar_figure
 from inhand.plots.shapes import SceneOutline
-from inhand.plots.style import INK, new_figure
+from inhand.plots.sheet import new_figure
+from inhand.plots.style import INK
 
 NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
 NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}

@@ -6,20 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from inhand.geometry import Array, transform
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.reach.limits import Farthest
-from inhand.plots.asterisk import add_legend, direction_handles, draw_asterisk
+from inhand.plots.asterisk import direction_handles, draw_asterisk
 from inhand.plots.curves import PathCurve, curves_extent, limit_outline
 from inhand.plots.scenes import scene_of
-from inhand.plots.style import axes_box, direction_colour, heading_height, new_figure, write_heading
+from inhand.plots.shapes import extent_of, joined, size_of
+from inhand.plots.sheet import sheet
+from inhand.plots.style import direction_colour
 from inhand.tasks.reach import Limit
 
 AXES_WIDTH_IN = 5.2
-LEGEND_WIDTH_IN = 1.5
 
 
 def reach_figure(
@@ -39,26 +39,14 @@ def reach_figure(
     curves = [_curve(limit, origin) for limit in limits]
     scene = scene_of(hand, spec, start.joints, start.pose, origin)
     bodies = [1e3 * (transform(limit.end.pose, polygon(spec)) - origin) for limit in limits]
-    left, right, bottom, top = curves_extent(curves, scene, 0.0)
-    corners = np.concatenate([*bodies, [[left, bottom], [right, top]]])
-    low, high = corners.min(axis=0) - 3.0, corners.max(axis=0) + 3.0
-    extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
-    height = AXES_WIDTH_IN * (extent[3] - extent[2]) / (extent[1] - extent[0])
-    figure = new_figure(0.75 + AXES_WIDTH_IN + LEGEND_WIDTH_IN, 0.6 + height + heading_height(title, subtitle))
-    ax = figure.add_axes(axes_box(figure, (0.68, 0.55, AXES_WIDTH_IN, height)))
-    outline = limit_outline(curves)
-    if len(outline):
-        ax.add_patch(Polygon(outline, closed=True, facecolor="#eef3f8", edgecolor="none", zorder=0.9))
-    draw_asterisk(ax, curves, outline=scene, extent_mm=extent)
-    for limit, body in zip(limits, bodies, strict=True):
-        colour = direction_colour(limit.primitive.angle_deg or 0.0)
-        ax.add_patch(
-            Polygon(body, closed=True, facecolor="none", edgecolor=colour, linewidth=0.7, alpha=0.6, zorder=1.5)
-        )
-    write_heading(figure, title, subtitle)
-    width, full = figure.get_size_inches()
-    corner = ((0.68 + AXES_WIDTH_IN + 0.12) / width, (0.55 + height) / full)
-    add_legend(figure, direction_handles(curves), corner, columns=1, loc="upper left")
+    extent = joined([curves_extent(curves, scene, 0.0), *(extent_of(body, 3.0) for body in bodies)])
+    keys = direction_handles(curves)
+    with sheet([[size_of(extent, AXES_WIDTH_IN)]], title, subtitle, beside=keys) as (figure, (ax,)):
+        ax.fill(*limit_outline(curves).T, facecolor="#eef3f8", edgecolor="none", zorder=0.9)
+        draw_asterisk(ax, curves, outline=scene, extent_mm=extent)
+        for limit, body in zip(limits, bodies, strict=True):
+            colour = direction_colour(limit.primitive.angle_deg or 0.0)
+            ax.fill(*body.T, facecolor="none", edgecolor=colour, linewidth=0.7, alpha=0.6, zorder=1.5)
     return figure
 
 

@@ -119,8 +119,8 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         original,
         passport.controller,
         _limit(passport),
-        float(np.linalg.norm(trial.forces, axis=-1).max()),
-        1e3 * float(trial.penetration.max()),
+        trial.force_max_n,
+        trial.penetration_max_mm,
         more=measured(trial, metrics),
         bent=angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
     )

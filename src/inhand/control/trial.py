@@ -143,6 +143,16 @@ class Trial:
         """Whether each finger touches the object `(T, F)`."""
         return self.gaps <= CONTACT_TOLERANCE
 
+    @property
+    def force_max_n(self) -> float:
+        """Largest force of a finger on the object in any row [N]."""
+        return float(np.linalg.norm(self.forces, axis=-1).max())
+
+    @property
+    def penetration_max_mm(self) -> float:
+        """Deepest overlap of a link and the object in any row [mm]."""
+        return 1e3 * float(self.penetration.max())
+
     def manipulated_path(self) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Return positions `(M, 2)` [mm] from the start of manipulation, rotation `(M,)` [deg], and contact.
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 
 from inhand.asterisk_test.results import Result
 from inhand.asterisk_test.scenes import counted_rows
@@ -20,28 +19,28 @@ from inhand.control.trial import LOST_CONTACT, NO_GRASP, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, unit
 from inhand.hands.hand import FINGER_NAMES
-from inhand.plots.asterisk import CROSS_POINTS, add_legend
-from inhand.plots.shapes import FAINT, Extent, SceneOutline, draw_scene, scene_points, show_extent
-from inhand.plots.style import (
-    INK,
-    MUTED,
-    TICK_POINTS,
-    axes_box,
-    darker,
-    direction_colour,
-    heading_height,
-    new_figure,
-    write_heading,
+from inhand.plots.shapes import (
+    Extent,
+    SceneOutline,
+    draw_cross,
+    draw_scene,
+    scene_key,
+    scene_points,
+    show_extent,
+    square_of,
 )
+from inhand.plots.sheet import sheet, write_above
+from inhand.plots.style import INK, MUTED, direction_colour
 
 MOST_FAILURES = 12
 """Trials that one figure shows."""
 COLUMNS = 4
 SIDE_IN = 2.15
 """Side of the square axes of one trial [in]."""
-GAP_IN, TEXT_IN = 0.2, 0.62
-LET_GO = "#c1121f"
-"""Where a finger let go."""
+RED = "#c1121f"
+LET_GO: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "markeredgecolor": RED, "linestyle": ""}
+HELD: dict[str, Any] = {"marker": "o", "markersize": 4.5, "color": INK, "linestyle": ""}
+"""Marks of a finger that let go, and of one that held."""
 SCENE_MARGIN_MM = 4.0
 
 
@@ -102,61 +101,35 @@ def failures_figure(failures: Sequence[Failure], title: str = "", subtitle: str 
     """
     if not 1 <= len(failures) <= MOST_FAILURES:
         raise InputError(f"{len(failures)} failed trials given: a figure shows 1 to {MOST_FAILURES}; split them")
-    columns = min(len(failures), COLUMNS)
-    count = -(-len(failures) // columns)
-    width = max(0.75 + columns * (SIDE_IN + GAP_IN), 7.4)
-    figure = new_figure(width, 0.8 + count * (SIDE_IN + TEXT_IN) + heading_height(title, subtitle))
-    extent = _extent(failures)
-    for number, failure in enumerate(failures):
-        row, column = divmod(number, columns)
-        bottom = 0.95 + (count - 1 - row) * (SIDE_IN + TEXT_IN)
-        ax = figure.add_axes(axes_box(figure, (0.65 + column * (SIDE_IN + GAP_IN), bottom, SIDE_IN, SIDE_IN)))
-        draw_failure(ax, failure, extent)
-        below = number + columns >= len(failures)
-        ax.tick_params(labelleft=column == 0, labelbottom=below)
-        ax.set_xlabel("x [mm]" if below else "", fontsize=TICK_POINTS, color=INK)
-        ax.set_ylabel("y [mm]" if column == 0 else "", fontsize=TICK_POINTS, color=INK)
-    write_heading(figure, title, subtitle)
-    handles = _handles(failures)
-    add_legend(figure, handles, (0.5, 0.14 / figure.get_size_inches()[1]), columns=3, loc="lower center")
+    counts = [len(failures[first : first + COLUMNS]) for first in range(0, len(failures), COLUMNS)]
+    rows, extent = [[(SIDE_IN, SIDE_IN)] * count for count in counts], _extent(failures)
+    with sheet(rows, title, subtitle, gap=(0.25, 0.62), below=[_handles(failures)]) as (figure, axes):
+        for number, (ax, failure) in enumerate(zip(axes, failures, strict=True)):
+            draw_failure(ax, failure, extent)
+            left, lowest = number % COLUMNS == 0, number + COLUMNS >= len(failures)
+            ax.set(xlabel="x [mm]" if lowest else "", ylabel="y [mm]" if left else "")
+            ax.tick_params(labelleft=left, labelbottom=lowest)
     return figure
 
 
 def draw_failure(ax: Axes, failure: Failure, extent: Extent) -> None:
     """Draw one trial on axes in mm: hand and object where contact was lost, the way there, and the way after it."""
     show_extent(ax, extent)
-    draw_scene(ax, failure.outline, FAINT)
+    draw_scene(ax, failure.outline)
     colour = direction_colour(failure.angle_deg)
     if failure.limit_mm is not None:
-        _draw_target(ax, failure.angle_deg, failure.limit_mm)
+        along = unit(np.deg2rad(failure.angle_deg))
+        tip, across = failure.limit_mm * along, 3.5 * perpendicular(along)
+        ax.plot(*np.stack([np.zeros(2), tip]).T, "--", color=MUTED, linewidth=0.9, zorder=2.0)
+        ax.plot(*np.stack([tip - across, tip + across]).T, color=MUTED, linewidth=1.4, zorder=2.0)
     before, after = failure.path_mm[: failure.end + 1], failure.path_mm[failure.end :]
-    ax.plot(*after.T, color=colour, linewidth=1.2, linestyle=":", zorder=2.8)
-    ax.plot(*before.T, color=colour, linewidth=2.0, solid_capstyle="round", zorder=3.0)
-    ax.plot(0, 0, marker="o", markersize=3.0, color=INK, linestyle="none", zorder=4.0)
-    edge = [withStroke(linewidth=3.2, foreground="white")]
-    ax.plot(
-        *before[-1], marker="x", markersize=CROSS_POINTS, markeredgewidth=1.8, color=darker(colour, 0.35),
-        linestyle="none", path_effects=edge, zorder=5.0,
-    )  # fmt: skip
+    ax.plot(*after.T, ":", color=colour, linewidth=1.2, zorder=2.8)
+    ax.plot(*before.T, color=colour, linewidth=2.0, zorder=3.0)
+    ax.plot(0, 0, "o", markersize=3.0, color=INK, zorder=4.0)
+    draw_cross(ax, before[-1], colour)
     for point, held in zip(failure.contacts_mm, failure.held, strict=True):
-        face = INK if held else "white"
-        edge_colour = INK if held else LET_GO
-        ax.plot(
-            *point, marker="o", markersize=4.5 if held else 6.0, markerfacecolor=face, markeredgecolor=edge_colour,
-            markeredgewidth=1.5, linestyle="none", zorder=4.5,
-        )  # fmt: skip
-    for text, points_up in ((failure.name, 17), (failure.reason, 5)):
-        written = ax.annotate(text, (0.0, 1.0), (0, points_up), xycoords="axes fraction", textcoords="offset points")
-        written.set(fontsize=TICK_POINTS if points_up > 5 else TICK_POINTS - 1.5, color=INK if points_up > 5 else MUTED)
-        written.set_fontweight("bold" if points_up > 5 else "normal")
-
-
-def _draw_target(ax: Axes, angle_deg: float, limit_mm: float) -> None:
-    """Draw the straight target to the reach limit, with a cap across it."""
-    along = unit(np.deg2rad(angle_deg))
-    tip, across = limit_mm * along, 3.5 * perpendicular(along)
-    ax.plot([0, tip[0]], [0, tip[1]], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), zorder=2.0)
-    ax.plot(*np.stack([tip - across, tip + across], axis=-1), color=MUTED, linewidth=1.4, zorder=2.0)
+        ax.plot(*point, zorder=4.5, **(HELD if held else LET_GO))
+    write_above(ax, failure.name, failure.reason)
 
 
 def _reason(result: Result) -> str:
@@ -179,10 +152,7 @@ def _extent(failures: Sequence[Failure]) -> Extent:
         drawn += [scene_points(failure.outline), failure.path_mm[: failure.end + 1]]
         if failure.limit_mm is not None:
             drawn.append(failure.limit_mm * unit(np.deg2rad(failure.angle_deg))[None])
-    points = np.concatenate(drawn)
-    low, high = points.min(axis=0) - SCENE_MARGIN_MM, points.max(axis=0) + SCENE_MARGIN_MM
-    middle, half = (low + high) / 2, float((high - low).max()) / 2
-    return float(middle[0] - half), float(middle[0] + half), float(middle[1] - half), float(middle[1] + half)
+    return square_of(np.concatenate(drawn), SCENE_MARGIN_MM)
 
 
 def _handles(failures: Sequence[Failure]) -> list[Artist]:
@@ -190,15 +160,8 @@ def _handles(failures: Sequence[Failure]) -> list[Artist]:
     handles: list[Artist] = [
         Line2D([], [], color=INK, marker="x", linewidth=2.0, label="path to the loss, or the end"),
         Line2D([], [], color=INK, linestyle=":", linewidth=1.2, label="path after the loss"),
-        Line2D([], [], color=MUTED, linestyle=(0, (4, 3)), linewidth=1.0, label="target to the reach limit"),
+        Line2D([], [], color=MUTED, linestyle="--", linewidth=1.0, label="target to the reach limit"),
     ]
     if any(not all(failure.held) for failure in failures):
-        handles.append(
-            Line2D(
-                [], [], marker="o", markerfacecolor="white", markeredgecolor=LET_GO, markeredgewidth=1.5,
-                linestyle="none", label="finger that let go",
-            )
-        )  # fmt: skip
-    handles.append(Line2D([], [], marker="o", markersize=4.5, color=INK, linestyle="none", label="finger that held"))
-    handles.append(Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label="hand, object at that moment"))
-    return handles
+        handles.append(Line2D([], [], label="finger that let go", **LET_GO))
+    return [*handles, Line2D([], [], label="finger that held", **HELD), scene_key("hand, object at that moment")]

@@ -14,21 +14,8 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from inhand.geometry import Array
 from inhand.learning.progress import Evaluated, Learned
-from inhand.plots.asterisk import add_legend
-from inhand.plots.style import (
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    RULE,
-    TICK_POINTS,
-    axes_box,
-    direction_colour,
-    dress_axes,
-    heading_height,
-    new_figure,
-    series_look,
-    write_heading,
-)
+from inhand.plots.sheet import sheet
+from inhand.plots.style import INK, MUTED, RULE, TICK_POINTS, direction_colour, series_look
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
 SMOOTHING = 0.7
@@ -101,33 +88,32 @@ def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figu
     """
     count = len(found.total)
     episodes, rounds = np.arange(1.0, count + 1.0), spread(found.at, float(count))
-    curves = (
+    curves = [
         Curve("Sum of the rewards", "return", episodes, found.total, count),
         Curve("Last reward of an episode", "reward", episodes, found.last, count),
         Curve("Loss of the critic", "loss", rounds, found.critic_loss, count, wide=True),
         Curve("Loss of the actor", "loss", rounds, found.actor_loss, count, wide=True),
-    )
-    figure = new_figure(9.6, 5.8 + heading_height(title, subtitle))
-    for number, curve in enumerate(curves):
-        place = (0.95 + 4.7 * (number % 2), 3.55 if number < 2 else 0.85, 3.6, 1.95)
-        draw_curve(figure.add_axes(axes_box(figure, place)), curve, series_look(number).colour)
-    write_heading(figure, title, subtitle)
-    handles: list[Artist] = [
+    ]
+    curves = curves if len(rounds) else curves[:2]
+    handles = [
         Line2D([], [], color=INK, linewidth=1.8, label=f"smoothed by {SMOOTHING:g}"),
         Line2D([], [], color=INK, linewidth=0.6, marker=".", markersize=3, alpha=0.35, label="as recorded"),
     ]
-    add_legend(figure, handles, (0.5, 0.12 / figure.get_size_inches()[1]), columns=2, loc="lower center")
+    rows = [[(3.6, 1.95)] * 2] * (len(curves) // 2)
+    with sheet(rows, title, subtitle, gap=(1.1, 0.85), below=[handles]) as (figure, axes):
+        for number, (ax, curve) in enumerate(zip(axes, curves, strict=True)):
+            draw_curve(ax, curve, series_look(number).colour)
     return figure
 
 
 def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
     """Draw a quantity as recorded, faintly, and smoothed; outliers outside the axes are counted above them."""
-    dress_axes(ax, "episode", curve.unit)
-    ax.set_title(curve.title, loc="left", fontsize=LABEL_POINTS, fontweight="bold", color=INK)
+    ax.set(xlabel="episode", ylabel=curve.unit)
+    ax.set_title(curve.title, loc="left")
     finite = np.isfinite(curve.values)
     at, values = curve.at[finite], curve.values[finite]
     if len(values) == 0:
-        ax.text(0.5, 0.5, "nothing recorded", transform=ax.transAxes, ha="center", color=MUTED, fontsize=LABEL_POINTS)
+        ax.text(0.5, 0.5, "nothing recorded", transform=ax.transAxes, ha="center", color=MUTED)
         return
     places, means = _thinned(at, values)
     smooth = smoothed(means)
@@ -135,7 +121,7 @@ def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
         ax.plot(at, values, color=colour, linestyle="none", marker=".", markersize=1.8, alpha=0.3, zorder=2.0)
     else:
         ax.plot(at, values, color=colour, linewidth=0.6, alpha=0.35, zorder=2.0)
-    ax.plot(places, smooth, color=colour, linewidth=1.8, solid_capstyle="round", zorder=3.0)
+    ax.plot(places, smooth, color=colour, linewidth=1.8, zorder=3.0)
     if curve.wide and _scaled(ax, values):
         ax.margins(y=0.06)
     else:
@@ -155,22 +141,18 @@ def progress_figure(found: Learned, title: str = "", subtitle: str = "") -> Figu
         title: First line.
         subtitle: Second line, smaller.
     """
-    figure = new_figure(9.4, 3.42 + heading_height(title, subtitle))
     groups = ((TRAIN, "8 trained directions"), (UNSEEN, "8 unseen directions"))
-    boxes = [axes_box(figure, (0.7 + 3.05 * number, 0.95, 2.4, 2.15)) for number in range(3)]
-    returns, limits, losses = (figure.add_axes(box) for box in boxes)
-    for number, (group, _) in enumerate(groups):
-        if all(any(p.name in each.directions for p in group) for each in found.evaluations):
-            _draw_group((returns, limits, losses), found.evaluations, group, number)
-    _dress_progress((returns, limits, losses), found)
-    write_heading(figure, title, subtitle)
-    handles: list[Artist] = [
+    handles = [
         Line2D([], [], color=look.colour, marker=look.marker, markersize=4, linewidth=1.6, label=name)
         for look, (_, name) in zip(map(series_look, range(2)), groups, strict=True)
     ]
-    handles.append(Line2D([], [], color=MUTED, linestyle=(0, (4, 3)), linewidth=1.1, label="the expert"))
+    handles.append(Line2D([], [], color=MUTED, linestyle="--", linewidth=1.1, label="the expert"))
     handles.append(Line2D([], [], color=RULE, linewidth=1.1, label="best policy"))
-    add_legend(figure, handles, (0.5, 0.14 / figure.get_size_inches()[1]), columns=4, loc="lower center")
+    with sheet([[(2.4, 2.15)] * 3], title, subtitle, gap=(0.75, 0.0), below=[handles]) as (figure, axes):
+        for number, (group, _) in enumerate(groups):
+            if all(any(p.name in each.directions for p in group) for each in found.evaluations):
+                _draw_group(axes, found.evaluations, group, number)
+        _dress_progress(axes, found)
     return figure
 
 
@@ -183,33 +165,32 @@ def directions_figure(found: Learned, title: str = "", subtitle: str = "") -> Fi
         subtitle: Second line, smaller.
     """
     names = [p for p in (*TRAIN, *UNSEEN) if p.name in found.best.directions]
-    rows = -(-len(names) // 4)
-    width, height = 1.95, 1.2
-    figure = new_figure(9.4, 0.8 + rows * (height + 0.42) + heading_height(title, subtitle))
     fractions = [each.directions[p.name].fraction for each in found.evaluations for p in names]
     ends = (LEAST if min(fractions) < LEAST else min(0.0, *fractions)) - 0.06, max(1.12, *fractions)
-    for number, primitive in enumerate(names):
-        row, column = divmod(number, 4)
-        place = (0.7 + 2.15 * column, 0.95 + (rows - 1 - row) * (height + 0.42), width, height)
-        ax = figure.add_axes(axes_box(figure, place))
-        _draw_direction(ax, found, primitive)
-        ax.set_ylim(*ends)
-        ax.tick_params(labelleft=column == 0, labelbottom=row == rows - 1)
-        ax.set_xlabel("episode" if row == rows - 1 else "", fontsize=TICK_POINTS, color=INK)
-        ax.set_ylabel("of limit" if column == 0 else "", fontsize=TICK_POINTS, color=INK)
-    write_heading(figure, title, subtitle)
-    handles: list[Artist] = [
-        Line2D([], [], color=INK, marker="o", markersize=3, linewidth=1.6, label="policy"),
+    rows = [[(1.95, 1.2)] * len(names[first : first + 4]) for first in range(0, len(names), 4)]
+    handles = _direction_handles(found, low=min(fractions) < LEAST)
+    with sheet(rows, title, subtitle, gap=(0.2, 0.42), below=[handles]) as (figure, axes):
+        for number, (ax, primitive) in enumerate(zip(axes, names, strict=True)):
+            _draw_direction(ax, found, primitive)
+            left, lowest = number % 4 == 0, number + 4 >= len(names)
+            ax.set(ylim=ends, xlabel="episode" if lowest else "", ylabel="of limit" if left else "")
+            ax.tick_params(labelleft=left, labelbottom=lowest)
+    return figure
+
+
+def _direction_handles(found: Learned, *, low: bool) -> list[Artist]:
+    """Return the legend of the directions; only what is drawn."""
+    handles: list[Artist] = [Line2D([], [], color=INK, marker="o", markersize=3, linewidth=1.6, label="policy")]
+    if np.isfinite([reached.expert_fraction for reached in found.best.directions.values()]).any():
+        handles.append(Line2D([], [], color=INK, linestyle="--", linewidth=1.1, label="the expert"))
+    handles += [
         Line2D([], [], color=MUTED, linewidth=0.9, label="the hand's limit"),
         Line2D([], [], color=RULE, linewidth=1.1, label="best policy, and its share"),
-        Line2D([], [], color=LOST, marker="x", linestyle="none", markersize=6, label="some trials lost the object"),
+        Line2D([], [], color=LOST, marker="x", linestyle="none", label="some trials lost the object"),
     ]
-    if min(fractions) < LEAST:
+    if low:
         handles.append(Line2D([], [], color=INK, marker="v", linestyle="none", markersize=5, label="lower still"))
-    if np.isfinite([reached.expert_fraction for reached in found.best.directions.values()]).any():
-        handles.insert(1, Line2D([], [], color=INK, linestyle=(0, (4, 3)), linewidth=1.1, label="the expert"))
-    add_legend(figure, handles, (0.5, 0.14 / figure.get_size_inches()[1]), columns=len(handles), loc="lower center")
-    return figure
+    return handles
 
 
 def _thinned(at: Array, values: Array) -> tuple[Array, Array]:
@@ -235,14 +216,12 @@ def _scaled(ax: Axes, values: Array) -> bool:
 
 def _count_outliers(ax: Axes, outside: int, count: int) -> None:
     if outside:
-        ax.text(
-            0.99, 1.02, f"{outside} of {count} outside", transform=ax.transAxes, ha="right", va="bottom",
-            fontsize=TICK_POINTS - 1, color=MUTED,
-        )  # fmt: skip
+        text = ax.text(0.99, 1.02, f"{outside} of {count} outside", transform=ax.transAxes, ha="right", va="bottom")
+        text.set(fontsize=TICK_POINTS - 1, color=MUTED)
 
 
 def _draw_group(
-    axes: tuple[Axes, Axes, Axes], evaluations: Sequence[Evaluated], group: Sequence[Primitive], number: int
+    axes: Sequence[Axes], evaluations: Sequence[Evaluated], group: Sequence[Primitive], number: int
 ) -> None:
     """Draw a group of directions: mean return and the expert's, mean share of the limit, lost objects."""
     look, at = series_look(number), [each.episode for each in evaluations]
@@ -256,17 +235,16 @@ def _draw_group(
         ax.plot(at, drawn, color=look.colour, marker=look.marker, markersize=3.5, linewidth=1.6, zorder=3.0 + number)
     for ax, level in zip(axes, (reached[-1].expert_total, reached[-1].expert_fraction), strict=False):
         if np.isfinite(level):
-            ax.axhline(level, color=look.colour, linewidth=1.1, linestyle=(0, (4, 3)), alpha=0.8, zorder=2.0)
+            ax.axhline(level, color=look.colour, linewidth=1.1, linestyle="--", alpha=0.8, zorder=2.0)
 
 
-def _dress_progress(axes: tuple[Axes, Axes, Axes], found: Learned) -> None:
+def _dress_progress(axes: Sequence[Axes], found: Learned) -> None:
     """Give the plots of evaluations their texts and axes."""
     names = (("Return", "mean return"), ("Distance", "share of the hand's limit"), ("Lost objects", "trials lost [%]"))
     last = max(found.evaluations[-1].episode, 1)
     for ax, (title, unit) in zip(axes, names, strict=True):
-        dress_axes(ax, "episode", unit)
-        ax.set_title(title, loc="left", fontsize=LABEL_POINTS, fontweight="bold", color=INK)
-        ax.set_xlim(-0.03 * last, 1.03 * last)
+        ax.set(xlabel="episode", ylabel=unit, xlim=(-0.03 * last, 1.03 * last))
+        ax.set_title(title, loc="left")
         ax.xaxis.set_major_locator(MaxNLocator(4, integer=True))
         ax.axvline(found.best.episode, color=RULE, linewidth=1.1, zorder=1.0)
     bottom, top = axes[0].get_ylim()
@@ -281,7 +259,6 @@ def _dress_progress(axes: tuple[Axes, Axes, Axes], found: Learned) -> None:
 
 def _draw_direction(ax: Axes, found: Learned, primitive: Primitive) -> None:
     """Draw one direction: the share of its limit, the limit, the expert's share if known, and lost objects."""
-    dress_axes(ax)
     colour, best = direction_colour(primitive.angle_deg or 0.0), found.best
     at = np.array([each.episode for each in found.evaluations])
     reached = [each.directions[primitive.name] for each in found.evaluations]
@@ -290,13 +267,13 @@ def _draw_direction(ax: Axes, found: Learned, primitive: Primitive) -> None:
     ax.axvline(best.episode, color=RULE, linewidth=1.1, zorder=1.0)
     ax.axhline(1.0, color=MUTED, linewidth=0.9, zorder=1.5)
     if np.isfinite(reached[-1].expert_fraction):
-        ax.axhline(reached[-1].expert_fraction, color=INK, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
+        ax.axhline(reached[-1].expert_fraction, color=INK, linewidth=1.1, linestyle="--", zorder=2.0)
     ax.plot(at, shown, color=colour, marker="o", markersize=2.6, linewidth=1.6, zorder=3.0)
     ax.plot(at[shown > fraction], shown[shown > fraction], color=colour, marker="v", markersize=6, linestyle="none")
     ax.plot(at[lost], shown[lost], color=LOST, marker="x", markersize=6, linestyle="none", zorder=4.0)
-    ax.set_title(primitive.name, loc="left", fontsize=TICK_POINTS, fontweight="bold", color=INK, pad=3)
-    share = best.directions[primitive.name].fraction
-    ax.set_title(f"{share:.2f}", loc="right", fontsize=TICK_POINTS, color=MUTED, pad=3)
+    ax.set_title(primitive.name, loc="left", fontsize=TICK_POINTS, pad=3)
+    share = ax.set_title(f"{best.directions[primitive.name].fraction:.2f}", loc="right", pad=3)
+    share.set(fontsize=TICK_POINTS, fontweight="normal", color=MUTED)
     ax.set_xlim(-0.04 * max(at[-1], 1), 1.04 * max(at[-1], 1))
     ax.xaxis.set_major_locator(MaxNLocator(3, integer=True))
     ax.set_yticks([0.0, 0.5, 1.0])

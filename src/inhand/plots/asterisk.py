@@ -1,18 +1,15 @@
-"""The asterisk: paths in every direction from one start, against their straight targets."""
+"""The asterisk: paths in every direction from one start, against their targets."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 
 from inhand.geometry import Array, perpendicular, unit
 from inhand.plots.curves import (
@@ -22,28 +19,24 @@ from inhand.plots.curves import (
     curves_extent,
     limit_outline,
     target_length,
-    target_tip,
+    target_path,
     tip,
 )
 from inhand.plots.labels import label_sizes, mm_per_point, place_labels
-from inhand.plots.shapes import FAINT, Extent, SceneOutline, draw_scene, show_extent
-from inhand.plots.style import (
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    TICK_POINTS,
-    axes_box,
-    darker,
-    direction_colour,
-    heading_height,
-    new_figure,
-    write_heading,
+from inhand.plots.shapes import (
+    CROSS_POINTS,
+    Extent,
+    SceneOutline,
+    draw_cross,
+    draw_scene,
+    scene_key,
+    show_extent,
+    size_of,
 )
+from inhand.plots.sheet import halo, sheet
+from inhand.plots.style import INK, MUTED, TICK_POINTS, darker, direction_colour
 
-CROSS_POINTS = 6.5
-"""Width of the cross that marks a lost contact [pt]."""
 AXES_WIDTH_IN = 4.7
-LEGEND_WIDTH_IN = 1.75
 
 
 def asterisk_figure(
@@ -64,16 +57,9 @@ def asterisk_figure(
         subtitle: Second line, smaller.
     """
     extent = extent_mm or curves_extent(curves, outline, target_length(curves))
-    height = float(np.clip(AXES_WIDTH_IN * (extent[3] - extent[2]) / (extent[1] - extent[0]), 3.6, 6.5))
-    top = heading_height(title, subtitle)
-    figure = new_figure(0.75 + AXES_WIDTH_IN + LEGEND_WIDTH_IN, 0.6 + height + top)
-    ax = figure.add_axes(axes_box(figure, (0.68, 0.55, AXES_WIDTH_IN, height)))
-    draw_asterisk(ax, curves, outline=outline, extent_mm=extent)
-    write_heading(figure, title, subtitle)
-    handles = [*direction_handles(curves), *key_handles(curves, outline)]
-    width, full_height = figure.get_size_inches()
-    corner = ((0.68 + AXES_WIDTH_IN + 0.12) / width, (0.55 + height) / full_height)
-    add_legend(figure, handles, corner, columns=1, loc="upper left")
+    keys = [*direction_handles(curves), *key_handles(curves, outline)]
+    with sheet([[size_of(extent, AXES_WIDTH_IN)]], title, subtitle, beside=keys) as (figure, (ax,)):
+        draw_asterisk(ax, curves, outline=outline, extent_mm=extent)
     return figure
 
 
@@ -99,92 +85,52 @@ def draw_asterisk(
     target_mm = target_length(curves) if target_mm is None else target_mm
     extent = extent_mm or curves_extent(curves, outline, target_mm)
     show_extent(ax, extent)
-    if title:
-        ax.set_title(title, loc="left", fontsize=LABEL_POINTS, fontweight="bold", color=INK)
+    ax.set_title(title, loc="left")
     if outline is not None:
-        draw_scene(ax, outline, FAINT)
+        draw_scene(ax, outline)
     ordered = clockwise_from_out(curves)
-    cap_mm = 0.011 * (extent[1] - extent[0])
     for curve in {round(curve.angle_deg % 360.0, 6): curve for curve in ordered}.values():
-        _draw_target(ax, curve, target_mm, cap_mm)
+        _draw_target(ax, curve, target_mm, 0.011 * (extent[1] - extent[0]))
     limit = limit_outline(ordered)
     if len(limit):
         ax.fill(*limit.T, facecolor="none", edgecolor=MUTED, linewidth=0.8, alpha=0.8, joinstyle="round", zorder=1.9)
     for curve in ordered:
         _draw_curve(ax, curve)
     if ordered:
-        ax.plot(0, 0, marker="o", markersize=3.6, color=INK, linestyle="none", zorder=4.5)
+        ax.plot(0, 0, "o", markersize=3.6, color=INK, zorder=4.5)
         _write_distances(ax, ordered, target_mm)
     else:
-        ax.text(0.5, 0.5, "no trials", transform=ax.transAxes, ha="center", color=MUTED, fontsize=LABEL_POINTS)
+        ax.text(0.5, 0.5, "no trials", transform=ax.transAxes, ha="center", color=MUTED)
 
 
 def direction_handles(curves: Sequence[PathCurve]) -> list[Artist]:
     """Return a legend entry for every direction, Out first and clockwise; a name that comes twice is shown once."""
-    named = {curve.name: curve for curve in clockwise_from_out(curves)}
-    return [
-        Line2D([], [], color=direction_colour(curve.angle_deg), linewidth=2.0, label=name)
-        for name, curve in named.items()
-    ]
+    named = {curve.name: direction_colour(curve.angle_deg) for curve in clockwise_from_out(curves)}
+    return [Line2D([], [], color=colour, linewidth=2.0, label=name) for name, colour in named.items()]
 
 
 def key_handles(curves: Sequence[PathCurve], outline: SceneOutline | None) -> list[Artist]:
     """Return the legend entries that say what lines, bands, marks and outlines mean; only for what is drawn."""
     if not curves:
         return []
-    handles: list[Artist] = [Line2D([], [], color=MUTED, linewidth=1.0, linestyle=(0, (4, 3)), label="target")]
+    handles: list[Artist] = [Line2D([], [], color=MUTED, linewidth=1.0, linestyle="--", label="target")]
     if any(curve.limit_mm is not None for curve in curves):
-        handles.append(
-            Line2D([], [], color=MUTED, linewidth=0.8, label="reach limit"),
-        )
+        handles.append(Line2D([], [], color=MUTED, linewidth=0.8, label="reach limit"))
     if any(curve.band_mm is not None for curve in curves):
         handles.append(Patch(facecolor=MUTED, alpha=0.25, linewidth=0, label="± SD, lateral"))
     if any(curve.failed for curve in curves):
-        handles.append(
-            Line2D([], [], color=INK, linestyle="none", marker="x", markersize=6, label="contact lost"),
-        )
-    if outline is not None:
-        handles.append(Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label="hand, object at start"))
-    return handles
-
-
-def add_legend(
-    figure: Figure,
-    handles: Sequence[Artist],
-    corner: tuple[float, float],
-    *,
-    columns: int,
-    loc: Literal["upper left", "lower center"],
-) -> Legend | None:
-    """Put a frameless legend at a point of the figure (fractions); without handles there is none."""
-    if not handles:
-        return None
-    legend: Legend = figure.legend(
-        handles=list(handles),
-        loc=loc,
-        bbox_to_anchor=corner,
-        ncols=columns,
-        frameon=False,
-        fontsize=TICK_POINTS,
-        labelcolor=INK,
-        handlelength=1.7,
-        handletextpad=0.6,
-        columnspacing=1.5,
-        labelspacing=0.45,
-        borderaxespad=0.0,
-        borderpad=0.0,
-    )
-    return legend
+        handles.append(Line2D([], [], color=INK, linestyle="none", marker="x", label="contact lost"))
+    return handles if outline is None else [*handles, scene_key("hand, object at start")]
 
 
 def _draw_target(ax: Axes, curve: PathCurve, target_mm: float, cap_mm: float) -> None:
-    """Draw the dashed straight target, and a cap across its end where that end is the reach limit."""
-    end, colour = target_tip(curve, target_mm), direction_colour(curve.angle_deg)
-    ax.plot([0, end[0]], [0, end[1]], color=colour, linewidth=0.9, linestyle=(0, (4, 3)), alpha=0.75, zorder=2.0)
-    if curve.limit_mm is not None:
+    """Draw the dashed target, and a cap across its end where that end is the reach limit."""
+    target, colour = target_path(curve, target_mm), direction_colour(curve.angle_deg)
+    ax.plot(*target.T, "--", color=colour, linewidth=0.9, alpha=0.75, zorder=2.0)
+    if curve.limit_mm is not None and curve.target_mm is None:
         across = cap_mm * perpendicular(unit(np.deg2rad(curve.angle_deg)))
-        x, y = np.stack([end - across, end + across], axis=-1)
-        ax.plot(x, y, color=colour, linewidth=1.4, solid_capstyle="butt", alpha=0.85, zorder=2.0)
+        cap = np.stack([target[-1] - across, target[-1] + across])
+        ax.plot(*cap.T, color=colour, linewidth=1.4, solid_capstyle="butt", alpha=0.85, zorder=2.0)
 
 
 def _draw_curve(ax: Axes, curve: PathCurve) -> None:
@@ -192,26 +138,15 @@ def _draw_curve(ax: Axes, curve: PathCurve) -> None:
     colour = direction_colour(curve.angle_deg)
     for polygon in band_polygons(curve):
         ax.fill(*polygon.T, color=colour, alpha=0.18, linewidth=0, zorder=2.5)
-    ax.plot(*curve.points_mm.T, color=colour, linewidth=2.0, solid_capstyle="round", zorder=3.0)
+    ax.plot(*curve.points_mm.T, color=colour, linewidth=2.0, zorder=3.0)
     if curve.failed:
-        edge = [withStroke(linewidth=3.2, foreground="white")]
-        ax.plot(
-            *tip(curve),
-            marker="x",
-            markersize=CROSS_POINTS,
-            markeredgewidth=1.8,
-            color=darker(colour, 0.35),
-            linestyle="none",
-            path_effects=edge,
-            zorder=5.0,
-        )
+        draw_cross(ax, tip(curve), colour)
 
 
 def _write_distances(ax: Axes, curves: Sequence[PathCurve], target_mm: float) -> None:
     """Write each curve's distance [mm] beyond its tip, clear of the other labels and lines."""
     labelled = [curve for curve in curves if np.isfinite(curve.label_mm)]
-    texts = [f"{curve.label_mm:.0f}" for curve in labelled]
-    scale = mm_per_point(ax)
+    texts, scale = [f"{curve.label_mm:.0f}" for curve in labelled], mm_per_point(ax)
     obstacles, owners = _drawn_points(curves, target_mm)
     middles = place_labels(
         np.array([_label_start(curve, scale) for curve in labelled]).reshape(-1, 2),
@@ -221,19 +156,9 @@ def _write_distances(ax: Axes, curves: Sequence[PathCurve], target_mm: float) ->
         owners_deg=owners,
         scale=scale,
     )
-    halo = [withStroke(linewidth=2.6, foreground="white")]
     for curve, text, (x, y) in zip(labelled, texts, middles, strict=True):
-        ax.text(
-            x,
-            y,
-            text,
-            ha="center",
-            va="center_baseline",
-            fontsize=TICK_POINTS,
-            color=darker(direction_colour(curve.angle_deg), 0.4),
-            path_effects=halo,
-            zorder=6.0,
-        )
+        written = ax.text(x, y, text, ha="center", va="center_baseline", path_effects=halo(), zorder=6.0)
+        written.set(fontsize=TICK_POINTS, color=darker(direction_colour(curve.angle_deg), 0.4))
 
 
 def _label_start(curve: PathCurve, scale: float) -> Array:
@@ -244,13 +169,15 @@ def _label_start(curve: PathCurve, scale: float) -> Array:
 
 def _drawn_points(curves: Sequence[PathCurve], target_mm: float) -> tuple[Array, Array]:
     """Return points `(M, 2)` [mm] on every drawn line, and `(M,)` the direction that owns a target's points [deg]."""
-    along = np.linspace(0.0, 1.0, 100)[:, None]
     points, owners = [np.zeros((1, 2))], [np.full(1, np.nan)]
     for curve in curves:
         finite = curve.points_mm[np.isfinite(curve.points_mm).all(axis=1)]
-        points += [finite, along * target_tip(curve, target_mm)]
-        owners += [np.full(len(finite), np.nan), np.full(len(along), curve.angle_deg)]
+        target = target_path(curve, target_mm)
+        at = np.linspace(0.0, len(target) - 1.0, 100)
+        target = np.stack([np.interp(at, np.arange(len(target)), column) for column in target.T], axis=-1)
+        points += [finite, target]
+        owners += [np.full(len(finite), np.nan), np.full(len(target), curve.angle_deg)]
         if curve.limit_mm is not None:
-            points.append(target_tip(curve, target_mm)[None])
+            points.append(target[-1:])
             owners.append(np.full(1, np.nan))
     return np.concatenate(points), np.concatenate(owners)

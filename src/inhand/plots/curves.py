@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, unit
-from inhand.plots.shapes import Extent, SceneOutline, check_points, extent_of, scene_points
+from inhand.plots.shapes import Extent, SceneOutline, check_points, extent_of, joined, scene_points
 
-LABEL_MARGIN_MM = 13.0
-"""Room around the curves for the distances at their tips [mm]."""
+LABEL_SHARE = 0.12
+"""Room around the curves for the distances at their tips, as a share of their width: in panels three digits need as
+much, or they would cover the numbers of the axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +39,14 @@ class PathCurve:
     """Whether the contact was lost; marked at the end of the path."""
     limit_mm: float | None = None
     """How far the hand can reach in this direction [mm], drawn as the end of the target line."""
+    target_mm: Array | None = None
+    """A reference path `(M, 2)` [mm] that is not straight; None for the straight line along the direction."""
 
     def __post_init__(self) -> None:
         """Check the shapes once, where the curve is made."""
         check_points(self.points_mm, f"path {self.name!r}")
+        if self.target_mm is not None:
+            check_points(self.target_mm, f"target of path {self.name!r}")
         if not np.isfinite(self.angle_deg):
             raise InputError(f"path {self.name!r} has angle {self.angle_deg}: give a finite angle in degrees")
         if self.band_mm is not None and np.shape(self.band_mm) != (len(self.points_mm),):
@@ -92,15 +97,18 @@ def target_length(curves: Sequence[PathCurve]) -> float:
     return float(np.ceil(max(farthest) / 10.0) * 10.0)
 
 
-def target_tip(curve: PathCurve, common_mm: float) -> Array:
-    """Return the end `(2,)` [mm] of a curve's target line: its reach limit, or else the common length."""
+def target_path(curve: PathCurve, common_mm: float) -> Array:
+    """Return a curve's target `(M, 2)` [mm]: its own, or straight to its reach limit, or else of the common length."""
+    if curve.target_mm is not None:
+        return curve.target_mm
     length = common_mm if curve.limit_mm is None else curve.limit_mm
-    return length * unit(np.deg2rad(curve.angle_deg))
+    return np.stack([np.zeros(2), length * unit(np.deg2rad(curve.angle_deg))])
 
 
 def limit_outline(curves: Sequence[PathCurve]) -> Array:
     """Return the corners `(N, 2)` [mm] of the outline through the reach limits; none for fewer than three of them."""
-    limits = {curve.angle_deg % 360.0: target_tip(curve, 0.0) for curve in curves if curve.limit_mm is not None}
+    known = [curve for curve in curves if curve.limit_mm is not None and curve.target_mm is None]
+    limits = {curve.angle_deg % 360.0: target_path(curve, 0.0)[-1] for curve in known}
     return np.array([limits[angle] for angle in sorted(limits)]) if len(limits) > 2 else np.empty((0, 2))
 
 
@@ -108,14 +116,8 @@ def curves_extent(curves: Sequence[PathCurve], outline: SceneOutline | None, tar
     """Return what the axes of an asterisk must show: every curve, target and label, and the whole outline."""
     drawn = [np.zeros((1, 2))]
     for curve in curves:
-        drawn += [curve.points_mm, target_tip(curve, target_mm)[None], *band_polygons(curve)]
-    extent = extent_of(np.concatenate(drawn), LABEL_MARGIN_MM, least_mm=40.0)
-    if outline is None:
-        return extent
-    around = extent_of(scene_points(outline), 6.0)
-    return (
-        min(extent[0], around[0]),
-        max(extent[1], around[1]),
-        min(extent[2], around[2]),
-        max(extent[3], around[3]),
-    )
+        drawn += [curve.points_mm, target_path(curve, target_mm), *band_polygons(curve)]
+    points = np.concatenate(drawn)
+    left, right, _, _ = extent_of(points, 0.0)
+    around = extent_of(points, LABEL_SHARE * (right - left), least_mm=40.0)
+    return around if outline is None else joined([around, extent_of(scene_points(outline), 6.0)])

@@ -7,26 +7,15 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
-from matplotlib.patheffects import withStroke
 
 from inhand.geometry import Array, unit
-from inhand.plots.asterisk import add_legend
-from inhand.plots.style import (
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    RULE,
-    TICK_POINTS,
-    axes_box,
-    heading_height,
-    new_figure,
-    series_look,
-    write_heading,
-)
+from inhand.plots.sheet import halo, sheet
+from inhand.plots.style import INK, LABEL_POINTS, MUTED, RULE, series_look
 
 DONUT_IN = 4.0
 """Width of the axes [in]."""
@@ -66,29 +55,19 @@ def donut_figure(series: Sequence[DonutSeries], title: str = "", subtitle: str =
         title: First line.
         subtitle: Second line, smaller.
     """
-    ranged = any(one.clockwise_range_deg or one.counter_clockwise_range_deg for one in series)
-    columns = 2 if len(series) > 1 else 1
-    limited = any(one.limits_deg is not None for one in series)
-    legend_in = 0.15 + 0.2 * -(-(len(series) + ranged + limited) // columns)
-    above = heading_height(title, subtitle)
-    figure = new_figure(DONUT_IN + 0.6, legend_in + DONUT_IN + above)
-    ax = figure.add_axes(axes_box(figure, (0.3, legend_in, DONUT_IN, DONUT_IN)))
-    draw_donut(ax, series)
-    write_heading(figure, title, subtitle)
-    handles = [Patch(facecolor=series_look(number).colour, label=one.name) for number, one in enumerate(series)]
-    corner = (0.5, 0.12 / figure.get_size_inches()[1])
-    key = [Line2D([], [], color=INK, linewidth=1.2, label="smallest to largest")] if ranged else []
-    if limited:
-        key.append(Line2D([], [], color=MUTED, linestyle="none", marker="|", markersize=8, label="reach limit"))
-    add_legend(figure, [*handles, *key], corner, columns=columns, loc="lower center")
+    keys: list[Artist] = [Patch(facecolor=series_look(i).colour, label=one.name) for i, one in enumerate(series)]
+    if any(one.clockwise_range_deg or one.counter_clockwise_range_deg for one in series):
+        keys.append(Line2D([], [], color=INK, linewidth=1.2, label="smallest to largest"))
+    if any(one.limits_deg is not None for one in series):
+        keys.append(Line2D([], [], color=MUTED, linestyle="none", marker="|", markersize=8, label="reach limit"))
+    with sheet([[(DONUT_IN, DONUT_IN)]], title, subtitle, below=[keys]) as (figure, (ax,)):
+        draw_donut(ax, series)
     return figure
 
 
 def draw_donut(ax: Axes, series: Sequence[DonutSeries]) -> None:
     """Draw the donut on plain axes: equal, without ticks, the unit its outer radius."""
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlim(-EDGE, EDGE)
-    ax.set_ylim(-EDGE, EDGE)
+    ax.set(xlim=(-EDGE, EDGE), ylim=(-EDGE, EDGE), aspect="equal")
     ax.set_axis_off()
     width = (OUTER - INNER) / max(len(series), 1)
     ax.add_patch(Wedge((0, 0), OUTER, 0, 360, width=OUTER - INNER, facecolor="#f4f5f7", edgecolor=RULE, linewidth=0.8))
@@ -102,8 +81,8 @@ def draw_donut(ax: Axes, series: Sequence[DonutSeries]) -> None:
             tick = np.stack([_polar(radius, sign * limit) for radius in radii])
             ax.plot(*tick.T, color=MUTED, linewidth=1.4, zorder=3.5)
     ax.plot([0, 0], [INNER, OUTER + 0.05], color=INK, linewidth=1.2, zorder=4.0)
-    ax.text(-EDGE, EDGE - 0.04, "↶ counter-clockwise", ha="left", va="top", fontsize=TICK_POINTS, color=MUTED)
-    ax.text(EDGE, EDGE - 0.04, "clockwise ↷", ha="right", va="top", fontsize=TICK_POINTS, color=MUTED)
+    ax.text(-EDGE, EDGE - 0.04, "↶ counter-clockwise", ha="left", va="top", color=MUTED)
+    ax.text(EDGE, EDGE - 0.04, "clockwise ↷", ha="right", va="top", color=MUTED)
 
 
 def _polar(radius: float, angle_deg: float | Array) -> Array:
@@ -117,7 +96,7 @@ def _draw_scale(ax: Axes) -> None:
         spoke = np.stack([_polar(INNER, angle), _polar(OUTER, angle)])
         ax.plot(*spoke.T, color="white" if angle else INK, linewidth=0.9, zorder=1.5)
         x, y = _polar(OUTER + 0.13, angle)
-        ax.text(x, y, f"{abs(angle)}°", ha="center", va="center", fontsize=TICK_POINTS, color=MUTED)
+        ax.text(x, y, f"{abs(angle)}°", ha="center", va="center", color=MUTED)
 
 
 def _draw_side(
@@ -135,8 +114,7 @@ def _draw_side(
     if spread is not None:
         end = max(end, spread[1])
         arc = _polar(middle, sign * np.linspace(spread[0], spread[1], 40))
-        halo = [withStroke(linewidth=2.6, foreground="white")]
-        ax.plot(*arc.T, color=INK, linewidth=1.2, solid_capstyle="butt", path_effects=halo, zorder=3.0)
+        ax.plot(*arc.T, color=INK, linewidth=1.2, solid_capstyle="butt", path_effects=halo(), zorder=3.0)
     text = f"{angle_deg:.0f}°" if np.isfinite(angle_deg) else "none"
     x, y = _polar(middle, sign * (end + np.rad2deg(0.045 * len(text) / middle)))
     ax.text(x, y, text, ha="center", va="center", fontsize=LABEL_POINTS, color=INK, zorder=5.0)

@@ -8,41 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.plots.style import (
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    RULE,
-    TICK_POINTS,
-    axes_box,
-    heading_height,
-    new_figure,
-    write_heading,
-)
+from inhand.plots.sheet import sheet
+from inhand.plots.style import INK, RULE, TICK_POINTS
 
-CELL_IN = (0.66, 0.42)
-"""Width and height of a cell [in]."""
-NOTE_IN = 0.13
-"""Height of a line of a cell's notes [in]."""
-HEADING_CHARACTER_IN = 0.092
-"""Width of a character of the title [in]; the figure is wide enough for it, however few cells there are."""
-NOTE_IN = 0.13
-"""Height of a line of a cell's notes [in]."""
-HEADING_CHARACTER_IN = 0.092
-"""Width of a character of the title [in]; the figure is wide enough for it, however few cells there are."""
-CHARACTER_IN = 0.082
-"""Width of a character of the subtitle and of a row's or column's name [in]."""
-BAR_IN = 0.16
-"""Width of the colour bar [in]."""
+CELL_IN, NOTE_IN, BAR_IN = (0.66, 0.42), 0.13, 0.16
+"""Width and height of a cell, height of a second and further line of its notes, and width of the colour bar [in]."""
 NOTE_POINTS = 7.0
 WHOLE = 10.0
-"""Numbers up to this or more are shown without digits after the point."""
+"""Where the scale goes up to this or more, numbers are shown without digits after the point."""
 COLOURS = "viridis"
 """Even steps of lightness from dark to light, readable without seeing colour."""
 
@@ -86,58 +66,38 @@ def heatmap_figure(heat: HeatMap, scale: str, title: str = "", subtitle: str = "
         title: First line.
         subtitle: Second line, smaller.
     """
-    left = 0.3 + CHARACTER_IN * max(map(len, heat.rows))
-    above = heading_height(title, subtitle) + 0.35 + 0.72 * CHARACTER_IN * max(map(len, heat.columns))
     lines = max(note.count("\n") + 1 for row in heat.notes for note in row)
-    width = CELL_IN[0] * len(heat.columns)
     height = max((CELL_IN[1] + NOTE_IN * (lines - 1)) * len(heat.rows), 1.2)
-    heading = 0.4 + max(HEADING_CHARACTER_IN * len(title), CHARACTER_IN * len(subtitle))
-    figure = new_figure(max(left + width + 1.0, heading), height + above + 0.2)
-    ax = figure.add_axes(axes_box(figure, (left, 0.2, width, height)))
-    _draw_cells(ax, heat, lines)
-    bar = figure.add_axes(axes_box(figure, (left + width + 0.2, 0.2, BAR_IN, height)))
-    _draw_bar(bar, scale, heat.top)
-    write_heading(figure, title, subtitle)
+    sizes = (CELL_IN[0] * len(heat.columns), height), (BAR_IN, height)
+    with sheet([sizes], title, subtitle, gap=(0.2, 0.0)) as (figure, (ax, bar)):
+        _draw_cells(ax, heat, lines)
+        figure.colorbar(ScalarMappable(Normalize(0.0, heat.top), COLOURS), bar, label=scale)
+        for spine in (*ax.spines.values(), *bar.spines.values()):
+            spine.set_visible(False)
     return figure
 
 
 def _draw_cells(ax: Axes, heat: HeatMap, most: int) -> None:
     """Draw every cell with its number and at most so many lines of notes; one without a number is hatched."""
     rows, columns = len(heat.rows), len(heat.columns)
-    ax.set_xlim(0, columns)
-    ax.set_ylim(rows, 0)
     for i, j in np.ndindex(rows, columns):
         value, note = float(heat.values[i, j]), heat.notes[i][j]
         known = np.isfinite(value)
         colour = colormaps[COLOURS](float(np.clip(value / heat.top, 0.0, 1.0))) if known else "white"
         cell = Rectangle((j, i), 1, 1, facecolor=colour, edgecolor="white" if known else RULE, linewidth=1.2)
-        if not known:
-            cell.set_hatch("////")
-        ax.add_patch(cell)
-        ink = _ink_on(colour)
+        ax.add_patch(cell).set_hatch("" if known else "////")
         lines = [(f"{value:z.{0 if heat.top >= WHOLE else 2}f}", TICK_POINTS)] if known else []
         lines += [(line, NOTE_POINTS) for line in note.split("\n") if line]
         box = None if known else {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         for number, (text, size) in enumerate(lines, start=1):
             place = i + 0.5 + (number - (len(lines) + 1) / 2) / (most + 2)
-            ax.text(j + 0.5, place, text, ha="center", va="center", fontsize=size, color=ink, bbox=box)
+            written = ax.text(j + 0.5, place, text, ha="center", va="center", bbox=box)
+            written.set(fontsize=size, color=_ink_on(colour))
+    ax.grid(visible=False)
+    ax.set(xlim=(0, columns), ylim=(rows, 0))
     ax.set_xticks(np.arange(columns) + 0.5, heat.columns, rotation=45, ha="left", rotation_mode="anchor")
     ax.set_yticks(np.arange(rows) + 0.5, heat.rows)
-    ax.tick_params(length=0, pad=3, labelsize=TICK_POINTS, labelcolor=INK, top=True, labeltop=True, labelbottom=False)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
-
-
-def _draw_bar(ax: Axes, scale: str, top: float) -> None:
-    """Draw the colours from 0 at the bottom to the largest number at the top."""
-    ax.imshow(np.linspace(0, 1, 256)[:, None], cmap=COLOURS, aspect="auto", origin="lower", extent=(0, 1, 0, top))
-    ax.set_xticks([])
-    ax.yaxis.tick_right()
-    ax.yaxis.set_label_position("right")
-    ax.tick_params(length=0, pad=3, labelsize=TICK_POINTS, labelcolor=MUTED)
-    ax.set_ylabel(scale, fontsize=LABEL_POINTS, color=INK)
-    for spine in ax.spines.values():
-        spine.set_visible(False)
+    ax.tick_params(pad=3, labelcolor=INK, top=True, labeltop=True, labelbottom=False)
 
 
 def _ink_on(colour: str | tuple[float, float, float, float]) -> str:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.plots.replay import Canvas
 from inhand.plots.scenes import scene_of
 from inhand.plots.shapes import CLEAR, draw_scene, move_scene
-from inhand.plots.style import INK, LABEL_POINTS, new_figure
+from inhand.plots.sheet import new_figure
+from inhand.plots.style import INK, LABEL_POINTS
 
 SIDE_IN = 4.0
 """Width and height of a picture [in]; at the 100 dpi of `new_figure` 400 pixels, which films can be made of."""
@@ -27,7 +28,7 @@ class Live:
         """Draw what will move, once, where the object starts."""
         self._held, self._origin = (hand, spec), np.array(hand.start_position)
         figure = new_figure(SIDE_IN, SIDE_IN)
-        self._canvas: Canvas = FigureCanvasAgg(figure)
+        self._canvas: Any = figure.canvas  # Agg's own methods carry no annotations
         ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         ax.set_axis_off()
         bottom, top = -hand.palm_depth, ABOVE * hand.finger_length

@@ -14,29 +14,22 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, unit
-from inhand.plots.asterisk import CROSS_POINTS, add_legend
 from inhand.plots.curves import true_runs
-from inhand.plots.shapes import FAINT, Extent, SceneOutline, check_points, draw_scene, extent_of, show_extent
-from inhand.plots.style import (
-    INK,
-    MUTED,
-    axes_box,
-    darker,
-    direction_colour,
-    dress_axes,
-    heading_height,
-    new_figure,
-    write_heading,
+from inhand.plots.shapes import (
+    Extent,
+    SceneOutline,
+    check_points,
+    draw_cross,
+    draw_scene,
+    scene_key,
+    show_extent,
+    square_of,
 )
+from inhand.plots.sheet import sheet
+from inhand.plots.style import INK, MUTED, darker, direction_colour
 
-PATH_IN = 3.9
-"""Side of the square axes of the path [in]."""
-PLOT_IN = 1.05
-"""Height of the axes of lateral and rotation [in]."""
-GAP_IN = 0.2
-LEFT_IN = 0.8
-ROW_IN = 0.17
-"""Height of one finger in the contact strip [in]."""
+WIDTH_IN, PLOT_IN, ROW_IN = 4.4, 1.05, 0.17
+"""Side of the square axes of the path, height of those of lateral and rotation, and of a finger's contacts [in]."""
 TICKS = 12
 """Orientation ticks along the path."""
 
@@ -112,23 +105,13 @@ def path_figure(
         subtitle: Second line, smaller.
     """
     fingers = 0 if trial.contact is None else np.shape(trial.contact)[1]
-    strip = 0.6 + ROW_IN * fingers if fingers else 0.0
-    plots = strip + 0.55
-    below = plots + 2 * PLOT_IN + GAP_IN + 0.65
-    figure = new_figure(LEFT_IN + PATH_IN + 1.6, below + PATH_IN + heading_height(title, subtitle))
-    ax = figure.add_axes(axes_box(figure, (LEFT_IN, below, PATH_IN, PATH_IN)))
-    draw_path(ax, trial, outline=outline)
-    width = PATH_IN + 1.4
-    rotation = figure.add_axes(axes_box(figure, (LEFT_IN, plots, width, PLOT_IN)))
-    lateral = figure.add_axes(axes_box(figure, (LEFT_IN, plots + PLOT_IN + GAP_IN, width, PLOT_IN)), sharex=rotation)
-    draw_deviations(lateral, rotation, trial)
-    if trial.contact is not None and fingers:
-        strip_ax = figure.add_axes(axes_box(figure, (LEFT_IN, 0.5, width, ROW_IN * fingers)))
-        draw_contact(strip_ax, trial.contact, trial.fingers, trial.step_s)
-    write_heading(figure, title, subtitle)
-    full_width, height = figure.get_size_inches()
-    corner = ((LEFT_IN + PATH_IN + 0.12) / full_width, (below + PATH_IN) / height)
-    add_legend(figure, _handles(trial, outline), corner, columns=1, loc="upper left")
+    heights = [WIDTH_IN, PLOT_IN, PLOT_IN, *([ROW_IN * fingers] if fingers else [])]
+    rows = [[(WIDTH_IN, height)] for height in heights]
+    with sheet(rows, title, subtitle, beside=_handles(trial, outline), gap=(0.0, 0.55)) as (figure, axes):
+        draw_path(axes[0], trial, outline=outline)
+        draw_deviations(axes[2], axes[1], trial)
+        if trial.contact is not None and fingers:
+            draw_contact(axes[3], trial.contact, trial.fingers, trial.step_s)
     return figure
 
 
@@ -137,44 +120,37 @@ def draw_path(ax: Axes, trial: TrialPath, *, outline: SceneOutline | None = None
 
     A cross stands upright where the object has not turned, whatever the direction of the path.
     """
-    extent = _extent(trial, outline)
+    extent, colour = _extent(trial, outline), direction_colour(trial.angle_deg)
     show_extent(ax, extent)
     if outline is not None:
-        draw_scene(ax, outline, FAINT)
-    colour = direction_colour(trial.angle_deg)
-    ax.plot(*_target(trial).T, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
-    for start, end in orientation_ticks(trial, 0.028 * (extent[1] - extent[0])):
-        ax.plot(*np.stack([start, end]).T, color=darker(colour, 0.4), linewidth=1.2, zorder=2.8)
-    ax.plot(*trial.points_mm.T, color=colour, linewidth=2.2, solid_capstyle="round", zorder=3.0)
-    ax.plot(0, 0, marker="o", markersize=3.6, color=INK, linestyle="none", zorder=4.5)
+        draw_scene(ax, outline)
+    ax.plot(*_target(trial).T, "--", color=MUTED, linewidth=1.1, zorder=2.0)
+    for ends in orientation_ticks(trial, 0.028 * (extent[1] - extent[0])):
+        ax.plot(*np.stack(ends).T, color=darker(colour, 0.4), linewidth=1.2, zorder=2.8)
+    ax.plot(*trial.points_mm.T, color=colour, linewidth=2.2, zorder=3.0)
+    ax.plot(0, 0, "o", markersize=3.6, color=INK, zorder=4.5)
     finite = trial.points_mm[np.isfinite(trial.points_mm).all(axis=1)]
     if trial.failed and len(finite):
-        mark = ax.plot(
-            *finite[-1], marker="x", markersize=CROSS_POINTS, markeredgewidth=1.8, linestyle="none", zorder=5
-        )
-        mark[0].set_color(darker(colour, 0.4))
+        draw_cross(ax, finite[-1], colour)
 
 
 def draw_deviations(lateral: Axes, rotation: Axes, trial: TrialPath) -> None:
     """Draw the lateral part [mm] and the rotation [deg] over the progress along the direction [mm]."""
     along = unit(np.deg2rad(trial.angle_deg))
     progress, aside = trial.points_mm @ along, trial.points_mm @ perpendicular(along)
-    colour = direction_colour(trial.angle_deg)
-    dress_axes(lateral, "", "lateral [mm]")
-    dress_axes(rotation, "progress [mm]", "rotation [°]")
-    lateral.tick_params(labelbottom=False)
+    lateral.set(xlabel="progress [mm]", ylabel="lateral [mm]")
+    rotation.set(ylabel="rotation [°]")
+    finite = progress[np.isfinite(progress)]
+    low, high = float(np.min(finite, initial=0.0)), float(np.max(finite, initial=10.0))
+    margin = 0.02 * (high - low) + 0.5
     for ax, values, wanted, least in (
         (lateral, aside, 0.0, 5.0),
         (rotation, trial.rotation_deg, trial.target_rotation_deg, 10.0),
     ):
-        ax.axhline(wanted, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
-        ax.plot(progress, values, color=colour, linewidth=1.8, zorder=3.0)
-        reach = [abs(float(value) - wanted) for value in values if np.isfinite(value)]
-        half = 1.15 * max([least, *reach])
-        ax.set_ylim(wanted - half, wanted + half)
-    finite = progress[np.isfinite(progress)]
-    low, high = float(np.min(finite, initial=0.0)), float(np.max(finite, initial=10.0))
-    lateral.set_xlim(low - 0.02 * (high - low) - 0.5, high + 0.02 * (high - low) + 0.5)
+        ax.axhline(wanted, color=MUTED, linewidth=1.1, linestyle="--", zorder=2.0)
+        ax.plot(progress, values, color=direction_colour(trial.angle_deg), linewidth=1.8, zorder=3.0)
+        half = 1.15 * float(np.max(np.abs(values - wanted)[np.isfinite(values)], initial=least))
+        ax.set(xlim=(low - margin, high + margin), ylim=(wanted - half, wanted + half))
 
 
 def draw_contact(ax: Axes, contact: NDArray[np.bool_], fingers: tuple[str, ...], step_s: float) -> None:
@@ -186,15 +162,13 @@ def draw_contact(ax: Axes, contact: NDArray[np.bool_], fingers: tuple[str, ...],
     check_contact(contact, fingers)
     steps, count = contact.shape
     names = fingers or tuple(f"finger {number + 1}" for number in range(count))
-    dress_axes(ax, "time [s]")
     ax.grid(visible=False)
     ax.spines["left"].set_visible(False)
     for row in range(count):
         ax.broken_barh([(0, steps * step_s)], (row + 0.15, 0.7), facecolor="#eceff2", zorder=1.0)
         touching = [(start * step_s, length * step_s) for start, length in true_runs(contact[:, row])]
         ax.broken_barh(touching, (row + 0.15, 0.7), facecolor=INK, alpha=0.8, zorder=2.0)
-    ax.set_ylim(count, 0)
-    ax.set_xlim(0, max(steps, 1) * step_s)
+    ax.set(xlabel="time [s]", xlim=(0, max(steps, 1) * step_s), ylim=(count, 0))
     ax.set_yticks([row + 0.5 for row in range(count)], names)
 
 
@@ -233,10 +207,7 @@ def _extent(trial: TrialPath, outline: SceneOutline | None) -> Extent:
     drawn = [trial.points_mm, _target(trial), np.zeros((1, 2))]
     if outline is not None:
         drawn.append(np.asarray(outline.object, dtype=float) - outline.origin_mm)
-    left, right, bottom, top = extent_of(np.concatenate(drawn), 8.0, least_mm=25.0)
-    half = max(right - left, top - bottom) / 2
-    x, y = (left + right) / 2, (bottom + top) / 2
-    return x - half, x + half, y - half, y + half
+    return square_of(np.concatenate(drawn), 8.0, least_mm=25.0)
 
 
 def _handles(trial: TrialPath, outline: SceneOutline | None) -> list[Artist]:
@@ -244,15 +215,13 @@ def _handles(trial: TrialPath, outline: SceneOutline | None) -> list[Artist]:
     colour = direction_colour(trial.angle_deg)
     handles: list[Artist] = [
         Line2D([], [], color=colour, linewidth=2.2, label=trial.name),
-        Line2D([], [], color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), label="target"),
+        Line2D([], [], color=MUTED, linewidth=1.1, linestyle="--", label="target"),
         Line2D([], [], color=darker(colour, 0.4), linestyle="none", marker="+", markersize=8, label="object's axes"),
     ]
     if trial.failed:
-        handles.append(
-            Line2D([], [], color=darker(colour, 0.4), linestyle="none", marker="x", markersize=6, label="contact lost")
-        )
+        handles.append(Line2D([], [], color=darker(colour, 0.35), linestyle="none", marker="x", label="contact lost"))
     if outline is not None:
-        handles.append(Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label="object at start"))
+        handles.append(scene_key("object at start"))
     if trial.contact is not None:
         handles.append(Patch(facecolor=INK, alpha=0.8, label="finger touches"))
     return handles

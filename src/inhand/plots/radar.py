@@ -9,28 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from inhand.errors import InputError
 from inhand.geometry import Array, unit
-from inhand.plots.asterisk import add_legend
-from inhand.plots.style import (
-    GRID,
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    RULE,
-    TICK_POINTS,
-    axes_box,
-    darker,
-    direction_colour,
-    heading_height,
-    new_figure,
-    series_look,
-    write_heading,
-)
+from inhand.plots.sheet import halo, sheet
+from inhand.plots.style import MUTED, TICK_POINTS, darker, direction_colour, series_look
 
 RADAR_IN = 2.75
 """Diameter of one radar [in]."""
@@ -61,24 +46,17 @@ def radar_figure(directions: Sequence[tuple[str, float]], series: Sequence[Radar
     """
     for one in series:
         _check(one, len(directions))
-    legend_in = 0.42 if series else 0.12
-    above = heading_height(title, "") + 0.62
-    figure = new_figure(8.2, legend_in + 0.35 + RADAR_IN + above)
-    names = ("Distance [mm]", "Efficiency")
-    values = ([one.distance_mm for one in series], [one.efficiency for one in series])
-    for column, (name, rows) in enumerate(zip(names, values, strict=True)):
-        box = (0.85 + column * (RADAR_IN + 1.2), legend_in + 0.35, RADAR_IN, RADAR_IN)
-        ax = figure.add_axes(axes_box(figure, box), projection="polar")
-        draw_radar(ax, directions, rows, least=1.0 if column else 10.0)
-        ax.set_title(name, fontsize=LABEL_POINTS, fontweight="bold", color=INK, pad=28)
-    write_heading(figure, title)
     looks = [series_look(number) for number in range(len(series))]
-    handles = [
+    keys = [
         Line2D([], [], color=look.colour, linestyle=look.dashes, marker=look.marker, markersize=4.5, label=one.name)
         for one, look in zip(series, looks, strict=True)
     ]
-    height = figure.get_size_inches()[1]
-    add_legend(figure, handles, (0.5, 0.15 / height), columns=max(len(series), 1), loc="lower center")
+    rows = [[(RADAR_IN, RADAR_IN)] * 2]
+    with sheet(rows, title, below=[keys], gap=(1.9, 0.0), projection="polar") as (figure, (distance, efficiency)):
+        draw_radar(distance, directions, [one.distance_mm for one in series], least=10.0)
+        draw_radar(efficiency, directions, [one.efficiency for one in series], least=1.0)
+        distance.set_title("Distance [mm]", loc="center", pad=28)
+        efficiency.set_title("Efficiency", loc="center", pad=28)
     return figure
 
 
@@ -101,19 +79,9 @@ def draw_radar(ax: Axes, directions: Sequence[tuple[str, float]], rows: Sequence
     closed = np.append(around, around[:1])
     for number, row in enumerate(rows):
         look = series_look(number)
-        ax.plot(
-            angles[closed],
-            row[closed],
-            color=look.colour,
-            linestyle=look.dashes,
-            linewidth=1.6,
-            marker=look.marker,
-            markersize=4.5,
-            markeredgecolor="white",
-            markeredgewidth=0.6,
-            clip_on=False,
-            zorder=3.0,
-        )
+        (line,) = ax.plot(angles[closed], row[closed], color=look.colour, linewidth=1.6, clip_on=False, zorder=3.0)
+        line.set(linestyle=look.dashes, marker=look.marker, markersize=4.5)
+        line.set(markeredgecolor="white", markeredgewidth=0.6)
         if len(around) > 2 and np.isfinite(row).all():
             ax.fill(angles[around], row[around], color=look.colour, alpha=0.06, linewidth=0, zorder=2.0)
     finite = [float(value) for row in rows for value in row if np.isfinite(value)]
@@ -132,13 +100,9 @@ def _dress(ax: PolarAxes, directions: Sequence[tuple[str, float]], farthest: flo
     for name, angle in directions:
         _write_direction(ax, name, angle)
     beside_out = np.deg2rad(90.0 - min(360.0 / max(len(directions), 1), 45.0) / 2)
-    halo = [withStroke(linewidth=2.6, foreground="white")]
     for value in rings:
-        number = ax.text(beside_out, value, f"{value:g}", ha="center", va="center", zorder=4.0)
-        number.set(fontsize=TICK_POINTS - 1, color=MUTED, path_effects=halo)
-    ax.grid(visible=True, color=GRID, linewidth=0.8)
-    ax.spines["polar"].set_color(RULE)
-    ax.spines["polar"].set_linewidth(0.8)
+        number = ax.text(beside_out, value, f"{value:g}", ha="center", va="center", path_effects=halo(), zorder=4.0)
+        number.set(fontsize=TICK_POINTS - 1, color=MUTED)
 
 
 def _write_direction(ax: PolarAxes, name: str, angle_deg: float) -> None:
@@ -146,16 +110,9 @@ def _write_direction(ax: PolarAxes, name: str, angle_deg: float) -> None:
     x, y = unit(np.deg2rad(angle_deg))
     side = "left" if x > 0.2 else "right" if x < -0.2 else "center"
     height = "bottom" if y > 0.6 else "top" if y < -0.6 else "center"
-    ax.annotate(
-        name,
-        (np.deg2rad(angle_deg), ax.get_rmax()),
-        (5 * x, 5 * y),
-        textcoords="offset points",
-        ha=side,
-        va=height,
-        fontsize=TICK_POINTS,
-        color=darker(direction_colour(angle_deg), 0.4),
-    )
+    edge = (np.deg2rad(angle_deg), ax.get_rmax())
+    text = ax.annotate(name, edge, (5 * x, 5 * y), textcoords="offset points", ha=side, va=height)
+    text.set_color(darker(direction_colour(angle_deg), 0.4))
 
 
 def _check(series: RadarSeries, count: int) -> None:

@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.animation import FFMpegWriter
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import RendererBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
-from matplotlib.patheffects import withStroke
-from matplotlib.text import Text
-from matplotlib.transforms import BboxBase
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -29,7 +24,7 @@ from inhand.plots.path import check_contact, draw_contact
 from inhand.plots.save import written_whole
 from inhand.plots.shapes import (
     CLEAR,
-    SceneArtists,
+    WALL,
     SceneOutline,
     check_points,
     draw_scene,
@@ -37,16 +32,8 @@ from inhand.plots.shapes import (
     move_scene,
     scene_points,
 )
-from inhand.plots.style import (
-    INK,
-    MUTED,
-    TICK_POINTS,
-    axes_box,
-    direction_colour,
-    dress_axes,
-    new_figure,
-    write_heading,
-)
+from inhand.plots.sheet import STYLE, Box, halo, new_figure
+from inhand.plots.style import INK, MUTED, TICK_POINTS, TITLE_POINTS, direction_colour
 
 SIDE_IN = 4.8
 """Width and height of a frame [in]; at the 100 dpi of `new_figure` that is 480 pixels."""
@@ -59,67 +46,35 @@ SAMPLES = 8
 """Frames looked at to choose the colours."""
 FASTEST_FPS = 50
 """GIF counts hundredths of a second, and browsers slow down anything below two of them."""
-WALL = "#e3e7eb", "#8a949e"
-"""Fill and edge of a wall."""
 HOLD_S = 1.0
 """How long the last frame stays before the picture starts again [s]."""
 
 
-class Canvas(Protocol):
-    """What a replay uses of matplotlib's Agg canvas, which carries no annotations."""
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """What changes from frame to frame."""
 
-    def draw(self) -> None:
-        """Draw everything that does not move."""
-
-    def get_renderer(self) -> RendererBase:
-        """Return what artists draw with."""
-
-    def copy_from_bbox(self, bbox: BboxBase, /) -> object:
-        """Return the pixels of a region."""
-
-    def restore_region(self, region: object, /) -> None:
-        """Put such pixels back."""
-
-    def buffer_rgba(self) -> memoryview:
-        """Return the pixels `(height, width, 4)`."""
+    artists: Sequence[Artist]
+    """It, back to front."""
+    show: Callable[[int], object]
+    """Moves it to a frame."""
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
-    """The figure of a replay: what stands still and what moves."""
+class Film:
+    """The figure of a replay."""
 
     figure: Figure
-    canvas: Canvas
-    scene: SceneArtists
-    trail: Line2D
-    counter: Text
-    cursor: Line2D | None
-    """Where in the contact strip the frame is; None without a strip."""
-    frame_s: float
-    """Time between two frames in the trial [s]."""
-    along: Array | None
-    """Unit vector `(2,)` the counter measures along; None counts the distance from the start."""
-    texts: Sequence[str] | None
-    """What stands at each instant in the counter's place."""
+    """All that stands still and all that moves."""
+    parts: Sequence[Moving]
+    """What moves."""
+    count: int
+    """Number of frames."""
 
-    def moving(self) -> tuple[Artist, ...]:
-        """Return every artist that changes from frame to frame, back to front."""
-        last = () if self.cursor is None else (self.cursor,)
-        return (*self.scene.all(), self.trail, self.counter, *last)
-
-
-@dataclass(frozen=True, eq=False)
-class Still:
-    """What stands still behind a replay."""
-
-    target: Array
-    """The target line `(M, 2)` [mm]."""
-    wall: Array
-    """Corners `(K, 2)` [mm] of a wall; none where there is none."""
-
-
-Writer: TypeAlias = Callable[[Stage, Sequence[SceneOutline], Array, Path, int], None]
-"""Writes the frames of a stage to a file at a rate [1/s]."""
+    def show(self, number: int) -> None:
+        """Move everything to a frame."""
+        for part in self.parts:
+            part.show(number)
 
 
 def write_replay(
@@ -155,18 +110,13 @@ def write_replay(
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
     _check(frames, trail_mm, contact, fps, texts)
-    write, touching = _writer(out), (contact, 1 / fps if frame_s is None else frame_s)
-    still = Still(_target(trail_mm, target_angle_deg, target_path_mm), np.empty((0, 2)) if wall_mm is None else wall_mm)
-    check_points(still.wall, "wall")
-    stage = _set_stage(frames, trail_mm, still, texts, angle_deg=target_angle_deg, title=title, touching=touching)
-    with written_whole(out) as part:
-        write(stage, frames, trail_mm, part, fps)
+    write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
+    with mpl.rc_context(STYLE), written_whole(out) as part:
+        figure, strips = _titled(title, contact, frame_s or 1 / fps)
+        ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
+        parts = [_scene(ax, frames), *_trail(ax, trail_mm, target_angle_deg, texts), *strips]
+        write(Film(figure, parts, len(frames)), part, fps)
     return out
-
-
-def wall_patch(corners: Array) -> Polygon:
-    """Return the hatched patch of a wall with corners `(K, 2)` [mm] from the object's start."""
-    return Polygon(corners, closed=True, facecolor=WALL[0], edgecolor=WALL[1], hatch="////", linewidth=0.9, zorder=1.25)
 
 
 def _check(
@@ -192,7 +142,7 @@ def _check(
         raise InputError(f"{fps} frames per second given: the rate must be above 0 and at most {FASTEST_FPS}")
 
 
-def _writer(out: Path) -> Writer:
+def _writer(out: Path) -> Callable[[Film, Path, int], None]:
     """Return the function that writes the format of the suffix."""
     suffix = out.suffix.lower()
     if suffix == ".gif":
@@ -219,130 +169,111 @@ def _target(trail_mm: Array, angle_deg: float | None, path_mm: Array | None) -> 
     return np.stack([np.zeros(2), float(np.max(progress[np.isfinite(progress)], initial=10.0)) * along])
 
 
-def _set_stage(
-    frames: Sequence[SceneOutline],
-    trail_mm: Array,
-    still: Still,
-    texts: Sequence[str] | None,
-    *,
-    angle_deg: float | None,
-    title: str,
-    touching: tuple[NDArray[np.bool_] | None, float],
-) -> Stage:
-    """Draw everything once: axes that hold every frame, the target, the strip, and the artists that will move."""
+def _titled(title: str, contact: NDArray[np.bool_] | None, frame_s: float) -> tuple[Figure, list[Moving]]:
+    """Return the figure with its title and, where contacts are known, their strip."""
     figure = new_figure(SIDE_IN, SIDE_IN)
-    canvas = FigureCanvasAgg(figure)
-    contact, frame_s = touching
-    strip_in = 0.0 if contact is None else 0.3 + 0.13 * contact.shape[1]
-    ax = figure.add_axes(axes_box(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in)))
-    _dress_view(ax, np.concatenate([*map(scene_points, frames), trail_mm, still.target, still.wall]))
-    if len(still.wall):
-        ax.add_patch(wall_patch(still.wall))
-    ax.plot(*still.target.T, color=MUTED, linewidth=1.1, linestyle=(0, (4, 3)), zorder=2.0)
-    colour = INK if angle_deg is None else direction_colour(angle_deg)
-    along = None if angle_deg is None else unit(np.deg2rad(angle_deg))
-    halo = [withStroke(linewidth=4.2, foreground="white")]
-    (trail,) = ax.plot([], [], color=colour, linewidth=2.2, path_effects=halo, zorder=3.0)
-    # On the axes, not on the figure: matplotlib leaves out a figure's own animated artists when it saves a film.
-    counter = ax.text(1 - 0.2 / SIDE_IN, 1 - 0.17 / SIDE_IN, "", transform=figure.transFigure, ha="right", va="top")
-    counter.set(fontsize=TICK_POINTS, color=INK)
-    write_heading(figure, title)
-    cursor = None
-    if contact is not None:
-        strip = figure.add_axes(axes_box(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1])))
-        draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else (), frame_s)
-        strip.set_xlabel("")
-        strip.xaxis.set_major_formatter("{x:g} s")
-        strip.tick_params(labelsize=TICK_POINTS - 1.5)
-        cursor = strip.axvline(0, color="#d1242f", linewidth=1.4, zorder=5.0)
-    stage = Stage(figure, canvas, draw_scene(ax, frames[0], CLEAR), trail, counter, cursor, frame_s, along, texts)
-    for artist in stage.moving():
-        artist.set_animated(True)
-    return stage
+    figure.text(0.2 / SIDE_IN, 1 - 0.15 / SIDE_IN, title, fontsize=TITLE_POINTS, fontweight="bold", va="top")
+    return figure, [] if contact is None else [_cursor(figure, contact, frame_s)]
 
 
-def _dress_view(ax: Axes, points: Array) -> None:
-    """Give the axes of the view equal mm both ways and room for every point of every frame."""
-    dress_axes(ax)
-    ax.set_aspect("equal", adjustable="datalim")
-    left, right, bottom, top = extent_of(points, 6.0)
+def _axes(figure: Figure, box: Box) -> Axes:
+    """Return axes whose box is given in inches of the square figure."""
+    left, bottom, width, height = (each / SIDE_IN for each in box)
+    ax = figure.add_axes((left, bottom, width, height))
+    ax.tick_params(labelsize=TICK_POINTS - 1.5)
+    return ax
+
+
+def _view(figure: Figure, frames: Sequence[SceneOutline], trail_mm: Array, target: Array, wall: Array) -> Axes:
+    """Return axes above a strip, if there is one, that hold all frames in equal mm, and what stands still on them."""
+    check_points(wall, "wall")
+    strip_in = sum(0.3 + strip.get_position().height * SIDE_IN for strip in figure.axes)
+    ax = _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
+    left, right, bottom, top = extent_of(np.concatenate([*map(scene_points, frames), trail_mm, target, wall]), 6.0)
     box = ax.get_window_extent()
     scale = max((right - left) / box.width, (top - bottom) / box.height) / 2
-    x, y = (left + right) / 2, (bottom + top) / 2
-    ax.set_xlim(x - scale * box.width, x + scale * box.width)
-    ax.set_ylim(y - scale * box.height, y + scale * box.height)
-    ax.tick_params(labelsize=TICK_POINTS - 1.5)
-    ax.annotate(
-        "mm",
-        (1, 0),
-        (0, -16),
-        xycoords="axes fraction",
-        textcoords="offset points",
-        ha="right",
-        fontsize=TICK_POINTS - 1.5,
-        color=MUTED,
+    x, y, wide, high = (left + right) / 2, (bottom + top) / 2, scale * box.width, scale * box.height
+    ax.set(xlim=(x - wide, x + wide), ylim=(y - high, y + high), aspect="equal")
+    told = ax.annotate("mm", (1, 0), (0, -16), xycoords="axes fraction", textcoords="offset points", ha="right")
+    told.set(fontsize=TICK_POINTS - 1.5, color=MUTED)
+    if len(wall):
+        ax.add_patch(Polygon(wall, **WALL, linewidth=0.9, zorder=1.25))
+    ax.plot(*target.T, "--", color=MUTED, linewidth=1.1, zorder=2.0)
+    return ax
+
+
+def _scene(ax: Axes, frames: Sequence[SceneOutline]) -> Moving:
+    artists = draw_scene(ax, frames[0], CLEAR)
+    return Moving(artists.all(), lambda number: move_scene(artists, frames[number]))
+
+
+def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None, texts: Sequence[str] | None) -> tuple[Moving, Moving]:
+    """Return the way so far, and the text at the top right: how far that is, or the given one."""
+    colour = INK if angle_deg is None else direction_colour(angle_deg)
+    (line,) = ax.plot([], [], color=colour, linewidth=2.2, path_effects=halo(4.2), zorder=3.0)
+    done = np.hypot(*trail_mm.T) if angle_deg is None else trail_mm @ unit(np.deg2rad(angle_deg))
+    told = texts or [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
+    # On the axes, not on the figure: matplotlib leaves out a figure's own animated artists when it saves a film.
+    place, on = (1 - 0.2 / SIDE_IN, 1 - 0.17 / SIDE_IN), ax.figure.transFigure
+    text = ax.text(*place, "", transform=on, ha="right", va="top")
+    return (
+        Moving((line,), lambda number: line.set_data(*trail_mm[: number + 1].T)),
+        Moving((text,), lambda number: text.set_text(told[number])),
     )
 
 
-def _show(stage: Stage, outline: SceneOutline, trail_mm: Array) -> None:
-    """Move every artist to the instant at the end of the trail so far."""
-    move_scene(stage.scene, outline)
-    stage.trail.set_data(*trail_mm.T)
-    here = trail_mm[-1]
-    done = float(np.hypot(*here)) if stage.along is None else float(here @ stage.along)
-    told = f"{done:.0f} mm" if np.isfinite(done) else ""
-    stage.counter.set_text(told if stage.texts is None else stage.texts[len(trail_mm) - 1])
-    if stage.cursor is not None:
-        stage.cursor.set_xdata([(len(trail_mm) - 0.5) * stage.frame_s] * 2)
+def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float) -> Moving:
+    """Draw the contacts over time and return the line that says where in them a frame is."""
+    strip = _axes(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1]))
+    draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else (), frame_s)
+    strip.set_xlabel("")
+    strip.xaxis.set_major_formatter("{x:g} s")
+    line = strip.axvline(0, color="#d1242f", linewidth=1.4, zorder=5.0)
+    return Moving((line,), lambda number: line.set_xdata([(number + 0.5) * frame_s] * 2))
 
 
-def _pictures(
-    stage: Stage, frames: Sequence[SceneOutline], trail_mm: Array, which: Sequence[int]
-) -> Iterator[Image.Image]:
+def _pictures(film: Film, which: Sequence[int]) -> Iterator[Image.Image]:
     """Yield the chosen frames as RGB pictures; only what moves is drawn again, on a copy of what stands still."""
-    stage.canvas.draw()
-    still = stage.canvas.copy_from_bbox(stage.figure.bbox)
-    for index in which:
-        stage.canvas.restore_region(still)
-        _show(stage, frames[index], trail_mm[: index + 1])
-        for artist in stage.moving():
-            artist.draw(stage.canvas.get_renderer())
-        yield Image.fromarray(np.asarray(stage.canvas.buffer_rgba())[..., :3].copy())
+    canvas: Any = film.figure.canvas  # Agg's own methods carry no annotations
+    artists = [artist for part in film.parts for artist in part.artists]
+    for artist in artists:
+        artist.set_animated(True)
+    canvas.draw()
+    still = canvas.copy_from_bbox(film.figure.bbox)
+    for number in which:
+        canvas.restore_region(still)
+        film.show(number)
+        for artist in artists:
+            artist.draw(canvas.get_renderer())
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
 
 
-def _palette(pictures: Sequence[Image.Image]) -> Image.Image:
-    """Return a picture whose palette suits all the given ones.
+def _palette(picture: Image.Image) -> Image.Image:
+    """Return a picture whose palette suits the given one.
 
-    A colour counts by the root of its area: by the area itself the white ground would take the whole palette and
-    the thin trail would turn grey; counted once each, the edges between colours would tint the white ground.
+    Colours are chosen by how far apart they are: by the area that they cover the thin trail would turn grey.
     """
-    pixels = np.concatenate([np.asarray(picture).reshape(-1, 3) for picture in pictures]).astype(np.int64)
-    packed, counts = np.unique(pixels @ (65536, 256, 1), return_counts=True)
-    weighted = np.repeat(packed, np.ceil(np.sqrt(counts)).astype(int))
-    colours = np.stack([weighted >> 16, weighted >> 8 & 255, weighted & 255], axis=-1).astype(np.uint8)
-    chosen = Image.fromarray(colours[None]).quantize(COLOURS - 1, method=Image.Quantize.MEDIANCUT)
-    entries = np.array([*(chosen.getpalette() or []), 255, 255, 255]).reshape(-1, 3)
+    chosen = picture.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
+    entries = np.array(chosen.getpalette()).reshape(-1, 3)
     entries[(entries >= NEARLY_WHITE).all(axis=1)] = 255
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(entries.ravel().tolist())
-    return palette
+    chosen.putpalette(entries.ravel().tolist())
+    return chosen
 
 
-def _write_gif(stage: Stage, frames: Sequence[SceneOutline], trail_mm: Array, part: Path, fps: int) -> None:
+def _write_gif(film: Film, part: Path, fps: int) -> None:
     """Write a GIF that loops; one palette for all frames, so that only what moved is stored."""
-    sampled = np.unique(np.linspace(0, len(frames) - 1, SAMPLES).astype(int)).tolist()
-    palette = _palette(list(_pictures(stage, frames, trail_mm, sampled)))
-    every = _pictures(stage, frames, trail_mm, range(len(frames)))
-    flat = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in every)
+    sampled = np.unique(np.linspace(0, film.count - 1, SAMPLES).astype(int)).tolist()
+    palette = _palette(Image.fromarray(np.concatenate([np.asarray(each) for each in _pictures(film, sampled)])))
+    flat = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in _pictures(film, range(film.count)))
     each = round(100.0 / fps) * 10
-    durations = [each] * (len(frames) - 1) + [max(each, round(1000 * HOLD_S))]
+    durations = [each] * (film.count - 1) + [max(each, round(1000 * HOLD_S))]
     next(flat).save(part, save_all=True, append_images=flat, duration=durations, loop=0)
 
 
-def _write_mp4(stage: Stage, frames: Sequence[SceneOutline], trail_mm: Array, part: Path, fps: int) -> None:
+def _write_mp4(film: Film, part: Path, fps: int) -> None:
     """Write an H.264 film through the ffmpeg program."""
     writer = FFMpegWriter(fps=fps, codec="h264")
-    with writer.saving(stage.figure, str(part), dpi=stage.figure.dpi):
-        for index, outline in enumerate(frames):
-            _show(stage, outline, trail_mm[: index + 1])
+    with writer.saving(film.figure, str(part), dpi=film.figure.dpi):
+        for number in range(film.count):
+            film.show(number)
             writer.grab_frame()

@@ -1,18 +1,25 @@
-"""The hand and the object drawn to scale: one outline of the scene, its patches, and moving them."""
+"""The hand and the object drawn to scale, moving them, and the marks and extents of all axes in mm."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
+from matplotlib.patches import Patch, Polygon
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.plots.style import dress_axes
+from inhand.plots.sheet import Size, halo
+from inhand.plots.style import darker
+
+CROSS_POINTS = 6.5
+"""Width of the cross that marks a lost contact [pt]."""
+WALL: dict[str, Any] = {"facecolor": "#e3e7eb", "edgecolor": "#8a949e", "hatch": "////"}
+"""The look of a wall."""
 
 Extent: TypeAlias = tuple[float, float, float, float]
 """What axes show: left, right, bottom and top [mm], origin at the object's start."""
@@ -98,30 +105,17 @@ def draw_scene(ax: Axes, outline: SceneOutline, look: SceneLook = FAINT) -> Scen
     """Draw the hand and the object to scale, origin at the object's start, and return the artists."""
 
     def patch(corners: Array, fill: str, edge: str, layer: float) -> Polygon:
-        return Polygon(
-            _shifted(corners, outline),
-            closed=True,
-            facecolor=fill,
-            edgecolor=edge,
-            linewidth=look.line_points,
-            joinstyle="round",
-            zorder=layer,
-        )
+        shape = Polygon(_shifted(corners, outline), closed=True, facecolor=fill, edgecolor=edge, zorder=layer)
+        shape.set(linewidth=look.line_points, joinstyle="round")
+        return shape
 
+    joints = Line2D(*_shifted(outline.joints, outline).T, linestyle="none", marker="o", markersize=3.5, zorder=1.2)
+    joints.set(markerfacecolor="white", markeredgecolor=look.hand_edge, markeredgewidth=look.line_points)
     artists = SceneArtists(
         links=tuple(patch(link, look.hand, look.hand_edge, 1.1) for link in outline.links),
         palm=patch(outline.palm, look.hand, look.hand_edge, 1.0),
         object=patch(outline.object, look.object, look.object_edge, 1.3),
-        joints=Line2D(
-            *_shifted(outline.joints, outline).T,
-            linestyle="none",
-            marker="o",
-            markersize=3.5,
-            markerfacecolor="white",
-            markeredgecolor=look.hand_edge,
-            markeredgewidth=look.line_points,
-            zorder=1.2,
-        ),
+        joints=joints,
     )
     for polygon in (artists.palm, *artists.links, artists.object):
         ax.add_patch(polygon)
@@ -169,12 +163,39 @@ def extent_of(points: Array, margin_mm: float, least_mm: float = 20.0) -> Extent
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
+def square_of(points: Array, margin_mm: float, least_mm: float = 20.0) -> Extent:
+    """Return the square around points `(N, 2)` [mm], as `extent_of` its box."""
+    left, right, bottom, top = extent_of(points, margin_mm, least_mm)
+    x, y, half = (left + right) / 2, (bottom + top) / 2, max(right - left, top - bottom) / 2
+    return x - half, x + half, y - half, y + half
+
+
 def show_extent(ax: Axes, extent: Extent) -> None:
-    """Make axes show that extent [mm], equal both ways, in the common look."""
-    dress_axes(ax, "x [mm]", "y [mm]")
+    """Make axes show that extent [mm], equal both ways."""
+    ax.set(xlabel="x [mm]", ylabel="y [mm]", xlim=extent[:2], ylim=extent[2:])
     ax.set_aspect("equal", adjustable="box")
-    ax.set_xlim(extent[0], extent[1])
-    ax.set_ylim(extent[2], extent[3])
+
+
+def size_of(extent: Extent, width_in: float) -> Size:
+    """Return the size [in] of axes of a width that show an extent to scale, unless that is very flat or very tall."""
+    return width_in, width_in * float(np.clip((extent[3] - extent[2]) / (extent[1] - extent[0]), 0.6, 1.4))
+
+
+def joined(extents: Sequence[Extent]) -> Extent:
+    """Return the smallest extent [mm] that shows several whole."""
+    left, right, bottom, top = zip(*extents, strict=True)
+    return min(left), max(right), min(bottom), max(top)
+
+
+def draw_cross(ax: Axes, place: Array, colour: str, marker: str = "x", points: float = CROSS_POINTS) -> None:
+    """Mark where something went wrong `(2,)` [mm] with a cross in a darker colour."""
+    (cross,) = ax.plot(*place, marker=marker, markersize=points, linestyle="none", path_effects=halo(3.2), zorder=5.0)
+    cross.set(color=darker(colour, 0.35), markeredgewidth=0.0 if marker == "X" else 1.8)
+
+
+def scene_key(label: str) -> Patch:
+    """Return the legend entry of a scene drawn behind paths."""
+    return Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label=label)
 
 
 def _shifted(points: Array, outline: SceneOutline) -> Array:

@@ -1,8 +1,4 @@
-"""How every figure looks: the colour of a direction, the look of a series, type sizes, axes and headings.
-
-Everything is set on the artists themselves, never in matplotlib's global settings, so that a program that
-imports `inhand` keeps its own style.
-"""
+"""What every figure shares: its colours, type sizes, and the look of a series."""
 
 from __future__ import annotations
 
@@ -10,10 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
-from matplotlib.figure import Figure
 
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -32,8 +25,6 @@ LABEL_POINTS = 9.5
 TICK_POINTS = 9.0
 
 Dashes: TypeAlias = Literal["-", "--", "-.", ":"]
-Inches: TypeAlias = tuple[float, float, float, float]
-"""A box in a figure: left, bottom, width and height [in]."""
 
 DIRECTION_WHEEL = (
     ("tab:red", 0.0),
@@ -119,50 +110,6 @@ def direction_colour(angle_deg: float) -> str:
 def darker(colour: str, share: float = 0.25) -> str:
     """Return `colour` mixed with `share` (0 to 1) of ink, for text that must be read on white."""
     return _hex((1 - share) * np.array(to_rgb(colour)) + share * np.array(to_rgb(INK)))
-
-
-def new_figure(width_in: float, height_in: float) -> Figure:
-    """Return an empty white figure of that size [in] with an Agg canvas; nothing opens a window."""
-    figure = Figure(figsize=(width_in, height_in), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def axes_box(figure: Figure, box: Inches) -> Inches:
-    """Return a box given in inches as the fractions of the figure that matplotlib asks for."""
-    width, height = figure.get_size_inches()
-    return box[0] / width, box[1] / height, box[2] / width, box[3] / height
-
-
-def dress_axes(ax: Axes, x_label: str = "", y_label: str = "") -> None:
-    """Give axes the common look: thin light grid below the data, quiet left and bottom lines, labels."""
-    ax.set_facecolor("white")
-    ax.set_axisbelow(True)
-    ax.grid(visible=True, color=GRID, linewidth=0.7, linestyle="-")
-    ax.tick_params(length=0, pad=4, labelsize=TICK_POINTS, labelcolor=MUTED)
-    for side, spine in ax.spines.items():
-        spine.set_visible(side in {"left", "bottom"})
-        spine.set_color(RULE)
-        spine.set_linewidth(0.8)
-    ax.set_xlabel(x_label, fontsize=LABEL_POINTS, color=INK, labelpad=4)
-    ax.set_ylabel(y_label, fontsize=LABEL_POINTS, color=INK, labelpad=4)
-
-
-def write_heading(figure: Figure, title: str, subtitle: str = "", *, left_in: float = 0.2) -> None:
-    """Write the title and below it the subtitle at the top left of a figure; empty texts leave no mark."""
-    width, height = figure.get_size_inches()
-    if title:
-        figure.text(
-            left_in / width, 1 - 0.15 / height, title, fontsize=TITLE_POINTS, fontweight="bold", color=INK, va="top"
-        )
-    if subtitle:
-        drop = 0.38 if title else 0.15
-        figure.text(left_in / width, 1 - drop / height, subtitle, fontsize=TICK_POINTS, color=MUTED, va="top")
-
-
-def heading_height(title: str, subtitle: str) -> float:
-    """Return the height [in] that `write_heading` needs for these texts, margin included."""
-    return 0.18 + (0.24 if title else 0.0) + (0.21 if subtitle else 0.0)
 
 
 def _hex(rgb: Array) -> str:

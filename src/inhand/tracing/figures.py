@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,27 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
-from matplotlib.patheffects import withStroke
 
 from inhand.control.scenes import scene_at
 from inhand.geometry import Array, planar, transform
 from inhand.hands.objects import polygon
-from inhand.plots.asterisk import add_legend
-from inhand.plots.replay import WALL, wall_patch
-from inhand.plots.shapes import FAINT, Extent, draw_scene, extent_of, show_extent
-from inhand.plots.style import (
-    INK,
-    LABEL_POINTS,
-    MUTED,
-    Inches,
-    axes_box,
-    darker,
-    dress_axes,
-    heading_height,
-    new_figure,
-    series_look,
-    write_heading,
-)
+from inhand.plots.shapes import WALL, Extent, draw_cross, draw_scene, extent_of, scene_key, show_extent
+from inhand.plots.sheet import sheet
+from inhand.plots.style import INK, MUTED, series_look
 from inhand.sim.walls import Wall
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
@@ -45,8 +30,8 @@ MOST_COLOURS = 6
 """Trials with a colour each; of more, all but the first share one."""
 ONE_IN, SEVERAL_IN = 4.7, 2.9
 """Width of the one panel, and of one of several [in]."""
-LEFT_IN, GAP_IN, LEGEND_IN, PLOT_IN = 0.75, 0.25, 2.2, 1.15
-"""Left margin, room between panels, width of the legend, and height of the axes below [in]."""
+GAP_IN, PLOT_IN = 0.25, 1.15
+"""Room between panels, and height of the axes below [in]."""
 LEAST_TURN = 5.0
 """Rotation that is shown at least, each way [deg]."""
 FAR_MM = 25.0
@@ -61,9 +46,7 @@ BAND, BANDS = "#c3ccd5", (5.6, 3.2)
 """The planned line: its colour, and its widths in a panel of several trials and of one [pt]."""
 OTHERS = "#7fa8c9"
 """Trials that have no colour of their own."""
-DASHES: tuple[int, tuple[float, float]] = (0, (4.0, 3.0))
-Marker = Literal["x", "+", "1", "2", "3", "X"]
-MARKS: dict[str, Marker] = {
+MARKS = {
     "lost a finger": "x",
     "left its path": "+",
     "stuck": "1",
@@ -136,18 +119,18 @@ def trace_figure(
     extent = _extent(setup, shown)
     height = width * (extent[3] - extent[2]) / (extent[1] - extent[0])
     turns = any(leg.kind == "turn" for path in shown for leg in path.followed.plan.legs)
-    below = 0.55 + (2 if turns else 1) * (PLOT_IN + 0.6)
-    whole = len(panels) * (width + GAP_IN) - GAP_IN
-    named = 0.0 if shared else 0.25
-    size = LEFT_IN + whole + 0.2 + LEGEND_IN, below + height + named + heading_height(title, subtitle)
-    figure = new_figure(*size)
-    _draw_panels(figure, setup, panels, extent, (LEFT_IN, below, width, height))
-    _draw_errors(figure.add_axes(axes_box(figure, (LEFT_IN, below - PLOT_IN - 0.6, whole, PLOT_IN))), shown)
-    if turns:
-        _draw_turns(figure.add_axes(axes_box(figure, (LEFT_IN, 0.55, whole, PLOT_IN))), shown, shared=shared)
-    write_heading(figure, title, subtitle)
-    corner = (LEFT_IN + whole + 0.2) / size[0], (below + height) / size[1]
-    add_legend(figure, _handles(setup, shown), corner, columns=1, loc="upper left")
+    wide = len(panels) * (width + GAP_IN) - GAP_IN, PLOT_IN
+    rows = [[(width, height)] * len(panels), [wide], *([[wide]] if turns else [])]
+    with sheet(rows, title, subtitle, gap=(GAP_IN, 0.65), beside=_handles(setup, shown)) as (figure, axes):
+        for ax, panel in zip(axes, panels, strict=False):
+            _draw_panel(ax, setup, panel, extent)
+            ax.set_title("" if shared else f"trial {panel[0].trace.trial}", loc="left", fontweight="normal")
+        for ax in axes[1 : len(panels)]:
+            ax.set_ylabel("")
+            ax.tick_params(labelleft=False)
+        _draw_errors(axes[len(panels)], shown)
+        if turns:
+            _draw_turns(axes[-1], shown, shared=shared)
     return figure
 
 
@@ -183,51 +166,25 @@ def _extent(setup: TraceSetup, paths: Sequence[Path]) -> Extent:
     return left - wider, right + wider, bottom, top
 
 
-def _draw_panels(
-    figure: Figure, setup: TraceSetup, panels: Sequence[Sequence[Path]], extent: Extent, first: Inches
-) -> None:
-    """Draw panels side by side; `first` is the box of the first one."""
-    left, bottom, width, height = first
-    for number, panel in enumerate(panels):
-        place = (left + number * (width + GAP_IN), bottom, width, height)
-        ax = figure.add_axes(axes_box(figure, place))
-        _draw_panel(ax, setup, panel, extent)
-        if panel[0].alone:
-            ax.set_title(f"trial {panel[0].trace.trial}", loc="left", fontsize=LABEL_POINTS, color=INK)
-        if number:
-            ax.set_ylabel("")
-            ax.tick_params(labelleft=False)
-
-
 def _draw_panel(ax: Axes, setup: TraceSetup, paths: Sequence[Path], extent: Extent) -> None:
     """Draw hand and object at the start, the plan that paths share, the paths, and where something went wrong."""
     show_extent(ax, extent)
     trial, origin = paths[0].followed.trial, setup.hand.start_pose[:2]
-    draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin), FAINT)
+    draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin))
     if setup.wall is not None:
-        ax.add_patch(wall_patch(wall_mm(setup.wall, origin)))
+        ax.add_patch(Polygon(wall_mm(setup.wall, origin), **WALL, linewidth=0.9, zorder=1.25))
     plan = paths[0].followed.plan
     for corners in _turned(setup, plan):
-        ax.add_patch(
-            Polygon(corners, closed=True, fill=False, edgecolor=MUTED, linewidth=0.8, linestyle=":", zorder=1.9)
-        )
-    ends = 1e3 * (
-        np.array([leg.end[:2] for leg in plan.legs[max(plan.approach - 1, 0) :] if leg.kind != "press"]) - origin
-    )
-    ax.plot(
-        *plan_line(plan.measured(), origin).T,
-        color=BAND,
-        linewidth=BANDS[paths[0].alone],
-        solid_capstyle="round",
-        zorder=2.0,
-    )
+        ax.add_patch(Polygon(corners, fill=False, edgecolor=MUTED, linewidth=0.8, linestyle=":", zorder=1.9))
+    ends = [leg.end[:2] for leg in plan.legs[max(plan.approach - 1, 0) :] if leg.kind != "press"]
+    ax.plot(*plan_line(plan.measured(), origin).T, color=BAND, linewidth=BANDS[paths[0].alone], zorder=2.0)
     if plan.approach:
         ways = np.concatenate([[plan.legs[0].start[:2]], [leg.end[:2] for leg in plan.legs[: plan.approach]]])
-        ax.plot(*(1e3 * (ways - origin)).T, color=MUTED, linewidth=1.0, linestyle=DASHES, alpha=0.7, zorder=2.1)
-    ax.plot(*ends.T, "o", color=INK, markersize=2.4, zorder=3.6)
+        ax.plot(*(1e3 * (ways - origin)).T, color=MUTED, linewidth=1.0, linestyle="--", alpha=0.7, zorder=2.1)
+    ax.plot(*(1e3 * (np.array(ends) - origin)).T, "o", color=INK, markersize=2.4, zorder=3.6)
     for path in reversed(paths):
         _draw_path(ax, path)
-    ax.plot(0, 0, marker="o", markersize=4.4, color=INK, markerfacecolor="white", linestyle="none", zorder=4.5)
+    ax.plot(0, 0, "o", markersize=4.4, color=INK, markerfacecolor="white", zorder=4.5)
 
 
 def _draw_path(ax: Axes, path: Path) -> None:
@@ -238,31 +195,13 @@ def _draw_path(ax: Axes, path: Path) -> None:
     if not missed:
         parts.append((path.points_mm[begun:], 1.0))
     for points, alpha in parts:
-        ax.plot(
-            *points.T,
-            color=path.colour,
-            alpha=alpha,
-            solid_capstyle="round",
-            linewidth=path.line_points,
-            zorder=path.layer,
-        )
-    halo = [withStroke(linewidth=3.4, foreground="white")]
+        ax.plot(*points.T, color=path.colour, alpha=alpha, linewidth=path.line_points, zorder=path.layer)
     for what, place in path.faults:
-        ax.plot(
-            *place,
-            marker=MARKS[what],
-            markersize=8.0,
-            markeredgewidth=1.8 if MARKS[what] != "X" else 0.0,
-            color=darker(path.colour, 0.3),
-            linestyle="none",
-            path_effects=halo,
-            zorder=5.0,
-        )
+        draw_cross(ax, place, path.colour, MARKS[what], 8.0)
 
 
 def _draw_errors(ax: Axes, paths: Sequence[Path]) -> None:
     """Draw how far each path was from its plan over the way along it."""
-    dress_axes(ax, "way along the plan [mm]", "error [mm]")
     most, longest = 1.0, 10.0
     for path in reversed(paths):
         rows = deviations(path.followed)
@@ -271,14 +210,15 @@ def _draw_errors(ax: Axes, paths: Sequence[Path]) -> None:
         longest = max(longest, 1e3 * float(path.followed.plan.measured().way[-1]))
     if not any((path.followed.legs >= path.followed.plan.approach).any() for path in paths):
         told = "no trial came to the end of the approach"
-        ax.text(0.5, 0.45, told, transform=ax.transAxes, ha="center", color=MUTED, fontsize=LABEL_POINTS)
-    ax.set_ylim(0, most)
-    ax.set_xlim(-0.01 * longest, 1.01 * longest)
+        ax.text(0.5, 0.45, told, transform=ax.transAxes, ha="center", color=MUTED)
+    ax.set(
+        xlabel="way along the plan [mm]", ylabel="error [mm]", xlim=(-0.01 * longest, 1.01 * longest), ylim=(0, most)
+    )
 
 
 def _draw_turns(ax: Axes, paths: Sequence[Path], *, shared: bool) -> None:
     """Draw each object's rotation over time, and dashed where its plan wants it; of one plan the first trial's."""
-    dress_axes(ax, "time since the plan began [s]", "rotation [°]")
+    ax.set(xlabel="time since the plan began [s]", ylabel="rotation [°]")
     for path in reversed(paths):
         trial = path.followed.trial
         theta = np.rad2deg(np.unwrap(planar(trial.object_pose[trial.manipulation])[:, 2]))
@@ -289,7 +229,7 @@ def _draw_turns(ax: Axes, paths: Sequence[Path], *, shared: bool) -> None:
                 path.followed.plan.legs[min(leg, len(path.followed.plan.legs) - 1)].end[2] for leg in path.followed.legs
             ]
             colour = MUTED if shared else path.colour
-            ax.step(time, np.rad2deg(wanted), color=colour, linewidth=1.1, linestyle=DASHES, where="post", zorder=2.5)
+            ax.step(time, np.rad2deg(wanted), color=colour, linewidth=1.1, linestyle="--", where="post", zorder=2.5)
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, -LEAST_TURN), max(high, LEAST_TURN))
 
@@ -314,16 +254,13 @@ def _handles(setup: TraceSetup, paths: Sequence[Path]) -> list[Artist]:
     for path in paths if len(paths) <= MOST_COLOURS else paths[:2]:
         number, rms = path.trace.trial, path.trace.rms_mm
         rest = len(paths) > MOST_COLOURS and not path.first
-        text = (
-            f"trials 2 to {len(paths)}"
-            if rest
-            else f"trial {number}" + (f": RMS {rms:.2f} mm" if np.isfinite(rms) else "")
-        )
+        text = f"trials 2 to {len(paths)}" if rest else f"trial {number}"
+        text += f": RMS {rms:.2f} mm" if np.isfinite(rms) and not rest else ""
         handles.append(Line2D([], [], color=path.colour, linewidth=path.line_points, label=text))
     plans = [path.followed.plan for path in paths]
     handles.append(Line2D([], [], color=BAND, linewidth=BANDS[paths[0].alone], label="plan"))
     if any(plan.approach for plan in plans):
-        handles.append(Line2D([], [], color=MUTED, linewidth=1.0, linestyle=DASHES, label="approach"))
+        handles.append(Line2D([], [], color=MUTED, linewidth=1.0, linestyle="--", label="approach"))
     handles.append(Line2D([], [], color=INK, linestyle="none", marker="o", markersize=2.6, label="ends of primitives"))
     if any(_turned(setup, plan) for plan in plans):
         handles.append(Patch(fill=False, edgecolor=MUTED, linestyle=":", label="object turned, as planned"))
@@ -334,6 +271,5 @@ def _handles(setup: TraceSetup, paths: Sequence[Path]) -> list[Artist]:
         if what in found
     ]
     if setup.wall is not None:
-        handles.append(Patch(facecolor=WALL[0], edgecolor=WALL[1], hatch="////", label="wall"))
-    handles.append(Patch(facecolor=FAINT.object, edgecolor=FAINT.object_edge, label="hand, object at start"))
-    return handles
+        handles.append(Patch(label="wall", **WALL))
+    return [*handles, scene_key("hand, object at start")]

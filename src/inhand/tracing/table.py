@@ -26,6 +26,8 @@ HEADER = (
     "Turn [deg]",
     "Time [s]",
     "Failures",
+    "Force [N]",
+    "Overlap [mm]",
     "Pushed [s]",
 )
 MOST_FAILURES = 2
@@ -84,6 +86,8 @@ def _row(trace: Trace) -> tuple[str, ...]:
         f"{trace.turn_deg:.1f}",
         f"{trace.time_s:.1f}",
         str(trace.failures),
+        f"{trace.force_max_n:.2f}",
+        f"{trace.penetration_max_mm:.2f}",
         NOTHING if trace.pushed_s is None else f"{trace.pushed_s:.1f}",
     )
 

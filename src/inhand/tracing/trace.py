@@ -52,6 +52,10 @@ class Trace:
     """Time from the end of the approach to the end [s]."""
     failures: int
     """Primitives that failed and were tried again, or not."""
+    force_max_n: float
+    """Largest force of a finger on the object in any row of the trial [N]."""
+    penetration_max_mm: float
+    """Deepest overlap of a link and the object in any row of the trial [mm]."""
     pushed_s: float | None
     """Longest time for which the object was pushed against a wall, held by both fingers [s]; None without a wall."""
 
@@ -99,6 +103,8 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
         float(np.rad2deg(abs(wrap_angle(last[2])))),
         len(poses) * trial.passport.period,
         sum(event.what != "gave up" for event in followed.events),
+        trial.force_max_n,
+        trial.penetration_max_mm,
         None if wall is None else _pushed(followed, wall),
     )
 

@@ -1,0 +1,164 @@
+"""The sheet that every figure is drawn on: its size, its heading, its legends, and matplotlib's settings for it.
+
+The settings hold while a sheet is made, so that a program that imports `inhand` keeps its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Literal, TypeAlias
+
+import matplotlib as mpl
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+from matplotlib.text import Text
+from matplotlib.transforms import ScaledTranslation
+
+from inhand.plots.style import GRID, INK, LABEL_POINTS, MUTED, RULE, TICK_POINTS, TITLE_POINTS
+
+Size: TypeAlias = tuple[float, float]
+"""Width and height of axes [in]."""
+Box: TypeAlias = tuple[float, float, float, float]
+"""Left, bottom, width and height of axes [in]."""
+DPI = 100
+"""Resolution that a sheet is laid out with [dots/in]; files have their own."""
+PAD_IN, LINE_IN, LEGEND_GAP_IN = 0.15, 0.24, 0.13
+"""Free space around all that a sheet shows, height of a line of its heading, and space above a legend [in]."""
+
+STYLE: dict[Any, Any] = {
+    "figure.facecolor": "white",
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+    "font.size": TICK_POINTS,
+    "text.color": INK,
+    "lines.solid_capstyle": "round",
+    "lines.dashed_pattern": (4.0, 3.0),
+    "axes.facecolor": "white",
+    "axes.edgecolor": RULE,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "axes.labelsize": LABEL_POINTS,
+    "axes.labelcolor": INK,
+    "axes.titlesize": LABEL_POINTS,
+    "axes.titlecolor": INK,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "legend.fontsize": TICK_POINTS,
+    "legend.handlelength": 1.7,
+    "legend.handletextpad": 0.6,
+    "legend.columnspacing": 1.5,
+    "legend.labelspacing": 0.45,
+    "legend.borderaxespad": 0.0,
+    "legend.borderpad": 0.0,
+    **{f"{axis}.labelsize": TICK_POINTS for axis in ("xtick", "ytick")},
+    **{f"{axis}.labelcolor": MUTED for axis in ("xtick", "ytick")},
+    **{f"{axis}.major.pad": 4.0 for axis in ("xtick", "ytick")},
+    **{f"{axis}.{kind}.size": 0.0 for axis in ("xtick", "ytick") for kind in ("major", "minor")},
+}
+"""matplotlib's settings for every figure."""
+
+
+def halo(points: float = 2.6) -> list[AbstractPathEffect]:
+    """Return a white rim of that width [pt], so that what lies below does not cross a text or a line."""
+    return [withStroke(linewidth=points, foreground="white")]
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure of that size [in]; nothing opens a window."""
+    figure = Figure(figsize=(width_in, height_in), dpi=DPI)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+@contextmanager
+def sheet(
+    rows: Sequence[Sequence[Size]],
+    title: str = "",
+    subtitle: str = "",
+    *,
+    gap: Size = (0.3, 0.65),
+    beside: Sequence[Artist] = (),
+    below: Sequence[Sequence[Artist]] = (),
+    projection: Literal["polar"] | None = None,
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give a white figure and its axes to draw on; at the end it becomes as large as all that was drawn needs.
+
+    Args:
+        rows: size of each axes [in], row by row from the top, each row from the left.
+        title: first line of the heading.
+        subtitle: its second line, smaller.
+        gap: free space between axes, across and down [in].
+        beside: entries of a legend at the right of the first row.
+        below: entries of legends below all axes, one legend for each list that holds any.
+        projection: of the axes.
+    """
+    with mpl.rc_context(STYLE):
+        figure = new_figure(1.0, 1.0)  # so that fractions of the figure are inches until it is fitted
+        boxes: list[Box] = []
+        top = 0.0
+        for row in rows:
+            left, height = 0.0, max(size[1] for size in row)
+            for wide, high in row:
+                boxes.append((left, top - high, wide, high))
+                left += wide + gap[0]
+            top -= height + gap[1]
+        axes = [figure.add_axes(box, projection=projection) for box in boxes]
+        yield figure, axes
+        if beside:
+            anchor = axes[len(rows[0]) - 1].transAxes + ScaledTranslation(0.12, 0.0, figure.dpi_scale_trans)
+            figure.legend(handles=list(beside), loc="upper left", bbox_to_anchor=(1, 1), bbox_transform=anchor)
+        _fit(figure, boxes, [title, subtitle], below)
+
+
+def _fit(figure: Figure, boxes: Sequence[Box], heading: Sequence[str], below: Sequence[Sequence[Artist]]) -> None:
+    """Give a sheet the size that it needs: heading at the top left, what was drawn, legends below."""
+    drawn, axes = figure.get_tightbbox(), figure.axes[: len(boxes)]
+    looks: tuple[dict[str, Any], ...] = ({"fontsize": TITLE_POINTS, "fontweight": "bold"}, {"color": MUTED})
+    lines = [figure.text(0, 0, text, va="top", **look) for text, look in zip(heading, looks, strict=True) if text]
+    inner, bottom, legends = max([drawn.width, *(_inches(line)[0] for line in lines)]), PAD_IN, []
+    for handles in reversed([handles for handles in below if handles]):
+        legends.append((_legend(figure, handles, inner), bottom))
+        bottom += _inches(legends[-1][0])[1] + LEGEND_GAP_IN
+    width, height = inner + 2 * PAD_IN, bottom + drawn.height + LINE_IN * len(lines) + 1.4 * PAD_IN
+    figure.set_size_inches(width, height)
+    for ax, (left, low, wide, high) in zip(axes, boxes, strict=True):
+        place = left - drawn.x0 + PAD_IN, low - drawn.y0 + bottom
+        ax.set_position((place[0] / width, place[1] / height, wide / width, high / height))
+    for number, line in enumerate(lines):
+        line.set_position((PAD_IN / width, 1 - (PAD_IN + LINE_IN * number) / height))
+    for legend, low in legends:
+        legend.set_bbox_to_anchor(((PAD_IN + drawn.width / 2) / width, low / height), figure.transFigure)
+
+
+def _legend(figure: Figure, handles: Sequence[Artist], width_in: float) -> Legend:
+    """Return a legend in as few even rows as a width [in] allows."""
+    for rows in range(1, len(handles) + 1):
+        legend = figure.legend(handles=list(handles), loc="lower center", ncols=-(-len(handles) // rows))
+        if _inches(legend)[0] <= width_in or rows == len(handles):
+            break
+        legend.remove()
+    return legend
+
+
+def _inches(artist: Text | Legend) -> tuple[float, float]:
+    """Return width and height of an artist [in]."""
+    box = artist.get_window_extent()
+    return box.width / DPI, box.height / DPI
+
+
+def write_above(ax: Axes, title: str, subtitle: str) -> None:
+    """Write a heading of two lines above axes, at the left."""
+    bold = {"fontweight": "bold", "fontsize": LABEL_POINTS}
+    for text, points_up, look in ((title, 19, bold), (subtitle, 6, {"color": MUTED})):
+        ax.annotate(text, (0.0, 1.0), (0, points_up), xycoords="axes fraction", textcoords="offset points", **look)

@@ -6,7 +6,7 @@ from inhand.geometry import Array
 from inhand.sim.planar.compiled import inner, kernel
 from inhand.sim.planar.contacts import find_constraints
 from inhand.sim.planar.dynamics import integrate, place_bodies, weigh
-from inhand.sim.planar.outlines import FAR, above, place_outline, to_point, widest
+from inhand.sim.planar.outlines import FAR, above, lowest, overlap, place_outline, to_point
 from inhand.sim.planar.parts import Model, Work, Worlds
 from inhand.sim.planar.solver import accelerate, contact_law
 
@@ -71,21 +71,14 @@ def _distance(model: Model, k: int, work: Work, pair: tuple[int, int]) -> float:
         hit[3], hit[4] = x - radius * nx, y - radius * ny
         return float(away - radius)
     counts = count, model.corners[k, o]
-    by_link, edge, corner = widest(work, counts, s, o, 0.0)
-    if by_link > 0.0:
+    gap, owner, edge = overlap(work, counts, pair)
+    if gap > 0.0:
         return _apart(work, counts, pair)
-    by_piece, other_edge, other_corner = widest(work, (counts[1], counts[0]), o, s, 0.0)
-    if by_piece > 0.0:
-        return _apart(work, counts, pair)
-    if by_piece >= by_link:
-        hit[1], hit[2] = work.outline[s, other_corner, 0], work.outline[s, other_corner, 1]
-        hit[3] = hit[1] - by_piece * work.normal[o, other_edge, 0]
-        hit[4] = hit[2] - by_piece * work.normal[o, other_edge, 1]
-        return by_piece
-    hit[3], hit[4] = work.outline[o, corner, 0], work.outline[o, corner, 1]
-    hit[1] = hit[3] - by_link * work.normal[s, edge, 0]
-    hit[2] = hit[4] - by_link * work.normal[s, edge, 1]
-    return by_link
+    one, other, at = (o, s, 1) if owner == 1 else (s, o, 3)
+    corner = lowest(work, one, edge, other, counts[1 - owner])
+    hit[at], hit[at + 1] = work.outline[other, corner, 0], work.outline[other, corner, 1]
+    hit[4 - at], hit[5 - at] = hit[at] - gap * work.normal[one, edge, 0], hit[at + 1] - gap * work.normal[one, edge, 1]
+    return gap
 
 
 @inner

@@ -51,28 +51,61 @@ def near(model: Model, k: int, work: Work, pair: int) -> bool:
 
 
 @inner
-def widest(work: Work, counts: tuple[int, int], s: int, o: int, enough: float) -> tuple[float, int, int]:
-    """Return the largest separation [m] that an edge of one outline sees, that edge, and the other's corner there.
-
-    Edges are looked at until one sees more than `enough`. `counts` are the corners of both.
-    """
-    best, edge = -FAR, 0
-    for i in range(counts[0]):
-        nx, ny = work.normal[s, i, 0], work.normal[s, i, 1]
-        low = FAR  # without its corner, which only the best edge is asked for: a third of the time
-        for j in range(counts[1]):
-            low = min(low, nx * work.outline[o, j, 0] + ny * work.outline[o, j, 1])
-        low -= nx * work.outline[s, i, 0] + ny * work.outline[s, i, 1]
-        if low > best:
-            best, edge = low, i
-            if best > enough:
-                break
+def lowest(work: Work, s: int, edge: int, o: int, count: int) -> int:
+    """Return the corner of an outline that is lowest above an edge of another."""
+    nx, ny = work.normal[s, edge, 0], work.normal[s, edge, 1]
     low, corner = FAR, 0
-    for j in range(counts[1]):
-        height = work.normal[s, edge, 0] * work.outline[o, j, 0] + work.normal[s, edge, 1] * work.outline[o, j, 1]
+    for j in range(count):
+        height = nx * work.outline[o, j, 0] + ny * work.outline[o, j, 1]
         if height < low:
             low, corner = height, j
-    return best, edge, corner
+    return corner
+
+
+@inner
+def widest(
+    work: Work, counts: tuple[int, int], pair: tuple[int, int], known: tuple[int, int, float]
+) -> tuple[float, int]:
+    """Return the largest separation [m] that an edge of one outline sees, and that edge; -1 if none is larger.
+
+    Args:
+        work: room, with both outlines placed.
+        counts: the corners of both.
+        pair: both outlines; the edges are the first's.
+        known: two corners of the second, by which most edges are told not to be the one; a separation that is known.
+    """
+    s, o = pair
+    ax, ay = work.outline[o, known[0], 0], work.outline[o, known[0], 1]
+    bx, by = work.outline[o, known[1], 0], work.outline[o, known[1], 1]
+    best, edge = known[2], -1
+    for i in range(counts[0]):
+        nx, ny = work.normal[s, i, 0], work.normal[s, i, 1]
+        off = nx * work.outline[s, i, 0] + ny * work.outline[s, i, 1]
+        if min(nx * ax + ny * ay, nx * bx + ny * by) - off > best:
+            low = FAR
+            for j in range(counts[1]):
+                low = min(low, nx * work.outline[o, j, 0] + ny * work.outline[o, j, 1])
+            if low - off > best:
+                best, edge = low - off, i
+    return best, edge
+
+
+@inner
+def overlap(work: Work, counts: tuple[int, int], pair: tuple[int, int]) -> tuple[float, int, int]:
+    """Return the separation [m] of two polygons, which of them has the edge that sees it, and that edge.
+
+    Positive, it says only that they do not overlap.
+    """
+    s, o = pair
+    half = counts[0] // 2
+    by_second, second_edge = widest(work, (counts[1], counts[0]), (o, s), (half, half, -FAR))
+    if by_second > 0.0:
+        return by_second, 1, second_edge
+    after = second_edge + 1 if second_edge + 1 < counts[1] else 0
+    by_first, first_edge = widest(work, counts, pair, (second_edge, after, by_second))
+    if first_edge >= 0:
+        return by_first, 0, first_edge
+    return by_second, 1, second_edge
 
 
 @inner
@@ -87,22 +120,16 @@ def meet(model: Model, k: int, work: Work, pair: int) -> tuple[int, int, int]:
     if model.corners[k, o] == 1:
         return meet_circle(model, k, work, pair)
     counts = model.corners[k, s], model.corners[k, o]
-    by_first, first_edge, second_corner = widest(work, counts, s, o, 0.0)
-    if by_first > 0.0:
+    gap, owner, edge = overlap(work, counts, (s, o))
+    if gap > 0.0:
         return -1, 0, 0
-    by_second, second_edge, first_corner = widest(work, (counts[1], counts[0]), o, s, 0.0)
-    if by_second > 0.0:
-        return -1, 0, 0
+    one, other, sign = (o, s, 1.0) if owner == 1 else (s, o, -1.0)
+    corner = lowest(work, one, edge, other, counts[1 - owner])
+    nx, ny = work.normal[one, edge, 0], work.normal[one, edge, 1]
     hit = work.hit
-    if by_second >= by_first:
-        hit[0], hit[1], hit[2] = by_second, work.normal[o, second_edge, 0], work.normal[o, second_edge, 1]
-        hit[3] = work.outline[s, first_corner, 0] - 0.5 * by_second * hit[1]
-        hit[4] = work.outline[s, first_corner, 1] - 0.5 * by_second * hit[2]
-        return 1, second_edge, first_corner
-    hit[0], hit[1], hit[2] = by_first, -work.normal[s, first_edge, 0], -work.normal[s, first_edge, 1]
-    hit[3] = work.outline[o, second_corner, 0] + 0.5 * by_first * hit[1]
-    hit[4] = work.outline[o, second_corner, 1] + 0.5 * by_first * hit[2]
-    return 0, first_edge, second_corner
+    hit[0], hit[1], hit[2] = gap, sign * nx, sign * ny
+    hit[3], hit[4] = work.outline[other, corner, 0] - 0.5 * gap * nx, work.outline[other, corner, 1] - 0.5 * gap * ny
+    return owner, edge, corner
 
 
 @inner

@@ -26,8 +26,7 @@ from inhand.control.loop import Bench
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.fit import Held
 from inhand.learning.config import Training, default
 from inhand.learning.progress import JOURNAL
 from inhand.learning.runs import finished, resume, train
@@ -91,7 +90,7 @@ def check_compare(config: CompareConfig) -> None:
     Raises:
         InputError: the text names the setting.
     """
-    held = load_hand(config.hand), load_object(config.object)
+    held = Held(load_hand(config.hand), load_object(config.object))
     if not config.tasks or not config.seeds:
         raise InputError("give at least one of --tasks and one of --seeds")
     for task in (*config.tasks, *config.others):
@@ -152,7 +151,7 @@ def training_of(config: CompareConfig, who: Contestant, demonstrations: int | No
 
 def horizon_of(config: CompareConfig, task: str) -> int:
     """Return the decisions that an episode of a task may take: a fifth more than the expert needs, and time to hold."""
-    held = load_hand(config.hand), load_object(config.object)
+    held = Held(load_hand(config.hand), load_object(config.object))
     plans = [find_task(task).plan(held, np.random.default_rng(seed)) for seed in range(8)]
     longest = max(plan.way[-1] / IkConfig().speed + sum(leg.stay for leg in plan.legs) for plan in plans)
     return 10 * math.ceil((1.2 * float(longest) / PERIOD + 60) / 10)
@@ -194,18 +193,18 @@ def evaluated(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
 
 def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[str, Any]]:
     """Return what one contestant reached in each episode of a task; draws and starts are the same for all."""
-    hand, spec = load_hand(config.hand), load_object(config.object)
+    held = Held(load_hand(config.hand), load_object(config.object))
     entry = find_controller("ik")
     if who.kind != "expert":
         entry = learned(*policy_of(config.out / "runs" / who.folder))
-    plans = _plans((hand, spec), task, config.episodes)
+    plans = _plans(held, task, config.episodes)
     noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
-    starts = hand.start_pose + NOISE * np.stack(noise)
-    return [asdict(trace_of(each)) for each in follow((hand, spec), entry, plans, starts, Bench(), seed=who.seed)]
+    starts = held.start + NOISE * np.stack(noise)
+    return [asdict(trace_of(each)) for each in follow(held, entry, plans, starts, Bench(), seed=who.seed)]
 
 
 @lru_cache(maxsize=16)
-def _plans(held: tuple[HandSpec, ObjectSpec], task: str, count: int) -> tuple[Plan, ...]:
+def _plans(held: Held, task: str, count: int) -> tuple[Plan, ...]:
     """Return the plan of each episode: drawn until one grip can carry the object through it."""
     draws = [np.random.default_rng(TEST_SEED + k) for k in range(count)]
     return tuple(fitting_plan(find_task(task), held, rng, f"task {task}, episode {k}") for k, rng in enumerate(draws))

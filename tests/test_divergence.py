@@ -200,14 +200,14 @@ def test_a_grasp_whose_rehearsal_diverges_is_not_taken(monkeypatch: pytest.Monke
     for number in range(5):
 
         def breaking(
-            engine: str, hand: HandSpec, objects: Sequence[ObjectSpec], world: int = number
+            engine: str, hand: HandSpec, objects: Sequence[ObjectSpec], *_: object, world: int = number
         ) -> MujocoSimulator:
             assert engine == "mujoco"
             simulator = Breaking(hand, objects)
             simulator.world, simulator.at = world, 3
             return simulator
 
-        monkeypatch.setattr("inhand.control.rehearsal.make_simulator", breaking)
+        monkeypatch.setattr("inhand.control.loop.make_simulator", breaking)
         others += not np.array_equal(planned_grasp(HAND, CUBE, poses).opened, best.opened)
     assert others == 1
 

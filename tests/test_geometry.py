@@ -10,7 +10,6 @@ from inhand.geometry import (
     compose,
     cross,
     interpolate,
-    inverse,
     inverse_transform,
     perpendicular,
     planar,
@@ -51,18 +50,11 @@ def test_poses_act_like_homogeneous_matrices(pose_a_b: Array, pose_b_c: Array, p
     one = np.append(point, 1.0)
     np.testing.assert_allclose(transform(pose_a_b, point), (matrix(pose_a_b) @ one)[:2], atol=1e-12)
     np.testing.assert_allclose(matrix(compose(pose_a_b, pose_b_c)), matrix(pose_a_b) @ matrix(pose_b_c), atol=1e-12)
-    np.testing.assert_allclose(matrix(inverse(pose_a_b)), np.linalg.inv(matrix(pose_a_b)), atol=1e-12)
 
 
 @given(POSE, POINT)
 def test_inverse_transform_undoes_transform(pose: Array, point: Array) -> None:
     np.testing.assert_allclose(inverse_transform(pose, transform(pose, point)), point, atol=1e-12)
-    np.testing.assert_allclose(transform(inverse(pose), point), inverse_transform(pose, point), atol=1e-12)
-
-
-@given(POSE)
-def test_a_pose_composed_with_its_inverse_is_nothing(pose: Array) -> None:
-    np.testing.assert_allclose(compose(pose, inverse(pose)), np.zeros(3), atol=1e-12)
 
 
 def test_composed_angles_keep_full_turns() -> None:
@@ -111,7 +103,7 @@ def test_every_function_takes_any_batch_axes(batch: tuple[int, ...]) -> None:
     rng = np.random.default_rng(1)
     poses, points = rng.normal(size=(*batch, 3)), rng.normal(size=(*batch, 2))
     assert transform(poses, points).shape == inverse_transform(poses, points).shape == (*batch, 2)
-    assert compose(poses, poses).shape == inverse(poses).shape == planar(spatial(poses, 0.1)).shape == (*batch, 3)
+    assert compose(poses, poses).shape == planar(spatial(poses, 0.1)).shape == (*batch, 3)
     assert cross(points, points).shape == wrap_angle(poses[..., 2]).shape == batch
     first = (0,) * len(batch)
     np.testing.assert_array_equal(transform(poses, points)[first], transform(poses[first], points[first]))

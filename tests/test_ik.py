@@ -12,7 +12,9 @@ from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig, IkController
+from inhand.control.rehearsal import closing_joints
 from inhand.geometry import Array, Path, inverse_transform, transform
+from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -191,13 +193,31 @@ def test_a_hand_that_presses_hard_does_not_stand_still(links: tuple[float, ...],
         assert result.reached > 0.7 * (result.limit or np.inf)
 
 
-@pytest.mark.parametrize(("direction", "number"), [("In-Right", 169), ("In-Left", 230)])
-def test_a_grip_that_ends_between_the_planned_poses_is_not_chosen(direction: str, number: int) -> None:
-    """These starts went 84 of 146 mm: on every third pose of the path the rehearsal saw no end before 121 mm."""
-    config = AsteriskConfig(directions=direction, trials=number, seed=23)
+def test_no_noisy_start_ends_early_towards_the_palm() -> None:
+    """These starts went 84, 84 and 102 of 146 mm.
+
+    On every third pose of the path the rehearsal of the first two saw no end before 121 mm. The third stands 3.5 mm
+    nearer to the palm, from where links of the two fingers would graze each other in every grip that was tried.
+    """
+    chosen = (("In-Right", 169), ("In-Left", 230), ("In-Left", 130))
+    config = AsteriskConfig(directions="In-Right,In-Left", trials=230, seed=23)
     setup = prepare(config)
-    (trial,) = simulate(config, replace(setup, assignments=setup.assignments[-1:]))
-    assert result_of_trial(trial).reached > 115
+    setup = replace(setup, assignments=tuple(e for e in setup.assignments if (e.primitive.name, e.trial) in chosen))
+    reached = [result_of_trial(trial).reached for trial in simulate(config, setup)]
+    assert len(reached) == 3
+    assert min(reached) > 0.78 * 146
+
+
+def test_fingers_close_part_of_the_way_back_to_the_planned_start() -> None:
+    spec, path = OBJECTS["cube_39"], HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses
+    plan, there = plan_grasps(HAND, spec, path[None])[0][0], HAND.start_pose[None]
+    start = there + np.array([0.002, -0.001, 0.02])
+    opened, closed = closing_joints(HAND, spec, [plan], there, start)
+    planned = closing_joints(HAND, spec, [plan], there, there)[1]
+    for drawn in (0.5, 1.0):
+        apart, near = closing_joints(HAND, spec, [plan], there, start, drawn=drawn)
+        np.testing.assert_array_equal(apart, opened)
+        np.testing.assert_allclose(near, closed + drawn * (planned - closed), atol=1e-3)
 
 
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:

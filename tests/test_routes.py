@@ -5,6 +5,7 @@ import pytest
 
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
+from inhand.hands.fit import Held
 from inhand.learning.demonstrations import Recipe, recorded
 from inhand.learning.setup import route_pool, route_starts
 from inhand.learning.starts import Noise, Starts
@@ -13,7 +14,7 @@ from inhand.tasks.observations import find_layout
 from inhand.tasks.routes import LOOK, NEAR, SPACING, Routes, routes_of
 from test_simulator import CUBE, HAND
 
-HELD = HAND, CUBE
+HELD = Held(HAND, CUBE)
 CORNER = np.array([[0.0, 0.1, 0.0], [0.03, 0.1, 0.0], [0.03, 0.13, 0.0]])
 KEY = np.array([[0.0, 0.1, 0.0], [0.0, 0.12, 0.0], [0.0, 0.12, 0.5], [0.0, 0.12, 0.0], [0.0, 0.1, 0.0]])
 ONE = np.zeros(1, dtype=np.int64)

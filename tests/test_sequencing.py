@@ -14,6 +14,7 @@ from inhand.control.loop import Bench
 from inhand.control.trial import REACHED, STOPPED
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, distance_to
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.sim.state import State
@@ -32,7 +33,7 @@ from inhand.tracing.trace import PUSHED, trace_of
 from inhand.tracing.walk import Pose, Request, SequenceConfig, Walk
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
-HELD = HAND, CUBE
+HELD = Held(HAND, CUBE)
 START = HAND.start_pose
 PERIOD = 0.02
 CORNER = Plan(

@@ -13,6 +13,7 @@ from inhand.control.scenes import scene_at
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Passport, Trial
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, spatial
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.plots.replay import write_replay
@@ -21,13 +22,13 @@ from inhand.tracing.figures import MOST_PANELS, one_plan, trace_figure
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.run import TraceSetup
-from inhand.tracing.table import HEADER, faults, trace_entry, trace_rows, what_was_done
+from inhand.tracing.table import COLUMNS, faults, trace_entry, trace_rows, what_was_done
 from inhand.tracing.tasks import TASKS, WALL_WAY, the_wall
 from inhand.tracing.trace import PUSHED, Trace, deviations, measured_rows, trace_of
 from inhand.tracing.walk import Event
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
-HELD = HAND, CUBE
+HELD = Held(HAND, CUBE)
 START = HAND.start_pose
 BEFORE, PERIOD = 3, 0.02
 LINE = plan_along("line", START + np.array([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]), START)
@@ -297,12 +298,12 @@ def test_rows_and_entries_have_every_number() -> None:
     found = bad_trials()
     traces = [trace_of(each) for each in found]
     header, rows = trace_rows(traces)
-    assert header == HEADER[:-1]
+    assert header == tuple(COLUMNS)[:-1]
     assert all(len(row) == len(header) for row in rows)
     assert rows[3] == ("4", NO_GRASP, "0.0", "-", "-", "-", "0.0", "0.0", "0", "0.00", "0.00")
     assert rows[5][:5] == ("6", REACHED, "100.0", "0.00", "0.00")
     header, (row,) = trace_rows([pushed(60)])
-    assert header == HEADER
+    assert header == tuple(COLUMNS)
     assert row[-1] == "1.2"
     entry = trace_entry(found[1], traces[1], START)
     assert asdict(traces[1]).items() <= entry.items()

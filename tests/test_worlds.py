@@ -14,6 +14,7 @@ from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import LOST_AFTER
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.fit import Held
 from inhand.learning import demonstrations as made_of
 from inhand.learning.collect import Collector
 from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
@@ -35,7 +36,7 @@ from inhand.sim.state import State, select
 from inhand.tasks.actions import Actions, actions_of
 from test_simulator import CUBE, HAND, open_hand
 
-HELD = HAND, CUBE
+HELD = Held(HAND, CUBE)
 ANGLES = np.tile([0.0, 90.0], 4)
 STEPS = Interface(actions="steps")
 Compared = Starts | State | Snapshot | Step | Episodes

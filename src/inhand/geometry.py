@@ -122,12 +122,6 @@ def compose(pose_a_b: Array, pose_b_c: Array) -> Array:
     return np.concatenate([position, angle[..., None]], axis=-1)
 
 
-def inverse(pose_a_b: Array) -> Array:
-    """Return pose_b_a `(..., 3)`."""
-    position = rotate(-pose_a_b[..., 2], -pose_a_b[..., :2])
-    return np.concatenate([position, -pose_a_b[..., 2:3]], axis=-1)
-
-
 def yaw(quaternion: ArrayLike) -> Array:
     """Return the rotation about z [rad] of unit quaternions `(..., 4)` (w, x, y, z)."""
     w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)

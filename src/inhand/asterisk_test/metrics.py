@@ -172,11 +172,7 @@ def _check_rest(rows: int, contact: NDArray[np.bool_] | None, angle_deg: float |
 
 
 def check_rows(path: Array, turn: Array) -> None:
-    """Refuse a path and a rotation that do not belong together or hold a value that is not finite.
-
-    Args:
-        path: Positions, meant to be `(T, 2)` with T at least 1.
-        turn: Rotation, meant to be `(T,)` [deg].
+    """Refuse positions that are not `(T, 2)`, a rotation that is not `(T,)`, and a value that is not finite.
 
     Raises:
         InputError: wrong shapes, or a value that is not finite (the text gives its row).

@@ -16,7 +16,7 @@ from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
-from inhand.hands.fit import check_fit
+from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
@@ -40,7 +40,7 @@ class Reach(Shown):
 
     config: ReachCommand
     """What was asked for."""
-    held: tuple[HandSpec, ObjectSpec]
+    held: Held
     """The hand and the object."""
     start: Farthest
     """A grip at the start."""
@@ -57,7 +57,7 @@ class Reach(Shown):
     @property
     def _friction(self) -> float:
         given = self.config.friction
-        return self.held[0].friction * self.held[1].friction if given is None else given
+        return self.held.hand.friction * self.held.object.friction if given is None else given
 
     @property
     def twists(self) -> tuple[float, ...]:
@@ -99,7 +99,7 @@ class Reach(Shown):
 class Asked:
     """What a reach is computed from, checked."""
 
-    held: tuple[HandSpec, ObjectSpec]
+    held: Held
     """The hand and the object."""
     assumed: ReachConfig
     """Resolution, friction and bound of rotation."""
@@ -149,7 +149,7 @@ def ready_reach(config: ReachCommand) -> Asked:
     Raises:
         InputError: anything in the configuration that cannot be computed.
     """
-    held = load_hand(config.hand), load_object(config.object)
+    held = Held(load_hand(config.hand), load_object(config.object))
     assumed = ReachConfig(
         resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )

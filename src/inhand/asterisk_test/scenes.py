@@ -35,14 +35,8 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
     """Return the mean path of one direction's trials, up to their first loss of contact."""
     passport = trials[0].passport
     angle = passport.angle_deg or 0.0
-    paths, turns = [], []
-    for trial in trials:
-        path, rotation, _ = trial.manipulated_path()
-        count = counted_rows(trial)
-        paths.append(path[:count])
-        turns.append(rotation[:count])
     distance = mean_distance(results)
-    mean = average_path(paths, turns, angle, end_mm=distance)
+    mean = average_path([t.manipulated_path()[0][: counted_rows(t)] for t in trials], angle, distance)
     return PathCurve(
         angle_deg=angle,
         name=passport.primitive,
@@ -58,12 +52,8 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
     """Return the mean path of one direction's trials by the rule of the Asterisk Test software, in mm again."""
     passport = trials[0].passport
     angle, hand = passport.angle_deg or 0.0, passport.hand.name.partition("_")[0]
-    paths, turns = [], []
-    for trial in trials:
-        path, rotation, _ = trial.manipulated_path()
-        paths.append(normalise(path, hand))
-        turns.append(rotation)
-    points = compat_average(paths, turns, angle).points * np.array(hand_size_mm(hand))
+    paths = [normalise(trial.manipulated_path()[0], hand) for trial in trials]
+    points = compat_average(paths, angle) * np.array(hand_size_mm(hand))
     distance = mean_distance(results)
     failed, limit = any(result.lost for result in results), results[0].limit
     return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
@@ -83,7 +73,7 @@ def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[Pat
         paths = [t.filtered_mm[slice(*t.moving)] - t.filtered_mm[t.moving[0]] for t in trials]
         angle = trials[0].angle_deg or 0.0
         distance = mean_distance([result_of_human(t) for t in trials])
-        mean = average_path(paths, None, angle, end_mm=distance)
+        mean = average_path(paths, angle, distance)
         band = mean.lateral_sd_mm if len(trials) > 1 else None
         curves.append(PathCurve(angle, name, mean.points_mm, distance, band))
     return curves

@@ -25,12 +25,12 @@ from inhand.control.policy import (
     load_policy,
     straight_angles,
 )
-from inhand.control.rehearsal import best_plans, closing_joints
+from inhand.control.rehearsal import best_closings, closed_on, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, transform
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
+from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.touch import touch
@@ -75,16 +75,13 @@ def planned_grasp(
     *,
     engine: str = MUJOCO,
 ) -> Grasp:
-    """Return the grasps of the contact search, tried out in simulation; equal paths are searched once.
+    """Return the grasps of the contact search, tried out in simulation.
 
-    Where an object stands elsewhere than its path starts, the fingers go to it from there. Rehearsals follow every pose
-    of the paths, as trials do: a grip that ends between two poses of a coarser path would end sooner than rehearsed.
+    Where an object stands elsewhere than its path starts, the fingers go to it from there.
     """
-    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
-    plans = plan_grasps(hand, spec, distinct, config[0])
     starts = poses[:, 0] if starts is None else starts
-    best = best_plans((hand, spec), [plans[k] for k in index], poses, starts, config[1], engine=engine)
-    return Grasp(*closing_joints(hand, spec, best, poses[:, 0], starts))
+    best = best_closings((hand, spec), poses, starts, config, engine=engine)
+    return closed_on((hand, spec), best, poses[:, 0], starts)
 
 
 def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = MUJOCO) -> list[GraspPlan]:
@@ -92,9 +89,9 @@ def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str 
 
     One plan serves every trial of a direction, which is what a learned controller trains and runs with.
     """
-    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
-    best = best_plans((hand, spec), plan_grasps(hand, spec, distinct), distinct, distinct[:, 0], engine=engine)
-    return [best[k] for k in index]
+    distinct, index = np.unique(poses, axis=0, return_inverse=True)
+    best = best_closings((hand, spec), distinct, distinct[:, 0], engine=engine)
+    return [best[k].plan for k in index]
 
 
 def rough_plan(hand: HandSpec, spec: ObjectSpec) -> GraspPlan:
@@ -137,8 +134,6 @@ def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
     return joints
 
 
-PLAN_EVERY = 3
-"""The contact search looks at every third waypoint of a path."""
 ROUGH_SQUEEZE = 0.001
 """How far inside the object the thesis's rough grasp aims [m], guessed: enough to touch."""
 
@@ -235,14 +230,13 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
     )
 
 
-def policy_of(folder: Path, which: str = "best") -> tuple[str, Policy]:
-    """Return name and policy of the folder of a training run, its `best` or `last`, or of a policy's own folder.
+def policy_of(folder: Path) -> tuple[str, Policy]:
+    """Return name and best policy of the folder of a training run, or of a policy's own folder.
 
     Raises:
         InputError: no policy there that this version can use.
     """
-    own = (folder / ACTOR).is_file()
-    place = folder.resolve()
+    own, place, which = (folder / ACTOR).is_file(), folder.resolve(), "best"
     if own and place.name in {"best", "last"}:
         place, which = place.parent, place.name
     name = place.name if which == "best" else f"{place.name}-{which}"

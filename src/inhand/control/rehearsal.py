@@ -4,11 +4,16 @@ A search on paper does not know what closing the fingers does: the object turns 
 So the best few grasps of every path are closed in simulated worlds of their own, by the phases of every trial, and
 carry the object to where the grip that is measured there is predicted to end. Of those that keep it the one that goes
 farthest is taken.
+
+Where the object stands some millimetres off, links of the two fingers can graze each other far along a path that is
+free from where it was planned. A path that falls short of what the search promised is given more: grasps close to the
+best, and fingers that close a little on the side of the planned start, so that they draw the object there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +22,8 @@ from inhand.control.ik import IkConfig, IkController
 from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.trial import REACHED, TIME_OUT
-from inhand.geometry import Array, Path, rotate, transform
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along
+from inhand.geometry import Array, Path, rotate, transform, way_along
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
@@ -28,10 +33,36 @@ LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
 APPROACH = 5
 """Poses on the way from a path's start to where the object stands."""
+PLAN_EVERY = 3
+"""Of a path's poses the search looks at one in so many, 3 mm apart: it only compares grasps."""
+SHORT = 0.008
+"""A grasp that goes less far than was promised by more than this falls short [m]: guessed, twice what the margins of
+search and expert take."""
+CLOSE, CLOSE_APART = 3, 0.0015
+"""Grasps tried where one falls short, and the distance by which a contact of two of them differs [m]."""
+DRAWN = (0.0, 0.25, 0.375, 0.5)
+"""Shares of the way to the planned start by which fingers are then tried to close short of where the object stands.
+Farther than that the object turns too far, or is lost (13 starts of `benchmarks/starts.py`)."""
+
+
+@dataclass(frozen=True)
+class Closing:
+    """A grasp, and where the fingers close on it."""
+
+    plan: GraspPlan
+    """Where to hold the object."""
+    drawn: float = 0.0
+    """Share of the way to the planned start by which they close short of where the object stands."""
 
 
 def closing_joints(
-    hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], poses: Array, starts: Array
+    hand: HandSpec,
+    spec: ObjectSpec,
+    plans: Sequence[GraspPlan],
+    poses: Array,
+    starts: Array,
+    *,
+    drawn: float | Array = 0.0,
 ) -> tuple[Array, Array]:
     """Return joint angles that stand off the contacts of plans and that press on them, each `(P, n_joints)` [rad].
 
@@ -41,48 +72,96 @@ def closing_joints(
         plans: a plan for each path.
         poses: the object's pose that each was planned for `(P, 3)`.
         starts: where the object stands `(P, 3)`; the fingers roll to it from the planned grasp.
+        drawn: share of the way back to the planned pose by which they close short of where it stands, one or `(P, 1)`.
     """
-    way = poses[:, None] + np.linspace(0.0, 1.0, APPROACH)[:, None] * (starts - poses)[:, None]
     config = SearchConfig()
-    opened, closed = np.empty((2, len(poses), hand.n_joints))
+    opened = _beside(hand, spec, plans, (poses, starts), config.opening)
+    return opened, _beside(hand, spec, plans, (poses, starts + drawn * (poses - starts)), -config.squeeze)
+
+
+def _beside(
+    hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], ends: tuple[Array, Array], off: float
+) -> Array:
+    """Return joint angles `(P, n_joints)` [rad] a little off the contacts of plans, or inside the object where below 0.
+
+    The fingers roll from the planned contacts and poses to where the object is, the two ends `(P, 3)`.
+    """
+    way = ends[0][:, None] + np.linspace(0.0, 1.0, APPROACH)[:, None] * (ends[1] - ends[0])[:, None]
+    found = np.empty((len(plans), hand.n_joints))
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
         contacts = np.stack([plan.contacts[i] for plan in plans])
         planned = Starts(contacts, np.stack([plan.joints[place] for plan in plans]), convex_pieces(spec))
         tracks = roll(hand, finger, planned, way)
-        rows, last = np.arange(len(poses)), np.where(tracks.held[:, -1], APPROACH - 1, 0)
-        pose, joints = way[rows, last], tracks.joints[rows, last]
-        points, normals = transform(pose, tracks.points[rows, last]), rotate(pose[:, 2], tracks.normals[rows, last])
-        opened[:, place] = moved_along(finger, joints, points, config.opening * normals)
-        closed[:, place] = moved_along(finger, joints, points, -config.squeeze * normals)
-    return opened, closed
+        at = np.arange(len(plans)), np.where(tracks.held[:, -1], APPROACH - 1, 0)
+        pose = way[at]
+        points, normals = transform(pose, tracks.points[at]), rotate(pose[:, 2], tracks.normals[at])
+        found[:, place] = moved_along(finger, tracks.joints[at], points, off * normals)
+    return found
 
 
-def best_plans(
+def closed_on(held: tuple[HandSpec, ObjectSpec], closings: Sequence[Closing], poses: Array, starts: Array) -> Grasp:
+    """Return the grasp of a closing for each path, planned for poses and closed at starts, each `(P, 3)`."""
+    drawn = np.array([closing.drawn for closing in closings])[:, None]
+    plans = [closing.plan for closing in closings]
+    return Grasp(*closing_joints(*held, plans, poses, starts, drawn=drawn))
+
+
+def best_closings(
     held: tuple[HandSpec, ObjectSpec],
-    plans: Sequence[Sequence[GraspPlan]],
     poses: Array,
     starts: Array,
-    config: IkConfig | None = None,
+    config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
     engine: str = MUJOCO,
-) -> list[GraspPlan]:
-    """Return for every path the plan that carries its object farthest in simulation.
+) -> list[Closing]:
+    """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
+
+    Rehearsals follow every pose of the paths, as trials do: a grip that ends between two poses of a coarser path would
+    end sooner than rehearsed.
 
     Args:
         held: the hand and the object.
-        plans: several plans for each of P paths.
         poses: the paths `(P, S, 3)`.
         starts: where each path's object stands `(P, 3)`.
-        config: numbers of the expert that will carry the object.
+        config: numbers of the search, and of the expert that will carry the object.
         engine: the engine that it will be carried in.
     """
+    search = config[0] or SearchConfig()
+    distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
+    plans = plan_grasps(*held, distinct, search)
+    groups = [[Closing(plan) for plan in plans[k]] for k in index]
+    best, ways = _farthest(held, groups, (poses, starts), config[1], engine)
+    reaches = [max(plan.reach for plan in group) for group in plans]
+    promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
+    short = np.flatnonzero(ways < promised[index] - SHORT)
+    if len(short) == 0:
+        return best
+    wanted, which = np.unique(index[short], return_inverse=True)
+    close = plan_grasps(*held, distinct[wanted], replace(search, count=CLOSE, apart=CLOSE_APART))
+    groups = [[Closing(plan, share) for share in DRAWN for plan in close[k]] for k in which]
+    others, farther = _farthest(held, groups, (poses[short], starts[short]), config[1], engine)
+    for k, other, way in zip(short, others, farther, strict=True):
+        if way > ways[k]:
+            best[k] = other
+    return best
+
+
+def _farthest(
+    held: tuple[HandSpec, ObjectSpec],
+    groups: Sequence[Sequence[Closing]],
+    where: tuple[Array, Array],
+    config: IkConfig | None,
+    engine: str,
+) -> tuple[list[Closing], Array]:
+    """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
     hand, spec = held
-    owner = np.repeat(np.arange(len(plans)), [len(group) for group in plans])
-    each = [plan for group in plans for plan in group]
-    opened, closed = closing_joints(hand, spec, each, poses[owner, 0], starts[owner])
-    task = Task(hand, (spec,) * len(each), Path(poses[owner] - poses[owner, :1]))
+    owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    each = [closing for group in groups for closing in group]
+    poses, starts = (part[owner] for part in where)
+    task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]))
     expert = IkController(task, config)
-    _, found = simulate(task, Grasp(opened, closed), starts[owner], lambda _: expert, Bench(engine))
+    grasp = closed_on(held, each, poses[:, 0], starts)
+    _, found = simulate(task, grasp, starts, lambda _: expert, Bench(engine))
     value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
-    best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(plans))]
-    return [each[number] for number in best]
+    best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(groups))]
+    return [each[number] for number in best], value[best]

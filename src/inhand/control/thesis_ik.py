@@ -77,10 +77,10 @@ class ThesisIkController:
         finger, place = self._task.hand.fingers[index], self._task.hand.slices[index]
         link = state.contact_links[:, index]
         angles = state.joint_angles[:, place]
-        local = _on_link(joint_positions(finger, angles), angles, link, state.finger_xy[:, index])
+        local = inverse_transform(_link_pose(joint_positions(finger, angles), angles, link), state.finger_xy[:, index])
         for _ in range(self.config.iterations):
             joints = joint_positions(finger, angles)
-            point = _from_link(joints, angles, link, local)
+            point = transform(_link_pose(joints, angles, link), local)
             jacobian = link_jacobian(joints[:, :-1], point, link)
             angles = angles + damped_least_squares(jacobian, goal - point, self.config.damping)
         return angles
@@ -91,11 +91,3 @@ def _link_pose(joints: Array, angles: Array, link: NDArray[np.int64]) -> Array:
     worlds = np.arange(len(link))
     absolute = np.cumsum(angles, axis=-1)[worlds, link]
     return np.concatenate([joints[worlds, link], absolute[:, None]], axis=-1)
-
-
-def _on_link(joints: Array, angles: Array, link: NDArray[np.int64], point: Array) -> Array:
-    return inverse_transform(_link_pose(joints, angles, link), point)
-
-
-def _from_link(joints: Array, angles: Array, link: NDArray[np.int64], local: Array) -> Array:
-    return transform(_link_pose(joints, angles, link), local)

@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from inhand.errors import InputError
+from inhand.geometry import Array
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.touch import touch
+
+
+class Held(NamedTuple):
+    """Which object is in which hand."""
+
+    hand: HandSpec
+    """The hand."""
+    object: ObjectSpec
+    """The object."""
+
+    @property
+    def start(self) -> Array:
+        """Pose in which the object starts `(3,)` [m, m, rad]."""
+        return self.hand.start_pose
+
 
 ROOM = 0.003
 """Room that a fingertip needs beside the object before it closes [m]."""

@@ -11,10 +11,8 @@ from inhand.geometry import Array
 def force_closure(friction: float | Array, left: tuple[Array, Array], right: tuple[Array, Array]) -> NDArray[np.bool_]:
     """Return whether the line between two contacts lies inside both friction cones; never without friction.
 
-    Args:
-        friction: coefficient of friction that may be used; broadcasts.
-        left: points `(..., 2)` [m] and outward normals `(..., 2)` of the left contacts in the object frame.
-        right: the same of the right contacts; leading axes broadcast.
+    Each contact is points `(..., 2)` [m] and outward normals `(..., 2)` in the object frame; all leading axes and the
+    coefficient of friction that may be used broadcast.
     """
     line = right[0] - left[0]
     line = line / np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)

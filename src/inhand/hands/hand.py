@@ -158,11 +158,7 @@ def build_hand(
 ) -> HandSpec:
     """Return a hand with free joints (limits of +-pi, so that bodies are the only limit).
 
-    Args:
-        name: what to call it.
-        left_links: link lengths of the left finger [m].
-        right_links: link lengths of the right finger [m].
-        palm_width: distance between the proximal joints [m].
+    Its fingers have links of some lengths [m], its palm a width between the proximal joints [m].
 
     Raises:
         InputError: a length is not a positive finite number, or a finger has not two or three links.

@@ -36,12 +36,7 @@ def hand_positions(hand: HandSpec, joint_angles: Array) -> Array:
 
 
 def point_jacobian(joints: Array, point: Array) -> Array:
-    """Return how a point of the last link moves with the joints, `(..., 2, n)` [m/rad].
-
-    Args:
-        joints: positions of the joints in the palm frame, `(..., n, 2)` [m].
-        point: the point in the palm frame, `(..., 2)` [m].
-    """
+    """Return how a point `(..., 2)` [m] of the last link moves with the joints at `(..., n, 2)` [m]: `(..., 2, n)`."""
     return np.moveaxis(perpendicular(point[..., None, :] - joints), -1, -2)
 
 

@@ -95,14 +95,10 @@ def polygon_object(name: str, corners: Sequence[Sequence[float]], height: float 
 
 
 def outline(spec: ObjectSpec, step: float = 0.001) -> tuple[Array, Array]:
-    """Return points `(K, 2)` [m] and outward unit normals `(K, 2)` on the outline, counter-clockwise.
+    """Return points `(K, 2)` [m] and outward unit normals `(K, 2)` on the outline, counter-clockwise, by a step [m].
 
-    Boxes and polygons give points on their faces and none on their corners, where the normal is not defined; a
-    round outline is sampled evenly in its parameter.
-
-    Args:
-        spec: the object.
-        step: largest distance between neighbouring points [m].
+    Boxes and polygons give points on their faces and none on their corners, where the normal is not defined; a round
+    outline is sampled evenly in its parameter.
     """
     a, b = spec.size[0] / 2, spec.size[1] / 2
     if spec.shape == "box":

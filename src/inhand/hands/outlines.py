@@ -99,9 +99,7 @@ def without_straight_corners(corners: Array) -> Array:
 def points_along(corners: Array, step: float) -> tuple[Array, Array]:
     """Return points `(N, 2)` on the edges, none on a corner, and the outward unit normals there `(N, 2)`.
 
-    Args:
-        corners: a polygon `(K, 2)` [m], counter-clockwise.
-        step: largest distance between neighbouring points [m].
+    The polygon `(K, 2)` [m] is counter-clockwise; neighbouring points are at most a step [m] apart.
     """
     edges = np.roll(corners, -1, axis=0) - corners
     counts = np.maximum(1, np.ceil(np.linalg.norm(edges, axis=-1) / step - 1e-9).astype(int))

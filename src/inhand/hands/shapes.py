@@ -51,11 +51,7 @@ def link_polygons(hand: HandSpec, finger: FingerSpec, joint_angles: Array) -> li
 def link_polygon(hand: HandSpec, finger: FingerSpec, posture: tuple[Array, Array], link: int) -> Array:
     """Return the outline of one of a finger's links in the palm frame `(..., K, 2)` [m].
 
-    Args:
-        hand: the hand.
-        finger: the finger.
-        posture: its joint angles `(..., n)` [rad] and where they put its joints and tip `(..., n + 1, 2)` [m].
-        link: number of the link.
+    The posture is joint angles `(..., n)` [rad] and where they put joints and tip `(..., n + 1, 2)` [m].
     """
     angles, joints = posture
     angle = link_angles(angles)[..., link]

@@ -48,10 +48,7 @@ class Touches:
 def cap_support(hand: HandSpec, angle: Array, direction: Array) -> Array:
     """Return the cap's support point `(..., 2)` [m] seen from its centre.
 
-    Args:
-        hand: gives the cap's semi-axes.
-        angle: absolute angle of the last link `(...)` [rad].
-        direction: unit vector towards the object `(..., 2)`.
+    The last link has an absolute angle `(...)` [rad]; the unit vectors `(..., 2)` point towards the object.
     """
     u = link_direction(angle)
     along = (direction * u).sum(-1, keepdims=True)
@@ -64,13 +61,8 @@ def cap_support(hand: HandSpec, angle: Array, direction: Array) -> Array:
 def outline_support(corners: Array, angle: Array, direction: Array) -> Array:
     """Return the support point `(..., 2)` [m] of a convex outline turned by an angle, seen from the outline's origin.
 
-    It is the corner farthest along the direction; close to a face's normal it runs along that face, so that it is a
-    continuous function of the angle.
-
-    Args:
-        corners: the outline `(K, 2)` [m], counter-clockwise.
-        angle: how far the outline is turned `(...)` [rad].
-        direction: unit vector towards the object `(..., 2)`.
+    It is the corner of the outline `(K, 2)` [m], counter-clockwise, farthest along the unit vectors `(..., 2)`; close
+    to a face's normal it runs along that face, so that it is a continuous function of the angle `(...)` [rad].
     """
     normals = edge_normals(corners)
     heading = np.arctan2(normals[:, 1], normals[:, 0])
@@ -171,12 +163,8 @@ def _three_link_choice(
 def inclined_touches(hand: HandSpec, finger: FingerSpec, points: Array, normals: Array, inclinations: Array) -> Touches:
     """Return how a three-link finger rests its tip on points `(..., 2)` at each of A inclinations, as `(..., A)`.
 
-    Args:
-        hand: the hand.
-        finger: one of its fingers, of three links.
-        points: points in the palm frame [m].
-        normals: outward normals there `(..., 2)`.
-        inclinations: angles from the inward normal to the last link `(A,)` [rad].
+    Points [m] and outward normals `(..., 2)` are in the palm frame; an inclination is the angle from the inward normal
+    to the last link [rad].
     """
     angle = np.arctan2(normals[..., 0], -normals[..., 1])[..., None] + inclinations
     joints = _joints(hand, finger, points[..., None, :], -normals[..., None, :], angle)

@@ -80,13 +80,8 @@ def update_many(
 ) -> tuple[Learner, Report]:
     """Return the learner after one update for each batch of rows `(U, batch, width)`, and the reports `(U, ...)`.
 
-    Args:
-        learner: before.
-        rows: what each update learns from.
-        weights: importance weights `(U, batch)`.
-        learning: numbers of the algorithm.
-        columns: layout of the rows.
-        strength: factor of the value term in the actor's loss: 0 imitates only.
+    Rows have importance weights `(U, batch)`; `strength` is the factor of the value term in the actor's loss: 0
+    imitates only.
     """
 
     def one(state: Learner, given: tuple[jax.Array, jax.Array]) -> tuple[Learner, Report]:
@@ -101,12 +96,7 @@ def imitate_many(
 ) -> tuple[Network, optax.OptState, jax.Array]:
     """Return the actor after a step towards the least mean |pi(s) - a_expert| for each batch `(U, batch, width)`.
 
-    Args:
-        actor: before.
-        moments: the optimiser's, None at first.
-        rows: demonstrated rows.
-        columns: their layout.
-        total: steps in all, over which the rate falls.
+    With it come the optimiser's moments, None at first, and the loss. The rate falls over `total` steps.
     """
     parts = columns.parts()
     optimiser = optax.adam(optax.cosine_decay_schedule(IMITATION_RATE, total, 0.05))

@@ -11,21 +11,18 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from inhand.control.run_config import HeldConfig
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import check_fit
+from inhand.hands.fit import Held, check_fit
 from inhand.hands.grasp_search import GraspPlan
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
 from inhand.learning.starts import Noise, Starts, gripped, plans_for, reach_of
 from inhand.learning.worlds import Interface
-from inhand.records import Config
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import START_BYTES, check_memory
 from inhand.sim.names import MUJOCO, Engine
-from inhand.tasks.actions import Actions
 from inhand.tasks.goals import GoalReward, goal_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import parse_directions
@@ -38,23 +35,11 @@ SAME_DEG = 1e-6
 
 
 @dataclass(frozen=True)
-class EnvironmentConfig(Config):
+class EnvironmentConfig(Interface, HeldConfig):
     """Keywords of `inhand/Asterisk-v0`."""
 
-    hand: str = "2v2_50.50_50.50_1.1_53"
-    """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
-    object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
     directions: str | Sequence[str | float] = "train"
     """The words of the command line (train, unseen, all, names, letters), or degrees counter-clockwise from +x."""
-    observation: str = "thesis"
-    """Layout of observations: thesis (table 3.1) or another of `inhand.tasks.observations.LAYOUTS`."""
-    actions: Actions = "angles"
-    """angles (joint targets over their ranges, thesis 3.3.2), steps (how far the targets move on) or fine steps."""
-    reward: str = "thesis"
-    """Reward: thesis (3.3.3), progress or gain."""
-    horizon: int = 250
-    """Decisions after which an episode is cut off; one takes 20 ms."""
     noise_mm: float = 1.0
     """Standard deviation of the object's start in x and y [mm]."""
     noise_deg: float = 1.0
@@ -99,9 +84,9 @@ class EnvironmentConfig(Config):
         return self.stop
 
     @property
-    def held(self) -> tuple[HandSpec, ObjectSpec]:
+    def held(self) -> Held:
         """Hand and object."""
-        return load_hand(self.hand), load_object(self.object)
+        return Held(load_hand(self.hand), load_object(self.object))
 
     @property
     def angles(self) -> tuple[float, ...]:
@@ -182,11 +167,7 @@ def angles_of(directions: str | Sequence[str | float]) -> tuple[float, ...]:
 def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """Return the rows of a pool `(count,)` to start from, drawn of all or of the direction that options give.
 
-    Args:
-        pool: the starts.
-        options: `direction`, a word or degrees, for all or one for each of the worlds.
-        count: number of worlds.
-        rng: draws the rows.
+    `direction` is a word or degrees, for all worlds or one for each.
 
     Raises:
         InputError: another option, or a direction that the pool has not.
@@ -219,15 +200,13 @@ def _rows_along(angle_deg: Array, direction: str | float) -> NDArray[np.int64]:
 
 
 @cache
-def _plans(
-    held: tuple[HandSpec, ObjectSpec], angles: tuple[float, ...], grasp: GraspKind, engine: Engine
-) -> dict[float, GraspPlan]:
+def _plans(held: Held, angles: tuple[float, ...], grasp: GraspKind, engine: Engine) -> dict[float, GraspPlan]:
     return plans_for(*held, angles, grasp, engine)
 
 
 @cache
 def _pool(
-    held: tuple[HandSpec, ObjectSpec],
+    held: Held,
     angles: tuple[float, ...],
     gripping: tuple[GraspKind, Noise, Engine],
     count: int,

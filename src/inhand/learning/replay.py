@@ -53,16 +53,8 @@ def n_step(rewards: NDArray[Any], discount: float, n: int, *, terminated: bool) 
     """Return of every decision of an episode the n-step return, the weight of the value after it, and that state.
 
     R_t = sum over k < m of discount^k r_{t+k}, with m = min(n, T - t): sums stop at the episode's end. The value of
-    state t + m counts discount^m, and nothing where the episode terminated there; where it was cut off it counts.
-
-    Args:
-        rewards: of T decisions `(T,)`.
-        discount: for each decision.
-        n: how many decisions are looked ahead.
-        terminated: whether the episode ended by itself, not by being cut off.
-
-    Returns:
-        Returns `(T,)`, weights `(T,)` and indices `(T,)` of the states, T being the last one.
+    state t + m counts discount^m, and nothing where the episode terminated there; where it was cut off it counts. All
+    are `(T,)`, the states as indices, T being the last one.
     """
     count = len(rewards)
     ahead = np.minimum(n, count - np.arange(count))
@@ -80,13 +72,10 @@ def rows_of(
     *,
     terminated: bool,
 ) -> Rows:
-    """Return the rows of one episode.
+    """Return the rows of one episode, which ended by itself where it `terminated`.
 
-    Args:
-        columns: their layout.
-        episode: observations `(T + 1, d)`, actions `(T, n)`, what an expert wanted `(T, n)` or None, rewards `(T,)`.
-        looking: the discount and the number of steps to look ahead.
-        terminated: whether it ended by itself.
+    It is observations `(T + 1, d)`, actions `(T, n)`, what an expert wanted `(T, n)` or None, and rewards `(T,)`;
+    `looking` is the discount and the number of steps to look ahead.
     """
     observations, actions, wanted, rewards = episode
     rows = np.zeros((len(rewards), columns.width), dtype=np.float32)
@@ -113,14 +102,10 @@ class Replay:
     """The last `capacity` rows of those written, in a file of `capacity + spare` rows."""
 
     def __init__(self, path: Path, columns: Columns, capacity: int, spare: int, written: int = 0) -> None:
-        """Open a replay, or make one where the file is not there.
+        """Open a replay of bare float32 rows, or make one where the file is not there.
 
-        Args:
-            path: the file; it holds bare float32 rows.
-            columns: layout of a row.
-            capacity: rows that can be drawn.
-            spare: rows that may be written between two checkpoints without touching what the earlier one holds.
-            written: rows written so far, of a checkpoint.
+        Of those written so far `capacity` can be drawn; `spare` rows may be written between two checkpoints without
+        touching what the earlier one holds.
         """
         self.capacity, self.written = capacity, written
         self._room = capacity + spare
@@ -155,10 +140,8 @@ class Priorities:
     def __init__(self, replay: Replay, exponent: float, correction: float) -> None:
         """Give every row the largest priority seen so far until it is told its own.
 
-        Args:
-            replay: the rows.
-            exponent: rows are drawn in proportion to priority to this power.
-            correction: power of the importance weights that make up for it.
+        Rows are drawn in proportion to priority to the power `exponent`; importance weights to the power `correction`
+        make up for it.
         """
         self._replay, self._exponent, self._correction = replay, exponent, correction
         self.values = np.ones(replay.capacity)

@@ -14,6 +14,7 @@ from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -168,7 +169,7 @@ def route_pool(
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
         raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
-    paths = [found.plan(held, rng).path.poses for _ in range(count)]
+    paths = [found.plan(Held(*held), rng).path.poses for _ in range(count)]
     kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
     return routes_of(kept), direction_plans(*held, stacked(kept), engine)
 

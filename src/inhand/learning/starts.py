@@ -138,14 +138,7 @@ def gripped(
 ) -> Starts:
     """Return starts with all fingers of a hand on an object; one whose grasp fails is drawn again.
 
-    Args:
-        hand: the hand.
-        spec: the object.
-        grips: plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg].
-        rng: draws the noise.
-        noise: of the object's start.
-        engine: in which they are held.
-        threads: for the simulation; 0 uses every core.
+    `grips` are plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg].
 
     Raises:
         InputError: in ten draws a start could not be held.

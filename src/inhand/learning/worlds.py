@@ -32,7 +32,7 @@ class Interface(Config):
     """What a learned controller sees, does and is rewarded for."""
 
     observation: str = "thesis"
-    """Layout of observations: thesis (table 3.1) or grip."""
+    """Layout of observations: thesis (table 3.1) or another of `inhand.tasks.observations.LAYOUTS`."""
     actions: Actions = "angles"
     """angles (joint targets over their ranges, thesis 3.3.2), steps (how far the targets move on) or fine steps."""
     reward: str = "thesis"
@@ -77,15 +77,7 @@ class ManipulationWorlds:
         *,
         threads: int = 0,
     ) -> None:
-        """Make the worlds; every episode starts from a row of `starts` that `rng` draws.
-
-        Args:
-            held: the hand and the object.
-            starts: where episodes start, each with its direction; the worlds run in their engine.
-            count: number of worlds B.
-            interface: what is seen, done and rewarded.
-            rng: draws the starts.
-            threads: for the simulation; 0 uses every core.
+        """Make B worlds in the engine of the starts; every episode starts from a row of those that `rng` draws.
 
         Raises:
             InputError: an unknown layout or reward, or a horizon or count below 1.

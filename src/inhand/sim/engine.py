@@ -35,12 +35,7 @@ class Simulator(ABC):
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
     ) -> None:
-        """Keep what all engines need.
-
-        Args:
-            hand: the hand of every world, or one for each; their numbers may differ, not their joints.
-            objects: the object of each world.
-            scenes: what surrounds them, one for all or one for each world.
+        """Keep what all engines need: a hand and a scene for all worlds, or one each, and the object of each.
 
         Raises:
             InputError: no objects, hands of different joints, or another number of hands or scenes.

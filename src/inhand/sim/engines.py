@@ -21,14 +21,9 @@ def make_simulator(
     scenes: SceneSpec | Sequence[SceneSpec] | None = None,
     threads: int = 0,
 ) -> Simulator:
-    """Return B worlds in an engine.
+    """Return B worlds in an engine, one for each object.
 
-    Args:
-        engine: its name, one of `Engine`.
-        hand: the hand of every world, or one for each; all of the same joints, their numbers may differ.
-        objects: the object of each world.
-        scenes: what surrounds them, one for all or one for each world.
-        threads: threads to step on, 0 for every core; PyBullet has one.
+    Hand and scene are one for all or one for each world. Threads are to step on, 0 for every core; PyBullet has one.
 
     Raises:
         InputError: an unknown engine, one that is not installed, or what its simulator refuses.

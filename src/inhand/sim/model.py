@@ -56,7 +56,7 @@ class SceneSpec:
     gravity: float = 9.81
     """Gravity along -z [m/s^2]."""
     walls: tuple[Wall, ...] = ()
-    """Fixed walls, which object and links run against. `check_walls` tells whether one stands in the object."""
+    """Fixed walls, which object and links run against; none may stand in the object."""
 
     def __post_init__(self) -> None:
         """Refuse surroundings that no simulation has."""

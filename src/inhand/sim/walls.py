@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, transform, unit
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
-from inhand.hands.polygons import separation
+from inhand.hands.objects import ObjectSpec, polygon
 
-ROUND_CORNERS = 720
-"""Corners of the polygon that stands for a cylinder against a wall: within 0.3 um of the circle at 25 mm radius."""
 THINNEST = 0.001
 """Least thickness of a wall [m]: the corner of an object that a hand presses on gets half a millimetre into it."""
-TOUCHING = 1e-9
-"""A wall this deep in the object touches it and no more [m]; rounding is far below."""
 
 
 @dataclass(frozen=True)
@@ -67,38 +60,11 @@ class Wall:
 
 
 def clearance(wall: Wall, spec: ObjectSpec, pose: Array) -> Array:
-    """Return how far an object is in front of a wall's face `(B,)` [m], negative where it overlaps.
+    """Return how far an object at poses `(B, 3)` is in front of a wall's face `(B,)` [m], negative where it overlaps.
 
     It is the distance of the outline's nearest point from the plane of the face, however long the face is.
-
-    Args:
-        wall: the wall.
-        spec: the object.
-        pose: planar poses of the object in the palm frame `(B, 3)` [m, m, rad].
     """
     if spec.shape == "cylinder":
         return np.asarray((pose[..., :2] - wall.middle) @ wall.normal - spec.size[0] / 2)
     corners = transform(pose[..., None, :], polygon(spec))
     return np.asarray(((corners - wall.middle) @ wall.normal).min(axis=-1))
-
-
-def check_walls(hand: HandSpec, spec: ObjectSpec, walls: Sequence[Wall]) -> None:
-    """Refuse walls that stand where the object starts in the hand: at `hand.start_position`, not turned.
-
-    A wall may touch the object there. The fingers are not looked at: where they start is their controller's choice.
-
-    Raises:
-        InputError: a wall overlaps the object; the text names the first and says how deep it is in it.
-    """
-    start = hand.start_pose
-    pieces = (polygon(spec, ROUND_CORNERS),) if spec.shape == "cylinder" else convex_pieces(spec)
-    for number, wall in enumerate(walls):
-        depth = -min(float(separation(wall.outline, transform(start, piece))) for piece in pieces)
-        if depth > TOUCHING:
-            at, middle = (
-                ", ".join(f"{round(1e3 * value, 3) + 0.0:g}" for value in point) for point in (start[:2], wall.middle)
-            )
-            raise InputError(
-                f"wall {number} overlaps the object {spec.name!r} where it starts in the hand, at ({at}) mm, by"
-                f" {1e3 * depth:.3g} mm; move the middle of its face, ({middle}) mm, away from the object"
-            )

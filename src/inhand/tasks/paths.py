@@ -71,16 +71,12 @@ def straight_path(primitive: Primitive, length: float = 0.25, step: float = 0.00
 
 def _grid(what: str, length: float, step: float) -> Array:
     """Return evenly spaced progress from 0 to the length, at most one step apart."""
-    count = math.ceil(checked(what, length) / checked("step", step) - 1e-9)
+    count = math.ceil(_checked(what, length) / _checked("step", step) - 1e-9)
     return np.linspace(0.0, length, max(count, 1) + 1)
 
 
-def checked(what: str, value: float) -> float:
-    """Return a value that is positive and finite.
-
-    Raises:
-        InputError: it is not.
-    """
+def _checked(what: str, value: float) -> float:
+    """Return a value that is positive and finite, or refuse it."""
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(f"{what} {value:g} is not usable: give a positive, finite number (metres; a rotation not 0)")
     return value

@@ -49,11 +49,7 @@ class Primitive:
 
     @property
     def unit(self) -> Array:
-        """Unit vector `(2,)` of the direction.
-
-        Raises:
-            InputError: the primitive only rotates, or goes along a path of its own.
-        """
+        """Unit vector `(2,)` of the direction, where there is an `angle`."""
         return geometry.unit(self.angle)
 
 

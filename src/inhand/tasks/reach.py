@@ -9,6 +9,7 @@ from functools import lru_cache
 
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, unit
+from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig, farthest, why_none
@@ -45,17 +46,17 @@ def limits(
     start = start_grip(hand, spec, config)
     found = []
     for primitive in primitives:
-        found.append(_limit((hand, spec), primitive, config) or Limit(primitive, 0.0, start))
+        found.append(_limit(Held(hand, spec), primitive, config) or Limit(primitive, 0.0, start))
         if progress is not None:
             progress(primitive.name)
     return tuple(found)
 
 
 @lru_cache(maxsize=128)
-def _limit(held: tuple[HandSpec, ObjectSpec], primitive: Primitive, config: ReachConfig | None) -> Limit | None:
+def _limit(held: Held, primitive: Primitive, config: ReachConfig | None) -> Limit | None:
     """Return the limit of a primitive, None where not even its first pose has a grip; a second run of it is free."""
     path = path_of(primitive)
-    end = farthest(*held, held[0].start_pose + whole_path(path), config)
+    end = farthest(*held, held.start + whole_path(path), config)
     return None if end is None else Limit(primitive, _distance(primitive, end, path), end)
 
 

@@ -49,7 +49,7 @@ class Routes(Path):
     def aim(self, rows: NDArray[np.int64], come: NDArray[np.int64]) -> Aim:
         """Return what is asked of objects that have come to a place on routes `rows` `(B,)`."""
         start = self.poses[rows, come].copy()
-        start[:, 2] = self._ahead[rows, come]
+        start[:, 2] = self.poses[rows, self._later[rows, come], 2]
         share = self.way[rows, come] / self.way[rows, -1]
         return Aim(self._heading[rows, come], start, self._straight[rows, come], share, self.poses[rows, -1])
 
@@ -75,11 +75,6 @@ class Routes(Path):
         place = np.maximum.accumulate(place, axis=1)
         place = np.where(place < 0, known.argmax(axis=1)[:, None], place)
         return np.take_along_axis(np.arctan2(step[..., 1], step[..., 0]), place, axis=1)
-
-    @cached_property
-    def _ahead(self) -> Array:
-        """Angle of the object at the place ahead `(N, S)` [rad]."""
-        return np.take_along_axis(self.poses[..., 2], self._later, axis=1)
 
     @cached_property
     def _straight(self) -> Array:

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.control.catalogue import PLAN_EVERY
+from inhand.control.rehearsal import PLAN_EVERY
 from inhand.errors import InputError
 from inhand.geometry import Array, way_along
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
-from inhand.hands.objects import ObjectSpec, polygon
+from inhand.hands.objects import polygon
 from inhand.hands.reach.limits import farthest, reaches
 from inhand.hands.shapes import link_outline
 from inhand.tracing.drawing import Drawing, larger_side
@@ -29,9 +30,6 @@ LONGEST = 20.0
 """Longest way of a drawing [m] (guessed): at 40 mm/s it takes eight minutes."""
 SMALLEST, LARGEST, EXACT = 0.002, 0.5, 0.001
 """Sizes between which the largest that fits is searched, and how exactly [m]."""
-
-Held = tuple[HandSpec, ObjectSpec]
-"""A hand and an object."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
 from inhand.control.trial import REACHED, STOPPED, Trial
 from inhand.geometry import Array, Path, planar
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.fit import Held
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
@@ -56,7 +55,8 @@ def repertoire_of(entry: ControllerEntry) -> Repertoire:
     and pushing, where a force is commanded and not a place.
     """
     expert = CONTROLLERS["ik"].manipulate
-    return Repertoire(entry.manipulate, entry.manipulate if entry.policy is None else expert, _press, expert)
+    turn = entry.manipulate if entry.policy is None else expert
+    return {"move": entry.manipulate, "turn": turn, "press": _press, "hold": expert}
 
 
 def _press(task: Task) -> Controller:
@@ -64,7 +64,7 @@ def _press(task: Task) -> Controller:
 
 
 def follow(
-    held: tuple[HandSpec, ObjectSpec],
+    held: Held,
     entry: ControllerEntry,
     plans: Sequence[Plan],
     starts: Array,

@@ -13,7 +13,7 @@ from inhand.control.loop import Bench, Told
 from inhand.control.policy import check_joints
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import check_fit
+from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engines import check_engine
@@ -54,10 +54,10 @@ class TraceSetup:
     def wall(self) -> Wall | None:
         """The wall that the object is to be pushed against, if any."""
         task = self.task
-        return None if task is None or task.wall is None else task.wall((self.hand, self.object))
+        return None if task is None or task.wall is None else task.wall(Held(self.hand, self.object))
 
 
-def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], ControllerEntry, Drawing | SequenceTask]:
+def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | SequenceTask]:
     """Return hand and object, controller, and what is to be traced or done: all that a run names.
 
     Raises:
@@ -67,12 +67,12 @@ def check_trace(config: TraceConfig) -> tuple[tuple[HandSpec, ObjectSpec], Contr
         raise InputError(f"--trials {config.trials}: give at least one trial")
     check_count(config.trials, f"--trials {config.trials}")
     check_draws(config)
-    held = load_hand(config.hand), load_object(config.object)
+    held = Held(load_hand(config.hand), load_object(config.object))
     entry = find_controller(config.controller)
     check_fit(*held)
     check_engine(config.engine)
     if entry.policy is not None:
-        check_joints(entry.policy, held[0])
+        check_joints(entry.policy, held.hand)
     if config.path not in TASKS:
         if config.size is not None and config.size <= 0:
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
@@ -125,13 +125,13 @@ def find_path(text: str) -> Drawing:
         ) from error
 
 
-def plan_of(held: tuple[HandSpec, ObjectSpec], drawing: Drawing) -> Plan:
+def plan_of(held: Held, drawing: Drawing) -> Plan:
     """Return the plan that traces a drawing with a size about the object's start."""
-    start = held[0].start_pose
+    start = held.start
     return plan_along(drawing.name, start + drawing.poses, start)
 
 
-def reachable_size(held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: Told | None = None) -> float:
+def reachable_size(held: Held, drawing: Drawing, told: Told | None = None) -> float:
     """Return the largest size of a drawing that lies inside the hand's reach [m]."""
     return largest(
         lambda size: reached(held, plan_of(held, scaled(drawing, size))),
@@ -140,19 +140,17 @@ def reachable_size(held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: To
 
 
 def simulate_trace(
-    config: TraceConfig, setup: TraceSetup, progress: Told | None = None, threads: int = 0
+    config: TraceConfig, setup: TraceSetup, progress: Told | None = None
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
-    held = setup.hand, setup.object
+    held = Held(setup.hand, setup.object)
     noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
-    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), threads, progress)
+    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), progress=progress)
     found = follow(held, setup.controller, setup.plans, setup.hand.start_pose + noise, bench, seed=config.seed)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 
-def _sized(
-    config: TraceConfig, held: tuple[HandSpec, ObjectSpec], drawing: Drawing, told: Told | None
-) -> tuple[Drawing, tuple[str, ...]]:
+def _sized(config: TraceConfig, held: Held, drawing: Drawing, told: Told | None) -> tuple[Drawing, tuple[str, ...]]:
     """Return the drawing at the size that is to be traced, and what a reader should know of that."""
     if not drawing.sized:
         most = reachable_size(held, drawing, told)
@@ -180,8 +178,8 @@ def _sized(
     fits = f"the largest that fits is {floor} mm: give --size {floor} or less, or --scale"
     none = "and no size of it fits: use another path, hand or object"
     name = f"{drawing.name} of {1e3 * larger_side(drawing):.0f} mm"
-    raise refusal(name, fit, held[0].start_pose, fits if most > 0 else none)
+    raise refusal(name, fit, held.start, fits if most > 0 else none)
 
 
-def _fits(held: tuple[HandSpec, ObjectSpec], plan: Plan) -> bool:
+def _fits(held: Held, plan: Plan) -> bool:
     return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)

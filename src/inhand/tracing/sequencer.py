@@ -6,7 +6,7 @@ primitive at the same decision share one low-level controller.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,26 +19,11 @@ from inhand.geometry import Array, Path, wrap_angle
 from inhand.sim.state import State, select
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import STEP, Plan
-from inhand.tracing.walk import Event, Pose, Request, SequenceConfig, Walk
+from inhand.tracing.walk import Event, Pose, Request, SequenceConfig, Walk, What
 
-
-@dataclass(frozen=True)
-class Repertoire:
-    """The low-level controllers that carry primitives out."""
-
-    move: Callable[[Task], Controller]
-    """Carries the object straight on."""
-    turn: Callable[[Task], Controller]
-    """Turns it on the spot."""
-    press: Callable[[Task], Controller]
-    """Pushes it on against what resists, no harder than the grip holds."""
-    hold: Callable[[Task], Controller]
-    """Closes the grip and holds the object where it is, when something went wrong."""
-
-    def maker(self, what: str) -> Callable[[Task], Controller]:
-        """Return what makes the controller of a kind of primitive."""
-        made: Callable[[Task], Controller] = getattr(self, what)
-        return made
+Repertoire = Mapping[What, Callable[[Task], Controller]]
+"""What makes the low-level controllers: to move the object straight on, to turn it on the spot, to press it on against
+what resists, and to hold it where it is when something went wrong."""
 
 
 @dataclass(frozen=True)
@@ -130,12 +115,12 @@ class Sequencer:
 
     def _start(self, state: State, requests: dict[int, Request]) -> None:
         """Start the primitives that are asked for, one controller for all of one kind."""
-        for what in ("move", "turn", "press", "hold"):
+        for what in self._repertoire:
             worlds = np.array([world for world, asked in requests.items() if asked.what == what], dtype=np.int64)
             if len(worlds) == 0:
                 continue
             task = self._primitive(worlds, [requests[world] for world in worlds.tolist()])
-            controller = self._repertoire.maker(what)(task)
+            controller = self._repertoire[what](task)
             controller.begin(select(state, worlds))
             self._groups[self._made] = _Group(controller, worlds)
             self._group[worlds] = self._made

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -16,30 +16,37 @@ from inhand.tracing.run import TraceSetup
 from inhand.tracing.trace import PUSHED, Trace
 from inhand.tracing.walk import Event
 
-HEADER = (
-    "Trial",
-    "Outcome",
-    "Done [%]",
-    "RMS [mm]",
-    "Max [mm]",
-    "Fréchet [mm]",
-    "Turn [deg]",
-    "Time [s]",
-    "Failures",
-    "Force [N]",
-    "Overlap [mm]",
-    "Pushed [s]",
-)
 MOST_FAILURES = 2
 """Failures of one trial that its sentence tells."""
 ENDS = ("gave up", "grip ends")
 """Events that end a plan before its end."""
 
 
+def _number(value: float) -> str:
+    return f"{value:.2f}" if np.isfinite(value) else NOTHING
+
+
+COLUMNS: dict[str, Callable[[Trace], str]] = {
+    "Trial": lambda trace: str(trace.trial),
+    "Outcome": lambda trace: trace.outcome,
+    "Done [%]": lambda trace: f"{100 * trace.completion:.1f}",
+    "RMS [mm]": lambda trace: _number(trace.rms_mm),
+    "Max [mm]": lambda trace: _number(trace.max_mm),
+    "Fréchet [mm]": lambda trace: _number(trace.frechet_mm),
+    "Turn [deg]": lambda trace: f"{trace.turn_deg:.1f}",
+    "Time [s]": lambda trace: f"{trace.time_s:.1f}",
+    "Failures": lambda trace: str(trace.failures),
+    "Force [N]": lambda trace: f"{trace.force_max_n:.2f}",
+    "Overlap [mm]": lambda trace: f"{trace.penetration_max_mm:.2f}",
+    "Pushed [s]": lambda trace: NOTHING if trace.pushed_s is None else f"{trace.pushed_s:.1f}",
+}
+"""The table's columns, the last for pushes alone."""
+
+
 def trace_rows(traces: Sequence[Trace]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return header and a row for each trial; the column of the push only where there is a wall."""
-    shown = len(HEADER) if any(trace.pushed_s is not None for trace in traces) else len(HEADER) - 1
-    return HEADER[:shown], [_row(trace)[:shown] for trace in traces]
+    shown = list(COLUMNS)[: None if any(trace.pushed_s is not None for trace in traces) else -1]
+    return tuple(shown), [tuple(COLUMNS[name](trace) for name in shown) for trace in traces]
 
 
 def what_was_done(setup: TraceSetup) -> str:
@@ -73,27 +80,6 @@ def trace_entry(followed: Followed, trace: Trace, origin: Array) -> dict[str, An
     ]
     whole = {"legs": len(plan.legs), "approach_legs": plan.approach, "way_mm": 1e3 * plan.measured().way[-1]}
     return {**asdict(trace), "done": trace.done, **whole, "events": events}
-
-
-def _row(trace: Trace) -> tuple[str, ...]:
-    return (
-        str(trace.trial),
-        trace.outcome,
-        f"{100 * trace.completion:.1f}",
-        _number(trace.rms_mm, 2),
-        _number(trace.max_mm, 2),
-        _number(trace.frechet_mm, 2),
-        f"{trace.turn_deg:.1f}",
-        f"{trace.time_s:.1f}",
-        str(trace.failures),
-        f"{trace.force_max_n:.2f}",
-        f"{trace.penetration_max_mm:.2f}",
-        NOTHING if trace.pushed_s is None else f"{trace.pushed_s:.1f}",
-    )
-
-
-def _number(value: float, places: int) -> str:
-    return f"{value:.{places}f}" if np.isfinite(value) else NOTHING
 
 
 def _fault(followed: Followed, trace: Trace, origin: Array) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
+from inhand.hands.fit import Held
 from inhand.hands.objects import polygon
 from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
@@ -17,7 +18,7 @@ from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tracing.drawing import scaled
 from inhand.tracing.drawings import find_drawing
-from inhand.tracing.fit import Fit, Held, check_extent, fit_of, refusal
+from inhand.tracing.fit import Fit, check_extent, fit_of, refusal
 from inhand.tracing.plan import Leg, Plan, plan_along, triple
 
 SHARE = 0.5
@@ -72,18 +73,18 @@ def draw_points(held: Held, count: int, rng: np.random.Generator, share: float =
 
 def _goal(held: Held, rng: np.random.Generator, most: float = 0.0) -> Plan:
     place = draw_points(held, 1, rng)[0]
-    goal, start = np.append(place, rng.uniform(-most, most) if most else 0.0), held[0].start_pose
+    goal, start = np.append(place, rng.uniform(-most, most) if most else 0.0), held.start
     return plan_along("pose" if most else "place", np.stack([start, start + goal]), start, stay=POSE_STAY)
 
 
 def _tour(held: Held, rng: np.random.Generator) -> Plan:
     points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
-    return plan_along("tour", held[0].start_pose + points, held[0].start_pose, tolerance=0.0)
+    return plan_along("tour", held.start + points, held.start, tolerance=0.0)
 
 
 def _key(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    start = held[0].start_pose
+    start = held.start
     out, turned = (start + np.array([0.0, KEY_WAY, angle]) for angle in (0.0, KEY_TURN))
     first, turn, *rest = plan_along("key", np.stack([start, out, turned, out, start]), start).legs
     return Plan("key", (first, replace(turn, stay=KEY_STAY), *rest))
@@ -91,7 +92,7 @@ def _key(held: Held, rng: np.random.Generator) -> Plan:
 
 def _wall(held: Held, rng: np.random.Generator) -> Plan:
     del rng
-    start, out = held[0].start_pose, np.array([0.0, 1.0, 0.0])
+    start, out = held.start, np.array([0.0, 1.0, 0.0])
     near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
     there, back = (plan_along("wall", np.stack(ends), ends[0]).legs for ends in ((start, near), (near, start)))
     return Plan("wall", (*there, Leg("press", there[0].end, triple(beyond), WALL_STAY), *back))
@@ -99,8 +100,8 @@ def _wall(held: Held, rng: np.random.Generator) -> Plan:
 
 def the_wall(held: Held) -> Wall:
     """Return the wall of the task `wall`: in front of the object, no wider than it, so that no finger meets it."""
-    corners = polygon(held[1])
-    x, y = held[0].start_pose[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
+    corners = polygon(held.object)
+    x, y = held.start[:2] + np.array([0.0, corners[:, 1].max() + WALL_WAY])
     return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
 
 
@@ -139,7 +140,7 @@ def find_task(text: str) -> SequenceTask:
     def plan(held: Held, rng: np.random.Generator) -> Plan:
         del rng
         check_extent(held, drawing)
-        return plan_along(text, held[0].start_pose + drawing.poses, held[0].start_pose)
+        return plan_along(text, held.start + drawing.poses, held.start)
 
     return SequenceTask(text, f"trace a {drawing.name} of {size} mm", plan)
 
@@ -168,7 +169,7 @@ def fitting_plan(
             return drawn[-1]
         if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
             break
-    raise refusal(name, fit, held[0].start_pose, "use a hand with a longer reach, another object or another --seed")
+    raise refusal(name, fit, held.start, "use a hand with a longer reach, another object or another --seed")
 
 
 @lru_cache(maxsize=128)

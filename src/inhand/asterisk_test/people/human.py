@@ -43,12 +43,8 @@ class HumanFolder:
 def read_human_file(path: Path, gaps: Gaps = "refuse") -> HumanTrial:
     """Return one recorded trial; name and columns tell its unit (docs/metrics.md), which is never guessed.
 
-    Args:
-        path: A CSV file named in one of the forms of `human_names.FORMS`.
-        gaps: What becomes of rows in which the marker was not seen.
-
     Raises:
-        InputError: unknown name, unit or row; the text gives file name and line.
+        InputError: unknown name, unit or row, or a gap that is refused; the text gives file name and line.
     """
     name = parse_human_name(path.name)
     rows, unseen = read_rows(path, gaps)

@@ -44,10 +44,7 @@ class HumanName:
 
 
 def parse_human_name(file_name: str) -> HumanName:
-    """Return what the name of a recorded file says.
-
-    Args:
-        file_name: Name with or without the suffix `.csv`, without folders.
+    """Return what the name of a recorded file says, with or without its suffix `.csv`.
 
     Raises:
         InputError: the name has none of the known forms, so the unit of the file is unknown.

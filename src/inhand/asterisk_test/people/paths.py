@@ -11,8 +11,10 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.directions import ROTATION_SIGNS
-from inhand.tasks.paths import TURN_STEP, ReferencePath, checked
+from inhand.tasks.paths import TURN_STEP, ReferencePath
 
+STEP = 0.001
+"""Spacing of the waypoints [m]."""
 BIN_STEPS = 2.0
 """Half width of a bin of progress, in steps: wide enough that fast frames, up to 5 mm apart, fill most bins."""
 
@@ -21,7 +23,7 @@ SMOOTH_STEPS = 5
 """Window of the mean over neighbouring waypoints."""
 
 
-def human_path(trial: HumanTrial, step: float = 0.001) -> ReferencePath:
+def human_path(trial: HumanTrial) -> ReferencePath:
     """Return the path that a person took, as a function of progress instead of time.
 
     From the filtered rows up to the one of farthest progress (what follows is release): in bins around each
@@ -31,7 +33,7 @@ def human_path(trial: HumanTrial, step: float = 0.001) -> ReferencePath:
     trial that only rotates has steps of one degree.
 
     Raises:
-        InputError: the object moved less than one step [m] along its direction, or that is not positive and finite.
+        InputError: the object moved less than one step along its direction.
     """
     rows = slice(*trial.moving)
     place = (trial.filtered_mm[rows] - trial.filtered_mm[rows][0]) / 1000.0
@@ -41,7 +43,7 @@ def human_path(trial: HumanTrial, step: float = 0.001) -> ReferencePath:
         progress, drift = _along(name, sign * (theta - theta[0]), place, TURN_STEP)
         return ReferencePath(np.column_stack([drift, sign * progress]), name)
     aligned = geometry.rotate(-math.radians(trial.angle_deg), place)
-    progress, across = _along(name, aligned[:, 0], aligned[:, 1:], step)
+    progress, across = _along(name, aligned[:, 0], aligned[:, 1:], STEP)
     points = geometry.rotate(math.radians(trial.angle_deg), np.column_stack([progress, across]))
     return ReferencePath(np.column_stack([points, np.zeros(len(points))]), name, math.radians(trial.twist_deg))
 
@@ -49,7 +51,7 @@ def human_path(trial: HumanTrial, step: float = 0.001) -> ReferencePath:
 def _along(name: str, progress: Array, across: Array, step: float) -> tuple[Array, Array]:
     """Return a grid `(N,)` of progress and, at each of its points, the other columns `(N, K)` minus their start."""
     farthest = int(np.argmax(progress))
-    whole_steps = math.floor(progress[farthest] / checked("step", step) + 1e-9)
+    whole_steps = math.floor(progress[farthest] / step + 1e-9)
     if whole_steps < 1:
         raise InputError(
             f"{name}: the object moves less than one step ({step:g}) along its direction, so there is no path to"

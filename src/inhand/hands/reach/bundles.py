@@ -40,10 +40,7 @@ class Bundle:
 def cells(corners: Array, spacing: float, fan: float) -> Bundle:
     """Return the middles of cells that cover the bundle of any simple outline `(K, 2)` [m], counter-clockwise.
 
-    Args:
-        corners: the outline; where it is concave a corner has no cell.
-        spacing: largest length of a cell on a face [m].
-        fan: largest angle of a cell on a corner [rad].
+    A cell is at most `spacing` [m] long on a face and `fan` [rad] wide on a corner; a concave corner has none.
     """
     points, angles = [], []
     for corner, after, start, turn in _corners(corners):

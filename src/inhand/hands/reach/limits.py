@@ -70,7 +70,7 @@ class ReachConfig:
 
 
 @dataclass(frozen=True)
-class Held:
+class PoseGrips:
     """Grips at one pose."""
 
     left: Postures
@@ -106,7 +106,7 @@ class _Scene:
     hop: int = 1
 
 
-_Column: TypeAlias = list[Held | None]
+_Column: TypeAlias = list[PoseGrips | None]
 """What is reached at one place of the path, for every rotation away from it."""
 
 
@@ -118,11 +118,7 @@ def body_of(spec: ObjectSpec, spacing: float, fan: float) -> Body:
 def farthest(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig | None = None) -> Farthest | None:
     """Return how far an object can be carried along a path, or None where no grip holds it at the start.
 
-    Args:
-        hand: the hand.
-        spec: the object.
-        path: object poses `(S, 3)` in the palm frame, followed on straight lines between them.
-        config: resolution, friction, bound of rotation.
+    The path is object poses `(S, 3)` in the palm frame, followed on straight lines between them.
     """
     config = config or ReachConfig()
     scene = _scene(hand, spec, config)
@@ -182,13 +178,9 @@ def _scene(hand: HandSpec, spec: ObjectSpec, config: ReachConfig) -> _Scene:
 
 
 def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | None = None) -> Iterator[_Column]:
-    """Give what is reached at each pose in turn, from what was reached before the first, until nothing is.
+    """Give what is reached at each pose `(P, 3)` in turn, from what was reached before the first, until nothing is.
 
-    Args:
-        scene: hand and object.
-        poses: object poses `(P, 3)`.
-        column: what was reached before; None starts with every grip of the first pose.
-        around: look only at cells so near to the last grips; None looks at all.
+    None before the first starts with every grip of it. Only cells `around` the last grips are looked at, or all.
     """
     block = BLOCK if around is None else FINE // 2
     bodies = (scene.body, scene.body)
@@ -217,7 +209,7 @@ def _beside(body: Body, used: NDArray[np.int64], around: int) -> Body:
     return replace(body, chosen=np.unique(beside % len(body.cells)))
 
 
-def _touched(scene: _Scene, bodies: tuple[Body, Body], poses: Array) -> Iterator[list[Held | None]]:
+def _touched(scene: _Scene, bodies: tuple[Body, Body], poses: Array) -> Iterator[list[PoseGrips | None]]:
     """Give what both fingers can touch at each pose, for every rotation; None where object and palm overlap."""
     hand, turns = scene.hand, scene.turns
     flat = (poses[:, None] + np.stack([0 * turns, 0 * turns, turns], axis=-1)).reshape(-1, 3)
@@ -238,14 +230,14 @@ def _touched(scene: _Scene, bodies: tuple[Body, Body], poses: Array) -> Iterator
         ]
 
 
-def _closed(scene: _Scene, left: Postures, right: Postures) -> Held | None:
+def _closed(scene: _Scene, left: Postures, right: Postures) -> PoseGrips | None:
     """Return the pairs whose line lies inside both friction cones, without postures that have no partner."""
     grips = closures(scene.friction, left, right)
     rows, columns = np.flatnonzero(grips.any(axis=1)), np.flatnonzero(grips.any(axis=0))
-    return Held(left.only(rows), right.only(columns), grips[np.ix_(rows, columns)]) if len(rows) > 0 else None
+    return PoseGrips(left.only(rows), right.only(columns), grips[np.ix_(rows, columns)]) if len(rows) > 0 else None
 
 
-def _first(scene: _Scene, here: Sequence[Held | None]) -> _Column:
+def _first(scene: _Scene, here: Sequence[PoseGrips | None]) -> _Column:
     """Return every grip at the start, without rotation."""
     middle = len(here) // 2
     column: _Column = [None] * len(here)
@@ -266,11 +258,11 @@ def _refined(scene: _Scene, fine: _Scene, pose: Array, column: _Column) -> _Colu
     for t, (pair, held) in enumerate(zip(here, column, strict=True)):
         if pair is not None and held is not None:
             left, right = (replace(found, cell=coarse[found.cell]) for found in (pair.left, pair.right))
-            refined[t] = _reached(fine, pair, _seeds(scene, Held(left, right, pair.grips), held), None)
+            refined[t] = _reached(fine, pair, _seeds(scene, PoseGrips(left, right, pair.grips), held), None)
     return refined
 
 
-def _next(scene: _Scene, here: Sequence[Held | None], before: _Column) -> _Column:
+def _next(scene: _Scene, here: Sequence[PoseGrips | None], before: _Column) -> _Column:
     """Return what is reached at a place from the one before, and from there by turning the object."""
     column: _Column = [None] * len(here)
     waiting = [(t, held) for t, held in enumerate(before) if held is not None]
@@ -287,7 +279,7 @@ def _next(scene: _Scene, here: Sequence[Held | None], before: _Column) -> _Colum
     return column
 
 
-def _seeds(scene: _Scene, pair: Held, source: Held) -> Grips:
+def _seeds(scene: _Scene, pair: PoseGrips, source: PoseGrips) -> Grips:
     """Return which grips `(L, R)` of a pose are beside a source's grips."""
     count, hop = len(scene.body.cells), scene.hop
     rows, columns = np.flatnonzero(source.grips.any(axis=1)), np.flatnonzero(source.grips.any(axis=0))
@@ -297,7 +289,7 @@ def _seeds(scene: _Scene, pair: Held, source: Held) -> Grips:
     return np.asarray((left.T @ held @ right > 0) & pair.grips)
 
 
-def _reached(scene: _Scene, pair: Held, seeds: Grips, known: Held | None) -> Held | None:
+def _reached(scene: _Scene, pair: PoseGrips, seeds: Grips, known: PoseGrips | None) -> PoseGrips | None:
     """Return the grips of a pose that seeds lead to, with those known; None where that adds none."""
     left, right, grips = pair.left, pair.right, pair.grips
     seeds = seeds if known is None else seeds & ~known.grips
@@ -312,7 +304,7 @@ def _reached(scene: _Scene, pair: Held, seeds: Grips, known: Held | None) -> Hel
         reached = connected(clear, seeds, slides) if seeds.any() else seeds
     if not reached.any():
         return None
-    return Held(left, right, reached if known is None else reached | known.grips)
+    return PoseGrips(left, right, reached if known is None else reached | known.grips)
 
 
 def _described(scene: _Scene, pose: Array, way: float, column: _Column) -> Farthest:

@@ -23,15 +23,10 @@ Grips = NDArray[np.bool_]
 def neighbours(first: Postures, second: Postures, n_cells: int, hop: int = 1) -> NDArray[np.bool_]:
     """Return which postures of two sets are neighbours `(N, M)`: cells next to each other, joints nearly alike.
 
-    Where the first link touches, which has no room to slide, the cell does not matter: as the object passes by, a
-    contact leaps along a face that comes to lie on the link, or round a corner that meets the link's. Two grips that
-    differ by such a leap alone hold, and so does every grip between them.
-
-    Args:
-        first: N postures.
-        second: M postures.
-        n_cells: number of cells of the outline.
-        hop: largest difference of neighbouring cells.
+    Cells, of `n_cells` round the outline, may differ by `hop`. Where the first link touches, which has no room to
+    slide, the cell does not matter: as the object passes by, a contact leaps along a face that comes to lie on the
+    link, or round a corner that meets the link's. Two grips that differ by such a leap alone hold, and so does every
+    grip between them.
     """
     away = np.abs(first.cell[:, None] - second.cell)
     near = (away <= hop) | (away >= n_cells - hop)
@@ -63,10 +58,7 @@ def closures(friction: float, left: Postures, right: Postures) -> Grips:
 def connected(grips: Grips, seeds: Grips, slides: tuple[NDArray[np.bool_], NDArray[np.bool_]]) -> Grips:
     """Return the grips `(L, R)` that slides of either contact connect with a seed.
 
-    Args:
-        grips: all grips at one pose.
-        seeds: some of them.
-        slides: which postures of the left finger are neighbours `(L, L)`, and of the right `(R, R)`.
+    `slides` tells which postures of the left finger are neighbours `(L, L)`, and of the right `(R, R)`.
     """
     found = seeds.copy()
     rows, columns = np.flatnonzero(grips.any(axis=1)), np.flatnonzero(grips.any(axis=0))

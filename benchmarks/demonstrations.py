@@ -19,11 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from inhand.cli.record import prepared
+from inhand.learning.commands import RecordConfig
 from inhand.learning.datasets import DatasetEpisode, write_dataset
-from inhand.learning.demonstrations import Episodes
-from inhand.learning.record_config import RecordConfig
-from inhand.learning.recording import Recording, dataset_episodes, record
+from inhand.learning.demonstrations import Episodes, Recording, demonstrations, plans_of
+from inhand.learning.record import head_of, recording_of
 from inhand.learning.starts import gripped, plans_for, reach_of
 from timing import best_times, environment, verdict
 
@@ -51,7 +50,7 @@ class Clock:
         before = time.perf_counter()
         for batch in batches:
             self.waited += time.perf_counter() - before
-            yield from dataset_episodes(batch)
+            yield from batch.apart()
             before = time.perf_counter()
 
 
@@ -59,11 +58,12 @@ def recorded(recording: Recording) -> tuple[float, float, float]:
     """Record into a temporary folder; return the times for planning, recording and writing [s]."""
     clock = Clock()
     with tempfile.TemporaryDirectory() as folder:
-        write_dataset(Path(folder) / "data set", clock.episodes(record(recording, clock.told)), recording.head("", {}))
+        batches = demonstrations(recording, plans_of(recording, told=clock.told), np.random.default_rng(0), clock.told)
+        write_dataset(Path(folder) / "data set", clock.episodes(batches), head_of(recording, "train"))
     end = time.perf_counter()
-    planning = clock.began["episodes"] - clock.began["grasps"]
-    recording_time = clock.waited - planning
-    return planning, recording_time, end - clock.began["episodes"] - recording_time
+    planning = clock.began["recording demonstrations"] - clock.began["planning grasps"]
+    recording_time = clock.waited
+    return planning, recording_time, end - clock.began["recording demonstrations"] - recording_time
 
 
 def prediction(recording: Recording) -> float:
@@ -80,7 +80,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--episodes", type=int, default=EPISODES)
     count = parser.parse_args().episodes
-    recording = prepared(RecordConfig(episodes=count))
+    recording = recording_of(RecordConfig(episodes=count))
     print(environment())
     before = os.times()
     parts = recorded(recording)

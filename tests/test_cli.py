@@ -78,7 +78,7 @@ def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
 
 def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     printed = (run / "printed.txt").read_text(encoding="utf-8")
-    assert f"ik on cube_39, {STANDARD}" in printed
+    assert f"ik on cube_39 with {STANDARD}" in printed
     for word in ("Direction", "Distance [mm]", "Outcome", "Right", "In'", "1/1 end of grip"):
         assert word in printed
     assert "Human" not in printed

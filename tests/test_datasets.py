@@ -15,16 +15,11 @@ from inhand.errors import InputError
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.learning import datasets
-from inhand.learning.datasets import (
-    DATA,
-    DatasetEpisode,
-    check_fits,
-    read_dataset,
-    read_head,
-    write_dataset,
-)
-from inhand.learning.demonstrations import Recipe
-from inhand.learning.recording import Recording, dataset_episodes, environment_spec, kind_of, record, transitions
+from inhand.learning.commands import RecordConfig
+from inhand.learning.dataset_cards import check_fits, kind_of
+from inhand.learning.datasets import DATA, DatasetEpisode, read_dataset, read_head, write_dataset
+from inhand.learning.demonstrations import Recipe, Recording, demonstrations, plans_of
+from inhand.learning.record import environment_spec, head_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 
@@ -39,7 +34,8 @@ RECORDING = Recording(
     Noise(),
     seed=3,
 )
-HEAD = RECORDING.head("Right,Out", {"inhand": "0.1.0"})
+HEAD = head_of(RECORDING, "Right,Out")
+WORLD = RECORDING.object, RECORDING.engine, GRIP.reward
 
 
 MISSING = "the extra `rl` is not installed"
@@ -91,7 +87,7 @@ def test_minari_loads_it_by_id_and_by_path(tmp_path: Path, monkeypatch: pytest.M
     assert HEAD.dataset_id == "inhand/cube_39/ik-v0"
     written = made_up(3)
     folder = tmp_path / HEAD.dataset_id
-    write_dataset(folder, written, HEAD, environment_spec(RECORDING, (HAND.name, "cube_39", "Right,Out")))
+    write_dataset(folder, written, HEAD, environment_spec(RECORDING, RecordConfig(directions="Right,Out")))
     assert list(minari.list_local_datasets()) == [HEAD.dataset_id]
     for dataset in (minari.load_dataset(HEAD.dataset_id), minari.MinariDataset(folder / DATA)):
         assert (dataset.id, len(dataset)) == (HEAD.dataset_id, 3)
@@ -120,10 +116,16 @@ def test_minari_loads_it_by_id_and_by_path(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.usefixtures("minari")
 def test_recorded_episodes_keep_their_valid_decisions_alone(tmp_path: Path) -> None:
     told: list[tuple[str, int, int]] = []
-    batches = list(record(RECORDING, lambda *what: told.append(what)))
-    assert told == [("grasps", 0, 2), ("episodes", 0, 6), ("episodes", 6, 6)]
-    (batch,) = batches
-    write_dataset(tmp_path, dataset_episodes(batch), HEAD)
+
+    def note(what: str, done: int, total: int) -> None:
+        told.append((what, done, total))
+
+    (batch,) = demonstrations(RECORDING, plans_of(RECORDING, told=note), np.random.default_rng(3), note)
+    lost = f", {batch.terminated.sum()} lost" if batch.terminated.any() else ""
+    assert told == [
+        ("planning grasps", 0, 2), ("recording demonstrations", 0, 6), (f"recording demonstrations{lost}", 6, 6),
+    ]  # fmt: skip
+    write_dataset(tmp_path, batch.apart(), HEAD)
     episodes = list(read_dataset(tmp_path)[1])
     for world, episode in enumerate(episodes):
         steps = int(batch.valid[:, world].sum())
@@ -136,13 +138,7 @@ def test_recorded_episodes_keep_their_valid_decisions_alone(tmp_path: Path) -> N
         np.testing.assert_allclose(episode.wanted, batch.wanted[:steps, world], atol=1e-7)
         assert (episode.distance, episode.angle_deg) == (batch.distance[world], batch.angle_deg[world])
         np.testing.assert_array_equal(episode.start, batch.starts.state.pose[world])
-    rows = transitions(episodes)
-    assert len(rows.rewards) == batch.valid.sum() == len(rows.observations) == len(rows.successors)
-    assert rows.last.sum() == len(episodes)
-    assert rows.terminated.sum() == batch.terminated.sum()
-    inner = ~rows.last[:-1]
-    np.testing.assert_array_equal(rows.successors[:-1][inner], rows.observations[1:][inner])
-    assert not np.array_equal(rows.actions, rows.wanted)
+    assert sum(len(each.rewards) for each in episodes) == batch.valid.sum()
 
 
 @pytest.mark.usefixtures("minari")
@@ -223,9 +219,9 @@ def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_dataset_of_another_kind_is_refused_part_by_part() -> None:
-    check_fits(HEAD, kind_of(HAND, GRIP))
+    check_fits(HEAD, kind_of(HAND, GRIP), WORLD)
     with pytest.raises(InputError) as error:
-        check_fits(HEAD, kind_of(parse_hand_name("2v2_65.35_65.35_1.1_53"), THESIS))
+        check_fits(HEAD, kind_of(parse_hand_name("2v2_65.35_65.35_1.1_53"), THESIS), WORLD)
     lines = str(error.value).splitlines()
     assert lines[0] == (
         "dataset inhand/cube_39/ik-v0 is of another kind than what is to learn from it: record one with the settings"
@@ -234,7 +230,7 @@ def test_a_dataset_of_another_kind_is_refused_part_by_part() -> None:
     assert [line.strip() for line in lines[1:4]] == [
         "hand: 2v2_50.50_50.50_1.1_53 there, 2v2_65.35_65.35_1.1_53 here",
         "actions: steps there, angles here",
-        "horizon: 30 decisions there, 25 here",
+        "horizon: 30 there, 25 here",
     ]
     assert [line.strip() for line in (lines[4], lines[5], lines[-1])] == [
         "layout: grip-1 there, thesis-1 here",
@@ -248,13 +244,21 @@ def test_one_changed_part_alone_is_named() -> None:
     *parts, last = kind.interface.parts
     with pytest.raises(InputError) as error:
         check_fits(
-            HEAD, replace(kind, interface=replace(kind.interface, parts=(*parts, replace(last, scale=(0.006,)))))
+            HEAD, replace(kind, interface=replace(kind.interface, parts=(*parts, replace(last, scale=(0.006,))))), WORLD
         )
     assert [line.strip() for line in str(error.value).splitlines()[1:]] == [
         "gaps of the fingers [m]: scale 0.005 there, 0.006 here"
     ]
     with pytest.raises(InputError, match=f"hand: {HAND.name} there, {HAND.name} of other measures here$"):
-        check_fits(HEAD, replace(kind, hand=replace(HAND, friction=0.4)))
+        check_fits(HEAD, replace(kind, hand=replace(HAND, friction=0.4)), WORLD)
+    other = replace(WORLD[0], friction=0.1)
+    with pytest.raises(InputError) as error:
+        check_fits(HEAD, kind, (other, "bullet", "thesis"))
+    assert [line.strip() for line in str(error.value).splitlines()[1:]] == [
+        "object: cube_39 there, cube_39 of other measures here",
+        "engine: mujoco there, bullet here",
+        "reward: progress there, thesis here",
+    ]
 
 
 def test_an_id_has_only_what_minari_takes() -> None:

@@ -23,6 +23,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from inhand.cli.learning_config import EvaluateConfig, TrainConfig
+from inhand.learning.record_config import RecordConfig
 from safetensors.numpy import load_file, save
 
 import damage
@@ -33,12 +35,10 @@ from inhand.asterisk_test.people.human import read_human_file
 from inhand.asterisk_test.results import result_of_human, result_of_trial
 from inhand.asterisk_test.sweep import sweep
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.control.policy import ACTOR, CARD, Policy, load_policy, save_policy
 from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.learning.record_config import RecordConfig
 from inhand.tasks.observations import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawings import find_drawing
@@ -207,7 +207,8 @@ def _dataset() -> tuple[dict[str, Any], bytes]:
 
 
 def runs(draw: Callable[..., Any], folder: Path) -> Callable[[], object]:
-    from inhand.learning.runs import MARK, card_of, preset, read_config
+    from inhand.learning.config import preset
+    from inhand.learning.run_cards import MARK, card_of, read_config
     from inhand.records import table_of
 
     card = draw(damage.tables(table_of(card_of(preset("smoke")))))

@@ -18,6 +18,7 @@ from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.trial import LOST_CONTACT, NO_GRASP, TIME_OUT, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.learning.commands import EvaluateConfig
 from inhand.learning.failures import Failure, failure_of, failures_figure
 from inhand.learning.figures import (
     MOST_POINTS,
@@ -293,7 +294,7 @@ def test_failures_are_drawn_with_both_parts_of_their_path(both: Both) -> None:
 def test_an_evaluation_draws_failures_only_where_there_are_some(both: Both, tmp_path: Path) -> None:
     config = AsteriskConfig(directions="Right,Right'", trials=2)
     for name, (policy, other) in {"bad": both, "good": both[::-1]}.items():
-        found = Compared(config, policy, other, (), ("a note",), None, "inhand evaluate rl")
+        found = Compared(EvaluateConfig(), config, policy, other, {}, notes=("a note",))
         (tmp_path / name).mkdir()
         write_evaluation(found, tmp_path / name)
         page = (tmp_path / name / "report.md").read_text()

@@ -50,6 +50,8 @@ def test_groups_and_duplicates(text: str, count: int) -> None:
         ("out-RIGHT", ["Out-Right"]),
         ("Out'-Right' Out-Right' out'-right", ["Out'-Right'"]),
         ("In\u2019", ["In'"]),
+        ("Out2 in2-left2 IN2", ["Out'", "In'-Left'", "In'"]),
+        ("out-prime In-Prime-Left-prime Out-prime-Right", ["Out'", "In'-Left'", "Out'-Right'"]),
         ("Left, Out Left", ["Left", "Out"]),
         ("45 -180 180 67.5 -292.5 405", ["Out-Right", "Left", "Out'"]),
         ("30, -12.5 deg 30.0 390", ["30 deg", "-12.5 deg"]),
@@ -79,6 +81,7 @@ def test_an_unknown_word_gets_near_matches_and_the_allowed_words() -> None:
     with pytest.raises(InputError, match=r"unknown direction 'Outt'; did you mean .*Out") as error:
         parse_directions("Right Outt")
     assert "train, unseen, all" in str(error.value)
+    assert "Out2-Right2" in str(error.value)
     assert "-12.5" in str(error.value)
 
 

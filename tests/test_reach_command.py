@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import inhand as front
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.reach import Reach, compute_reach, ready_reach
 from inhand.asterisk_test.results import as_entry, by_direction, result_of_trial, summary_of
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, table_rows
@@ -50,6 +52,25 @@ def test_it_writes_limits_with_their_last_grip(folder: Path) -> None:
     assert np.abs(rows["Left"]["end_contacts_mm"]).max() == pytest.approx(19.5)
     assert len(rows["Left"]["end_joints_deg"]) == 4
     assert (folder / "reach.png").stat().st_size > 10_000
+
+
+def test_it_is_loaded_as_it_was_computed(folder: Path, tmp_path: Path) -> None:
+    asked = ReachCommand(directions="Out,In,Left,cw", resolution_mm=4)
+    computed, loaded = compute_reach(asked, ready_reach(asked)), front.load(folder)
+    assert isinstance(loaded, Reach)
+    for ours, theirs in zip(loaded.limits, computed.limits, strict=True):
+        assert ours.primitive == theirs.primitive
+        assert ours.distance == pytest.approx(theirs.distance, rel=1e-12)
+        for name in ("pose", "joints", "contacts", "way"):
+            np.testing.assert_allclose(getattr(ours.end, name), getattr(theirs.end, name), rtol=1e-12, atol=1e-15)
+    assert loaded.table().shape == computed.table().shape
+    again = json.loads((loaded.save(tmp_path / "again") / "reach.json").read_text())
+    assert again["limits"][0]["limit_mm"] == pytest.approx(1e3 * computed.limits[0].distance)
+    (tmp_path / "again" / "reach.json").write_text(json.dumps(again | {"limits": again["limits"][:2]}))
+    with pytest.raises(
+        InputError, match=r"reach.json: its limits are not those of the directions .*; compute it again"
+    ):
+        front.load(tmp_path / "again")
 
 
 def test_twists_get_a_figure_each(tmp_path: Path) -> None:

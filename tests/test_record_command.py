@@ -1,16 +1,20 @@
 """`inhand record`, end to end and where it refuses."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import inhand as front
 from commands import Call
-from inhand.cli.record import Tally, prepared, rows_of
+from inhand.cli.record import rows_of
 from inhand.errors import InputError
+from inhand.learning.commands import RecordConfig
+from inhand.learning.dataset_cards import CONTINUOUS
 from inhand.learning.datasets import MARK, read_dataset, read_head
-from inhand.learning.record_config import RecordConfig
+from inhand.learning.record import Dataset, head_of, recording_of
 
 FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
 
@@ -38,13 +42,18 @@ def test_a_few_episodes_become_a_dataset(tmp_path: Path, inhand_record: Call) ->
     assert (code, err) == (0, "")
     for text in ("thesis-ik on cube_39", "Distance [mm]", "Of the plan", "Right", "Out", "all"):
         assert text in out
-    assert "recording: 5 of 5" in out
+    assert ": 5 of 5" in out
     assert f"Dataset inhand/cube_39/thesis-ik-v0: {tmp_path / 'set'}" in out
     head, episodes = read_dataset(tmp_path / "set")
     assert (head.kind.interface.layout, head.kind.actions, head.kind.horizon) == ("thesis-1", "angles", 25)
     assert (head.grasp, head.directions, head.push, head.seed) == ("rough", "Right,Out", 0.0, 2)
     read = list(episodes)
     assert len(read) == 5
+    found = front.load(tmp_path / "set")
+    assert isinstance(found, Dataset)
+    assert list(found.table()["distance_mm"]) == pytest.approx([1e3 * each.distance for each in read])
+    assert [each.angle_deg for each in found.episodes] == list(found.angle_deg)
+    assert found._repr_png_().startswith(b"\x89PNG")
     assert {each.angle_deg for each in read} <= {0.0, 90.0}
     for each in read:
         np.testing.assert_array_equal(each.actions, each.wanted)
@@ -83,7 +92,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("inhand.cli.record.record", stopped)
+    monkeypatch.setattr("inhand.learning.record.demonstrations", stopped)
     code, out, err = inhand_record(*FEW, "--out", tmp_path / "set")
     assert code == 130
     assert "Stopped after 0 episodes; none of them is kept" in out
@@ -95,6 +104,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
     ("words", "told"),
     [
         (("--episodes", 0), "--episodes 0: give at least 1"),
+        (("--episodes", 2000000), "they would take about 180 GB of disk and 20 hours of two cores; at most 100000"),
         (("--push", -1), "--push -1: give 0 or more"),
         (("--noise-mm", "nan"), "noise_mm is nan; it must be a finite number"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),
@@ -123,24 +133,26 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_named_or_continuous_recording_plans_the_grid_it_needs() -> None:
-    assert prepared(RecordConfig()).grid == tuple(45.0 * k for k in range(8))
-    assert len(prepared(RecordConfig(directions="continuous")).grid) == 48
-    assert len(prepared(RecordConfig(grip_spread=10.0)).grid) == 48
+    assert recording_of(RecordConfig()).grid == tuple(45.0 * k for k in range(8))
+    assert len(recording_of(RecordConfig(directions="continuous")).grid) == 48
+    assert len(recording_of(RecordConfig(grip_spread=10.0)).grid) == 48
 
 
 def test_the_table_counts_by_direction_or_sector() -> None:
-    tally = Tally(
-        [np.array([90.0, 90.0]), np.array([70.0, -160.0])],
-        [np.array([False, True]), np.array([False, False])],
-        [np.array([0.06, 0.02]), np.array([0.05, 0.04])],
-        [np.array([0.06, 0.04]), np.array([0.1, 0.0])],
+    found = Dataset(
+        head_of(recording_of(RecordConfig()), CONTINUOUS),
+        Path("nowhere"),
+        np.array([90.0, 90.0, 70.0, -160.0]),
+        np.array([False, True, False, False]),
+        np.array([0.06, 0.02, 0.05, 0.04]),
+        np.array([0.06, 0.04, 0.1, 0.0]),
     )
-    assert (tally.episodes, tally.drops) == (4, 1)
-    assert rows_of(tally, sectors=True) == [
+    assert rows_of(found) == [
         ("Out +-22.5", "3", "1", "43.3", "0.667"),
         ("Left +-22.5", "1", "0", "40.0", "-"),
         ("all", "4", "1", "42.5", "0.667"),
     ]
-    named = rows_of(tally, sectors=False)
+    named = rows_of(replace(found, config=replace(found.config, directions="90 70 -160")))
     assert [row[0] for row in named] == ["Out", "-160 deg", "70 deg", "all"]
     assert named[0][1:] == ("2", "1", "40.0", "0.750")
+    assert list(found.table()["direction"]) == ["Out", "Out", "70 deg", "-160 deg"]

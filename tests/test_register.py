@@ -64,6 +64,22 @@ def test_every_public_name_is_there_and_none_is_a_room() -> None:
         vars(front)["__getattr__"]("astersik")
 
 
+def test_a_folder_that_holds_no_run_is_refused_with_what_it_holds(tmp_path: Path) -> None:
+    marks = r"give a trial's .npz file, or a folder with one of sweep.json \(inhand sweep\), trace.json"
+    with pytest.raises(InputError, match=f"none is not there: {marks}"):
+        front.load(tmp_path / "none")
+    with pytest.raises(InputError, match=f"is empty: {marks}"):
+        front.load(tmp_path)
+    (tmp_path / "notes.txt").touch()
+    with pytest.raises(InputError, match=f"holds notes.txt: {marks}"):
+        front.load(tmp_path)
+    with pytest.raises(InputError, match=r"notes.txt is not a trial"):
+        front.load(tmp_path / "notes.txt")
+    (tmp_path / "trace.json").write_text("{}")
+    with pytest.raises(InputError, match=r"trace.json: config is None; it must be a table"):
+        front.load(tmp_path)
+
+
 def test_a_word_runs_along_its_own_path(own: Path) -> None:
     (primitive,) = parse_directions(f"{own}:{own.stem}")
     path = path_of(primitive)

@@ -111,7 +111,7 @@ def test_a_run_without_any_grasp_has_a_report(finished: Run, tmp_path: Path) -> 
 
 def test_a_run_in_which_all_was_kept_says_so(finished: Run) -> None:
     kept = [replace(result, outcome="reached") for result in finished.results]
-    text = page(CONFIG, kept, (), (), ((), ()))
+    text = page(CONFIG, kept, (), (), ((), ()), subject=finished.subject)
     assert "All 4 trials kept the object: 4 came to the end of their path. They came " in text
     assert "## What failed" not in text
 

@@ -6,8 +6,7 @@ import pytest
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.hands.fit import Held
-from inhand.learning.demonstrations import Recipe, recorded
-from inhand.learning.setup import route_pool, route_starts
+from inhand.learning.demonstrations import Recipe, recorded, route_pool, route_starts
 from inhand.learning.starts import Noise, Starts
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.tasks.observations import find_layout

@@ -10,16 +10,16 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
+from inhand.cli.learning_config import EvaluateConfig, TrainConfig
+from inhand.learning.record_config import RecordConfig
 
 import inhand
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.errors import InputError
 from inhand.learning.config import Learning, Training, default
 from inhand.learning.demonstrations import Recipe
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
-from inhand.learning.record_config import RecordConfig
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config, configured, read_json, read_record, text_of

@@ -330,7 +330,7 @@ def test_heat_maps_show_distance_limit_and_skill_with_their_spread(found: Sweep)
 def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
     turns = sweep_of([cell("a", "x", entry("cw", 40.0), entry("ccw", 60.0))], parse_directions("twist"))
     table = tables.hands_table(turns)
-    assert table.header[2:6] == ("Distance [deg]", "Of finger", "Limit [deg]", "Of finger")
+    assert table.header[2:6] == ("Distance [deg]", "Distance [L]", "Limit [deg]", "Limit [L]")
     assert table.rows == (("a", "1 of 1", "50.0", "-", "100.0", "-", "0.50", "0.50", "0.40", "2/2"),)
     assert "n = 1 trial" in page(SweepConfig(), turns, 1.0, [])
     assert "±" not in page(SweepConfig(), turns, 1.0, [])
@@ -376,5 +376,5 @@ def test_the_default_sweep_is_wide_and_its_command_short(tmp_path: Path) -> None
     assert len(OBJECTS) >= 10
     assert len(plan(SweepConfig(out=tmp_path / "sweep")).waiting) == len(HANDS) * len(OBJECTS)
     config = SweepConfig(hands=("a", "b"), seed=3)
-    assert command(config) == "inhand sweep --hands a b --seed 3"
+    assert command(config) == "inhand sweep --seed 3 --hands a b"
     assert command(SweepConfig()) == "inhand sweep"

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import inhand as front
 from commands import Call
 from inhand.cli.trace import run_trace
 from inhand.control.trial import load_trial
@@ -23,6 +24,7 @@ from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.fit import carried
+from inhand.tracing.report import TraceRun
 from inhand.tracing.run import find_path, plan_of, prepare_trace
 from inhand.tracing.tasks import find_task
 from inhand.tracing.trace import Trace
@@ -61,6 +63,25 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     trial = load_trial(run / "trials" / "square_2.npz")
     assert (trial.passport.path, trial.passport.trial, trial.passport.seed) == ("square", 2, 4)
     assert trial.outcome == "reached"
+
+
+def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
+    loaded = front.load(run)
+    assert isinstance(loaded, TraceRun)
+    content = json.loads((run / "trace.json").read_text())
+    for entry, row in zip(content["trials"], loaded.table().to_dict("records"), strict=True):
+        assert {name: entry[name] for name in ("trial", "outcome", "rms_mm", "max_mm", "time_s", "done")} == {
+            name: pytest.approx(row[name]) for name in ("trial", "outcome", "rms_mm", "max_mm", "time_s", "done")
+        }
+    loaded.save(tmp_path / "again")
+    assert (tmp_path / "again" / "report.md").read_text().splitlines()[:14] == (
+        (run / "report.md").read_text().splitlines()[:14]
+    )
+    again = json.loads((tmp_path / "again" / "trace.json").read_text())
+    assert again["followed"] == content["followed"]
+    (tmp_path / "again" / "trials" / "square_2.npz").unlink()
+    with pytest.raises(InputError, match=r"trace.json: it tells of 2 trials, and 1 are there; run it again"):
+        front.load(tmp_path / "again")
 
 
 def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path: Path, inhand: Call) -> None:

@@ -12,8 +12,16 @@ from typing import TYPE_CHECKING
 import pytest
 from PIL import Image
 
+import inhand as front
 from commands import Call
 from inhand.cli import train as command
+from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.trial import file_name
+from inhand.errors import InputError
+from inhand.learning import train as trains
+from inhand.learning.config import preset
+from inhand.learning.report import Compared
+from inhand.learning.train import Trained
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Evaluation
@@ -65,6 +73,28 @@ def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call)
     assert "Trained directions: my_run | ik" in out
     assert "Objects lost in 18 episodes: my_run " in out
     check_evaluation(tmp_path / "evaluated")
+    check_loaded(run, tmp_path)
+
+
+def check_loaded(run: Path, folder: Path) -> None:
+    """Check that a training and its evaluation come back as the values that the functions return."""
+    trained, compared = front.load(run), front.load(folder / "evaluated")
+    assert isinstance(trained, Trained)
+    assert isinstance(compared, Compared)
+    assert (trained.config.episodes, trained.config.seed) == (60, 2)
+    assert len(trained.table()) == 16
+    assert trained.policy.trained["seed"] == 2
+    assert trained._repr_png_().startswith(b"\x89PNG")
+    assert find_controller(CONTROLLERS.name_of(trained)).name == "my_run"
+    content = json.loads((folder / "evaluated" / "metrics.json").read_text())
+    table = compared.table()
+    assert len(table) == 36
+    mine = table[(table["controller"] == "my_run") & (table["direction"] == "Out")]
+    told = [entry["distance_mm"] for entry in content["trials"] if entry["direction"] == "Out"]
+    assert sorted(mine["distance_mm"]) == pytest.approx(sorted(told))
+    assert "<table" in compared._repr_html_()
+    again = json.loads((trained.save(folder / "copy") / "config.json").read_text())
+    assert again == json.loads((run / "config.json").read_text())
 
 
 def check_evaluation(folder: Path) -> None:
@@ -75,14 +105,15 @@ def check_evaluation(folder: Path) -> None:
     assert len(content["directions"]) == len(content["expert"]["directions"]) == 16
     assert all(entry["trials"] == 1 for entry in content["directions"])
     assert content["policy"]["seed"] == 2
-    assert len(list((folder / "trials").glob("*.npz"))) == len(list((folder / "ik" / "trials").glob("*.npz"))) == 16
+    assert len(list((folder / "trials").glob("*.npz"))) == len(list((folder / "ik" / "trials").glob("*.npz"))) == 18
     page = (folder / "report.md").read_text()
     for text in ("## Trained directions", "## Unseen directions", "## What failed", "figures/learning.png"):
         assert text in page
     failed = content["failed"]["policy"]
     assert ("my_run: no trial failed." in page) == (not failed)
     assert (folder / "figures" / "failures_1.png").is_file() == bool(failed)
-    assert len(list((folder / "failed" / "trials").glob("*.npz"))) == len(failed)
+    for name in failed:
+        assert (folder / "trials" / f"{file_name(name.rpartition(' ')[0])}_{name.rpartition(' ')[2]}.npz").is_file()
     for name in ("trained_directions", "unseen_directions", "radar", "learning", "progress", "directions"):
         assert min(opened(folder / "figures" / f"{name}.png")) > 300
     assert "inhand evaluate" in page
@@ -118,7 +149,7 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
     assert "holds the results of a run; give another folder, or --overwrite" in err
     monkeypatch.setattr(command.Watch, "evaluated", evaluated)
     with monkeypatch.context() as patch:
-        patch.setattr(command, "write_training", lambda *_: sys.exit(137))  # killed before the figures
+        patch.setattr(trains, "write_training", lambda *_: sys.exit(137))  # killed before the figures
         assert inhand("train", "--out", run, "--resume")[0] == 137
     assert not (run / "report.md").exists()
     code, out, err = inhand("train", "--out", run, "--resume")
@@ -130,17 +161,32 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
     assert "is finished; its policy is in" in err
 
 
+def test_settings_reach_a_training_and_its_parts() -> None:
+    found = trains.changed(preset("smoke"), {"batch": 8, "push": 0.0, "episodes": 5, "observation": "grip-open"})
+    assert (found.learning.batch, found.recipe.push, found.episodes) == (8, 0.0, 5)
+    assert found.interface.observation == "grip-open"
+    assert found.recipe.episodes == preset("smoke").recipe.episodes
+    with pytest.raises(InputError, match="unknown keyword 'bach'; did you mean batch"):
+        trains.changed(found, {"bach": 8})
+    with pytest.raises(InputError, match="hand is 3; it must be a text"):
+        trains.changed(found, {"hand": 3})
+    with pytest.raises(InputError, match=r"--resume goes on with .*: leave out --episodes, or train anew"):
+        front.train(episodes=3, out="nowhere", resume=True)
+    with pytest.raises(InputError, match="unknown preset 'best'"):
+        front.train(preset="best")
+
+
 def test_what_is_kept_at_each_stage(tmp_path: Path) -> None:
-    assert command.kept(tmp_path / "none")[0] == "Stopped before anything was written."
-    assert command.kept(tmp_path)[0].startswith("Stopped before all demonstrations were there")
+    assert trains.kept(tmp_path / "none")[0] == "Stopped before anything was written."
+    assert trains.kept(tmp_path)[0].startswith("Stopped before all demonstrations were there")
     (tmp_path / "ready.npz").touch()
-    first, again = command.kept(tmp_path)
+    first, again = trains.kept(tmp_path)
     assert first == "Stopped before the first checkpoint. Kept: grasps and demonstrations."
     assert again.endswith("--resume")
 
 
 def test_training_is_an_extra(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "PACKAGES", ("no_such_package",))
+    monkeypatch.setattr(trains, "PACKAGES", ("no_such_package",))
     code, out, err = inhand("train", "--out", tmp_path / "run")
     assert (code, out) == (2, "")
     assert err == "inhand: `inhand train` needs the extra `rl`: pip install 'inhand[rl]'\n"

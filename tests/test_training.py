@@ -20,11 +20,15 @@ from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
 from inhand.learning import worlds
 from inhand.learning.collect import Collector
-from inhand.learning.config import Training, default, thesis
+from inhand.learning.config import Training, default, preset, thesis
+from inhand.learning.datasets import write_dataset
+from inhand.learning.demonstrations import demonstrations, plans_of
 from inhand.learning.journal import Evaluation
+from inhand.learning.record import head_of
 from inhand.learning.replay import Replay
-from inhand.learning.runs import card_of, preset, read_config, resume, train
-from inhand.learning.setup import Ready, draw_directions, load_ready, make_ready, save_ready
+from inhand.learning.run_cards import card_of, check, read_config
+from inhand.learning.runs import resume, train
+from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.starts import gripped
 from inhand.learning.training import Trainer
 from inhand.records import table_of
@@ -150,12 +154,40 @@ def test_imitation_of_24_episodes_already_carries_the_object_most_of_the_time(pr
 
 
 def test_continuous_directions_leave_the_held_out_sectors_alone() -> None:
-    drawn = draw_directions(default(), np.random.default_rng(0), 4000)
+    drawn = default().recording.draw(np.random.default_rng(0), 4000)
     unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
     away = np.abs((drawn[:, None] - unseen + 180) % 360 - 180).min(axis=1)
     assert away.min() >= default().held_out
     assert 0.4 < (drawn % 45 == 0).mean() < 0.6
     assert len(np.unique(np.floor(drawn / 10))) >= 28
+
+
+def test_a_dataset_gives_the_rows_that_recording_gives(prepared: Path, tmp_path: Path) -> None:
+    pytest.importorskip("minari", reason="datasets need the extra `rl`")
+    recording = SMALL.recording
+    batches = demonstrations(recording, plans_of(recording), np.random.default_rng(SMALL.seed))
+    shown = (episode for batch in batches for episode in batch.apart())
+    write_dataset(tmp_path / "set", shown, head_of(recording, "train"))
+    config = replace(SMALL, demonstrations=str(tmp_path / "set"))
+    check(config)
+    (tmp_path / "run").mkdir()
+    ready = make_ready(config, tmp_path / "run", lambda *_: None)
+    with (tmp_path / "run" / "expert.rows").open("rb") as ours, (prepared / "expert.rows").open("rb") as theirs:
+        size = 4 * ready.expert_rows * ready.columns.width
+        assert ours.read(size) == theirs.read(size)
+    assert ready.starts.state.touching.all()
+    refused = [
+        (replace(config, object="cube_45"), "object: cube_39 there, cube_45 here"),
+        (replace(config, interface=replace(SMALL.interface, reward="thesis")), "reward: progress there, thesis here"),
+        (replace(config, task="key"), "shows directions: leave demonstrations out to train on a whole task"),
+        (replace(config, demonstrations=str(tmp_path)), "no dataset in"),
+    ]
+    for other, text in refused:
+        with pytest.raises(InputError, match=text):
+            check(other)
+    write_dataset(tmp_path / "all", (), head_of(recording, "Out,Out'"))
+    with pytest.raises(InputError, match="shows Out', which evaluations count as unseen"):
+        check(replace(config, demonstrations=str(tmp_path / "all")))
 
 
 def test_the_share_of_the_expert_decays_by_a_fifth(prepared: Path, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.learning import demonstrations as made_of
 from inhand.learning.collect import Collector
-from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, demonstrations, recorded
+from inhand.learning.demonstrations import EARLIEST, Episodes, Recipe, Recording, demonstrations, plans_of, recorded
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.learning.replay import Columns
 from inhand.learning.starts import (
@@ -323,11 +323,8 @@ def test_worlds_that_cannot_be_are_refused(interface: Interface, count: int, tex
 
 def shown(recipe: Recipe, interface: Interface = STEPS, seed: int = 0) -> list[Episodes]:
     """Return the demonstrations of a recipe, directions drawn of two."""
-    rng = np.random.default_rng(seed)
-    plans = plans_for(*HELD, (0.0, 90.0))
-    return list(
-        demonstrations(HELD, plans, lambda count: rng.choice([0.0, 90.0], count), (recipe, interface, Noise()), rng)
-    )
+    recording = Recording(*HELD, (0.0, 90.0), recipe, interface, Noise(), seed)
+    return list(demonstrations(recording, plans_of(recording), np.random.default_rng(seed)))
 
 
 def test_a_demonstration_carries_the_object_and_is_reproducible() -> None:
@@ -370,12 +367,14 @@ def test_an_unpushed_expert_does_what_it_wants() -> None:
 
 def test_a_part_of_the_episodes_starts_midway(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(made_of, "BATCH", 8)
-    told: list[int] = []
-    rng = np.random.default_rng(0)
-    made = Recipe(episodes=20, midway=0.5, whole=0.0), replace(STEPS, horizon=60), Noise()
-    plans = plans_for(*HELD, (0.0, 90.0))
-    batches = list(demonstrations(HELD, plans, lambda n: np.full(n, 90.0), made, rng, progress=told.append))
-    assert told == [8, 16, 20]
+    told: list[tuple[str, int, int]] = []
+    recipe, interface = Recipe(episodes=20, midway=0.5, whole=0.0), replace(STEPS, horizon=60)
+    recording = Recording(*HELD, (90.0,), recipe, interface, Noise(), seed=0)
+    given = plans_of(recording, (0.0,)), np.random.default_rng(0)
+    batches = list(demonstrations(recording, *given, lambda *what: told.append(what)))
+    lost = sum(int(batch.terminated.sum()) for batch in batches)
+    assert [done for _, done, _ in told] == [0, 8, 16, 20]
+    assert told[-1] == (f"recording demonstrations{f', {lost} lost' if lost else ''}", 20, 20)
     assert [len(batch.starts) for batch in batches] == [8, 8, 4]
     times = [batch.starts.state.time for batch in batches]
     assert np.ptp(times[0]) == 0
@@ -409,10 +408,10 @@ def test_states_of_a_running_batch_become_starts() -> None:
 
 def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() -> None:
     pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
-    plans = plans_for(*HELD, (0.0,), "rough", "bullet")
-    made = Recipe(episodes=2, grasp="rough", midway=1.0), replace(STEPS, horizon=30), Noise(0.0, 0.0)
-    rng = np.random.default_rng(0)
-    (batch,) = demonstrations(HELD, plans, np.zeros, made, rng, engine="bullet")
+    recipe, interface = Recipe(episodes=2, grasp="rough", midway=1.0), replace(STEPS, horizon=30)
+    recording = Recording(*HELD, (0.0,), recipe, interface, Noise(0.0, 0.0), seed=0, engine="bullet")
+    plans, rng = plans_of(recording), np.random.default_rng(0)
+    (batch,) = demonstrations(recording, plans, rng)
     assert batch.starts.engine == "bullet"
     assert batch.starts.state.touching.all()
     again = ManipulationWorlds(HELD, joined([batch.starts, batch.starts]), 3, STEPS)

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from inhand.errors import InputError as InputError
     from inhand.hands.files import load_hand as hand
     from inhand.hands.files import load_object as object
+    from inhand.learning.evaluate import evaluate as evaluate
     from inhand.learning.make import make as make
+    from inhand.learning.record import record as record
+    from inhand.learning.train import train as train
     from inhand.loading import load as load
     from inhand.tracing.tracing import trace as trace
 
@@ -35,6 +38,9 @@ NAMES = {
     "asterisk": "asterisk_test.asterisk:asterisk",
     "trace": "tracing.tracing:trace",
     "sweep": "asterisk_test.sweep.run:sweep",
+    "record": "learning.record:record",
+    "train": "learning.train:train",
+    "evaluate": "learning.evaluate:evaluate",
     "load": "loading:load",
     "make": "learning.make:make",
     "policy": "control.user_policy:user_policy",
@@ -45,15 +51,18 @@ NAMES = {
 __all__ = [
     "InputError",
     "asterisk",
+    "evaluate",
     "hand",
     "load",
     "make",
     "object",
     "policy",
     "reach",
+    "record",
     "register",
     "sweep",
     "trace",
+    "train",
 ]
 
 

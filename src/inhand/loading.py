@@ -2,55 +2,71 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
 
 from inhand.asterisk_test.asterisk import people_of
-from inhand.asterisk_test.beside import load_beside
+from inhand.asterisk_test.beside import load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.reach import load_reach
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import SweepRun, run_sweep
-from inhand.control.trial import Trial, load_trial
+from inhand.control.trial import Trial, load_trial, load_trials
 from inhand.errors import InputError
-from inhand.records import read_json, read_record
+from inhand.learning.evaluate import load_evaluation
+from inhand.learning.record import load_dataset
+from inhand.learning.train import load_training
+from inhand.records import read_json
+from inhand.shown import Shown, saved
 from inhand.tasks.primitives import parse_directions
+from inhand.tracing.report import load_trace
 
-C = TypeVar("C", AsteriskConfig, SweepConfig)
+MOST_NAMES = 5
+"""Names of what a folder holds that a text tells."""
 
 
-def load(place: str | Path) -> Run | SweepRun:
+def load(place: str | os.PathLike[str]) -> Shown:
     """Return the run of a folder that `save` or a command wrote, or the run of one trial's `.npz` file alone.
 
     Metrics are measured again from the trials, by this version's rules.
 
     Raises:
-        InputError: there is no run of the Asterisk Test, no sweep and no trial, or one that cannot be read.
+        InputError: there is nothing of the kind, or something that cannot be read; the text says what was found.
     """
     path = Path(place)
     if path.is_file():
         return _one(path)
-    if (path / "sweep.json").is_file():
-        return run_sweep(_config(path / "sweep.json", SweepConfig, path))
-    if (path / "metrics.json").is_file():
-        return _run(path)
-    raise InputError(
-        f"{path} holds no run: give the folder of a run of `inhand asterisk`, of a sweep, or a trial's .npz file"
-    )
+    for mark, (_, loaded) in LOADERS.items():
+        if (path / mark).is_file():
+            return loaded(path)
+    there = sorted(each.name for each in path.iterdir()) if path.is_dir() else []
+    found = ", ".join(there[:MOST_NAMES]) + (" and more" if len(there) > MOST_NAMES else "")
+    holds = f"holds {found}" if there else ("is empty" if path.is_dir() else "is not there")
+    kinds = ", ".join(f"{mark} ({by})" for mark, (by, _) in LOADERS.items())
+    raise InputError(f"{path} {holds}: give a trial's .npz file, or a folder with one of {kinds}")
+
+
+def _tested(folder: Path) -> Shown:
+    """Return a run of the Asterisk Test, or an evaluation, which has the same mark."""
+    found = read_json((folder / "metrics.json").read_bytes())
+    return load_evaluation(folder) if isinstance(found, dict) and "expert" in found else _run(folder)
 
 
 def _run(folder: Path) -> Run:
-    config = _config(folder / "metrics.json", AsteriskConfig, folder)
-    files = sorted((folder / "trials").glob("*.npz"))
-    if not files:
-        raise InputError(f"{folder} holds no trials: give the whole folder of a run")
-    loaded = [load_trial(path) for path in files]
+    config, _ = saved(folder, "metrics.json", AsteriskConfig)
     order = [each.name for each in parse_directions(config.directions)]
-    trials = tuple(sorted(loaded, key=lambda trial: (_place(trial, order), trial.passport.trial)))
+    trials = tuple(sorted(load_trials(folder), key=lambda trial: (_place(trial, order), trial.passport.trial)))
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     people = people_of(config)
-    return Run(config, trials, results, people.trials, people.notes, load_beside(config.beside))
+    name, beside = load_beside(config.beside, settings_of(trials[0].passport), config.label)
+    return Run(config, trials, results, people.trials, people.notes, beside, name)
+
+
+def _sweep(folder: Path) -> SweepRun:
+    return run_sweep(saved(folder, "sweep.json", SweepConfig)[0])
 
 
 def _place(trial: Trial, order: list[str]) -> int:
@@ -73,13 +89,12 @@ def _one(path: Path) -> Run:
     return Run(config, (trial,), (result_of_trial(trial),))
 
 
-def _config(file: Path, kind: type[C], folder: Path) -> C:
-    """Return the configuration that a run's JSON holds, its folder put in."""
-    found = read_json(file.read_bytes())
-    entry = found.get("config") if isinstance(found, dict) else None
-    if not isinstance(entry, dict):
-        raise InputError(f"{file} holds no configuration of a run")
-    try:
-        return read_record(entry | {"out": str(folder)}, kind)
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from error
+LOADERS: dict[str, tuple[str, Callable[[Path], Shown]]] = {
+    "sweep.json": ("inhand sweep", _sweep),
+    "trace.json": ("inhand trace", load_trace),
+    "reach.json": ("inhand reach", load_reach),
+    "metrics.json": ("inhand asterisk, inhand evaluate", _tested),
+    "config.json": ("inhand train", load_training),
+    "data/metadata.json": ("inhand record", load_dataset),
+}
+"""What each kind of folder is known by, what wrote it, and what loads it."""

@@ -6,6 +6,7 @@ The tables of names are the one thing that a process shares: a name must mean th
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -78,8 +79,8 @@ class Registry(Mapping[str, T], Generic[T]):
         Raises:
             InputError: the thing has no name, one of the package's own, or is not of this kind.
         """
-        if isinstance(given, str | Path):
-            return str(given)
+        if isinstance(given, str | os.PathLike):
+            return os.fspath(given)
         name = str(getattr(given, "name", None) or getattr(given, "__name__", None) or type(given).__name__)
         if name in self._own:
             raise InputError(f"the name {name!r} is taken by another {self.kind}: give yours another name")

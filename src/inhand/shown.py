@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import io
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
+from inhand.errors import InputError
 from inhand.folders import MARK, run_folder
+from inhand.records import Config, checked, read_json, read_record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+
+C = TypeVar("C", bound=Config)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +64,49 @@ class Shown:
             return file.getvalue()
 
 
+@dataclass(frozen=True, eq=False)
+class Kept(Shown):
+    """A finished run that lives in its folder, and can be given where that folder is asked for."""
+
+    folder: Path
+    """The folder."""
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Copy the run to another folder and return that.
+
+        Raises:
+            InputError: the folder holds something, or another run and `overwrite` is off.
+        """
+        out = Path(folder)
+        with run_folder(out, overwrite=overwrite, mark=self.mark) as part:
+            shutil.copytree(self.folder, part, dirs_exist_ok=True)
+        return out
+
+    def __fspath__(self) -> str:
+        """Return the folder."""
+        return str(self.folder)
+
+
 def frame(entries: Sequence[dict[str, Any]]) -> DataFrame:
     """Return entries of a JSON as a table, dicts in them as columns of their own; heavy parts are imported now."""
     import pandas as pd
 
     return pd.json_normalize([dict(entry) for entry in entries])
+
+
+def saved(folder: Path, mark: str, kind: type[C]) -> tuple[C, dict[str, Any]]:
+    """Return the configuration that a run's JSON holds, its folder put in, and all that the JSON holds.
+
+    Raises:
+        InputError: the file is none of such a run.
+    """
+    file = folder / mark
+    try:
+        found = checked("content", read_json(file.read_bytes()), dict[str, Any])
+        entry = checked("config", found.get("config"), dict[str, Any])
+        return read_record(entry | {"out": str(folder)}, kind), found
+    except (InputError, OSError) as error:
+        raise InputError(f"{file}: {error}") from error
 
 
 def listed(words: str | Sequence[str | float]) -> str:

@@ -39,6 +39,8 @@ class Ready:
     """Human trials to follow or to set beside."""
     beside: tuple[Beside, ...]
     """Earlier runs to set beside."""
+    name: str
+    """What tells the run from them."""
 
 
 def asterisk(
@@ -51,6 +53,8 @@ def asterisk(
     seed: int = DEFAULT.seed,
     engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
     metrics: Sequence[str | UserMetric] = (),
+    beside: str | Path | Sequence[str | Path] = (),
+    label: str | Sequence[str] = (),
     **settings: Any,
 ) -> Run:
     """Run the Asterisk Test and return its trials, results, table and figure; nothing is written before `save`.
@@ -64,7 +68,9 @@ def asterisk(
         seed: of the start noise.
         engine: mujoco or bullet.
         metrics: names of registered metrics, or functions of a trial.
-        settings: other fields of `AsteriskConfig`, such as twist, noise_mm, human and beside.
+        beside: folders of at most two earlier runs, to set beside this one.
+        label: names of this run and of those, instead of what differs between them.
+        settings: other fields of `AsteriskConfig`, such as twist, noise_mm and human.
 
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
@@ -73,6 +79,8 @@ def asterisk(
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
+    settings["label"] = (label,) if isinstance(label, str) else tuple(label)
+    settings["beside"] = tuple(map(Path, [beside] if isinstance(beside, str | Path) else beside))
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 
@@ -83,10 +91,13 @@ def ready(config: AsteriskConfig) -> Ready:
     Raises:
         InputError: anything in the configuration that cannot be run.
     """
-    people, beside = people_of(config), load_beside(config.beside)
-    for name in config.metrics:
-        METRICS.known(name)
-    return Ready(prepare(config, people.trials), people, beside)
+    people = people_of(config)
+    for metric in config.metrics:
+        METRICS.known(metric)
+    setup = prepare(config, people.trials)
+    own = setup.hand.name, setup.object.name, setup.controller.name, config.engine
+    name, beside = load_beside(config.beside, own, config.label)
+    return Ready(setup, people, beside, name)
 
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
@@ -94,7 +105,7 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Ru
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
-    return Run(config, trials, results, known.people.trials, notes, known.beside)
+    return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)
 
 
 def people_of(config: AsteriskConfig) -> HumanFolder:

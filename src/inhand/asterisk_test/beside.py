@@ -1,18 +1,21 @@
-"""Earlier runs, to set beside a new one."""
+"""Earlier runs, to set beside a new one, and names that tell them apart."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
 
 from inhand.asterisk_test.results import Result, result_of_trial
-from inhand.control.trial import Trial, load_trial
+from inhand.control.trial import Passport, Trial, load_trial
 from inhand.errors import InputError
-from inhand.sim.names import MUJOCO
 
 MOST = 2
 """Runs that fit beside people and the new run in one figure."""
+THIS = "this run"
+"""What stands for the folder of the new run, which may have none yet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +23,7 @@ class Beside:
     """An earlier run."""
 
     name: str
-    """Its controller, with the engine where it is not MuJoCo."""
+    """What tells it from the others."""
     trials: tuple[Trial, ...]
     """Its trials."""
     results: tuple[Result, ...]
@@ -28,21 +31,46 @@ class Beside:
     told: str = "an earlier run"
     """What a reader must know of it."""
 
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Its hand, object, controller and engine."""
+        return settings_of(self.trials[0].passport)
+
     def only(self, wanted: Callable[[Trial], bool]) -> Beside:
         """Return the run with some of its trials."""
         pairs = [(t, r) for t, r in zip(self.trials, self.results, strict=True) if wanted(t)]
         return replace(self, trials=tuple(t for t, _ in pairs), results=tuple(r for _, r in pairs))
 
 
-def load_beside(folders: Sequence[Path]) -> tuple[Beside, ...]:
-    """Return the runs that earlier calls left in folders.
+def settings_of(passport: Passport) -> tuple[str, ...]:
+    """Return hand, object, controller and engine of a trial."""
+    return passport.hand.name, passport.object.name, passport.controller, passport.engine
+
+
+def load_beside(
+    folders: Sequence[Path], own: Sequence[str], labels: Sequence[str] = ()
+) -> tuple[str, tuple[Beside, ...]]:
+    """Return the name of a new run and the runs that earlier calls left in folders, each with its name.
+
+    Args:
+        folders: of the earlier runs.
+        own: hand, object, controller and engine of the new run.
+        labels: names of the new run and of the earlier ones; without them names are what differs in hand, object,
+            controller and engine, and the folder where that is the same.
 
     Raises:
-        InputError: too many folders, or a folder without the trials of a run.
+        InputError: too many folders, one twice, or one without the trials of a run; labels that are not one for each.
     """
     if len(folders) > MOST:
         raise InputError(f"--beside names {len(folders)} runs; at most {MOST} fit beside a new one: leave some out")
-    return tuple(_load(folder) for folder in folders)
+    _check_labels(labels, 1 + len(folders))
+    if len({folder.resolve() for folder in folders}) < len(folders):
+        raise InputError(f"--beside names {folders[0]} twice: give each run once")
+    runs = [_load(folder) for folder in folders]
+    if not (folders or labels):
+        return own[2], ()
+    names = labels or _names([tuple(own), *(run.settings for run in runs)], folders)
+    return names[0], tuple(replace(run, name=name) for run, name in zip(runs, names[1:], strict=True))
 
 
 def _load(folder: Path) -> Beside:
@@ -50,6 +78,27 @@ def _load(folder: Path) -> Beside:
     if not files:
         raise InputError(f"--beside {folder} holds no trials of a run; give the --out folder of an earlier run")
     trials = tuple(load_trial(path) for path in files)
-    passport = trials[0].passport
-    name = passport.controller if passport.engine == MUJOCO else f"{passport.controller} ({passport.engine})"
-    return Beside(name, trials, tuple(result_of_trial(trial) for trial in trials))
+    return Beside(trials[0].passport.controller, trials, tuple(result_of_trial(trial) for trial in trials))
+
+
+def _names(settings: Sequence[tuple[str, ...]], folders: Sequence[Path]) -> list[str]:
+    """Return what tells runs apart; of the first, the new one, `THIS` stands for the folder."""
+    differs = [len(set(values)) > 1 for values in zip(*settings, strict=True)]
+    names = [", ".join(compress(each, differs)) for each in settings]
+    parts = [folder.resolve().parts for folder in folders]
+    depth = next(n for n in range(1, 2 + max(map(len, parts))) if len({each[-n:] for each in parts}) == len(parts))
+    places = [THIS, *("/".join(each[-depth:]) for each in parts)]
+    counts = Counter(names)
+    told = [place if not name else f"{name} ({place})" for name, place in zip(names, places, strict=True)]
+    return [name if counts[name] == 1 else more for name, more in zip(names, told, strict=True)]
+
+
+def _check_labels(labels: Sequence[str], runs: int) -> None:
+    if labels and len(labels) != runs:
+        raise InputError(
+            f"--label gives {len(labels)} names for {runs} run{'s' if runs > 1 else ''}: give one for this run and one"
+            " for each of --beside, in that order"
+        )
+    for label in labels:
+        if not label.strip() or labels.count(label) > 1:
+            raise InputError(f"--label {label!r}: give each run a name of its own")

@@ -39,6 +39,8 @@ class AsteriskConfig(TrialsConfig, HeldConfig):
     """Folder of recorded human trials, to follow with --paths human and to draw beside the simulation."""
     beside: tuple[Path, ...] = ()
     """Folders of earlier runs (at most 2) to set beside this one in table, panels and radar."""
+    label: tuple[str, ...] = ()
+    """Names of this run and of those of --beside, in that order, instead of what differs between them."""
     directions: str = "all"
     """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
     twist: float = 0.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
@@ -13,8 +12,14 @@ from inhand.asterisk_test.results import Result
 from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
 from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 
-if TYPE_CHECKING:
-    pass
+COLUMNS = (
+    "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
+    " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
+    " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
+    " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
+    " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it."
+)
+"""What the columns of the table hold."""
 
 
 def page(
@@ -24,23 +29,24 @@ def page(
     notes: Sequence[str],
     pictures: tuple[Sequence[Picture], Sequence[Picture]],
     *,
-    beside: Sequence[Beside] = (),
+    subject: str,
+    beside: tuple[str, Sequence[Beside]] = ("", ()),
 ) -> str:
-    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again.
+
+    `subject` names controller, object and hand; `beside` is the run's name among those set beside it, and they.
+    """
     lines = [
-        f"# Asterisk Test: {results[0].source} on {config.object} with {config.hand}",
+        f"# Asterisk Test: {subject}",
         "",
         f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
         f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "",
-        "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
-        " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
-        " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
-        " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
-        " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
+        COLUMNS,
         "",
-        *table_lines(*with_beside(*shown_columns(table_rows(results, people)), beside)),
+        *table_lines(*with_beside(*shown_columns(table_rows(results, people)), *beside)),
         "",
+        *listed_lines("Set beside it", [f"{run.name}: {', '.join(run.settings)}." for run in beside[1]]),
         endings(results),
         "",
         *listed_lines("What failed", failures(results)),

@@ -21,7 +21,8 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
 from inhand.plots.save import save_figure
-from inhand.shown import Shown, frame, listed
+from inhand.records import read_record
+from inhand.shown import Shown, frame, listed, saved
 from inhand.tasks.primitives import Primitive, parse_directions, with_twists
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
@@ -52,7 +53,7 @@ class Reach(Shown):
         """What was assumed."""
         turn = self.config.rotation_deg
         bound = f", rotation up to {turn:g} deg" if turn else ""
-        return f"{self.config.hand}, {self.config.object}, friction {self._friction:g}{bound}"
+        return f"{self.held[0].name}, {self.held[1].name}, friction {self._friction:g}{bound}"
 
     @property
     def _friction(self) -> float:
@@ -172,6 +173,50 @@ def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int],
     return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell))
 
 
+def load_reach(folder: Path) -> Reach:
+    """Return the reach of a folder as it was written.
+
+    Raises:
+        InputError: there is none that can be read.
+    """
+    config, content = saved(folder, MARK, ReachCommand)
+    asked = ready_reach(config)
+    try:
+        entries = [read_record(entry, _Entry) for entry in content.get("limits", ())]
+    except InputError as error:
+        raise InputError(f"{folder / MARK}: {error}; compute it again") from error
+    if [entry.direction for entry in entries] != [primitive.name for primitive in asked.primitives]:
+        raise InputError(
+            f"{folder / MARK}: its limits are not those of the directions {config.directions}; compute it again"
+        )
+    found = tuple(entry.limit(primitive) for entry, primitive in zip(entries, asked.primitives, strict=True))
+    return Reach(config, asked.held, start_grip(*asked.held, asked.assumed), found)
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A limit as the JSON has it."""
+
+    direction: str
+    angle_deg: float | None
+    rotation_deg: float
+    way_mm: float
+    limit_mm: float | None
+    limit_deg: float | None
+    end_pose_mm_deg: tuple[float, float, float]
+    end_contacts_mm: tuple[tuple[float, float], ...]
+    end_joints_deg: tuple[float, ...]
+
+    def limit(self, primitive: Primitive) -> Limit:
+        """Return it as it was computed."""
+        *place, turn = self.end_pose_mm_deg
+        pose, contacts = np.array([*place, 0.0]) / 1e3, np.array(self.end_contacts_mm) / 1e3
+        pose[2] = np.deg2rad(turn)
+        end = Farthest(self.way_mm / 1e3, pose, np.deg2rad(self.end_joints_deg), contacts)
+        far = np.deg2rad(self.limit_deg or 0.0) if self.limit_mm is None else self.limit_mm / 1e3
+        return Limit(primitive, float(far), end)
+
+
 def _entry(limit: Limit) -> dict[str, Any]:
     """Return a limit as the JSON has it, with the last grip."""
     turns, end = limit.primitive.angle_deg is None, limit.end
@@ -179,6 +224,7 @@ def _entry(limit: Limit) -> dict[str, Any]:
         "direction": limit.primitive.name,
         "angle_deg": limit.primitive.angle_deg,
         "rotation_deg": limit.primitive.rotation_deg,
+        "way_mm": 1e3 * end.way,
         "limit_mm": None if turns else 1e3 * limit.distance,
         "limit_deg": float(np.rad2deg(limit.distance)) if turns else None,
         "end_pose_mm_deg": [*(1e3 * end.pose[:2]).tolist(), float(np.rad2deg(end.pose[2]))],

@@ -61,6 +61,8 @@ class Run(Shown):
     """What a reader should know, a sentence each."""
     beside: tuple[Beside, ...] = ()
     """Earlier runs to set beside it."""
+    label: str = ""
+    """What tells it from them; without it its controller."""
 
     def table(self) -> pd.DataFrame:
         """Return a row for each trial: direction, outcome, every metric."""
@@ -90,8 +92,14 @@ class Run(Shown):
 
     @property
     def name(self) -> str:
-        """Name of the controller; that of a folder's policy is shorter than the configuration's."""
-        return self.trials[0].passport.controller
+        """What tells it from the runs beside it."""
+        return self.label or self.trials[0].passport.controller
+
+    @property
+    def subject(self) -> str:
+        """Its controller, object and hand by their names, which are shorter than files and folders."""
+        passport = self.trials[0].passport
+        return f"{passport.controller} on {passport.object.name} with {passport.hand.name}"
 
 
 def write_report(run: Run, folder: Path) -> None:
@@ -105,7 +113,15 @@ def write_report(run: Run, folder: Path) -> None:
         pictures.append(_donut(run, figures))
     pictures.append(_replay(run, figures))
     paths = _paths(run, figures)
-    text = page(run.config, run.results, run.people, run.notes, (pictures, paths), beside=run.beside)
+    text = page(
+        run.config,
+        run.results,
+        run.people,
+        run.notes,
+        (pictures, paths),
+        subject=run.subject,
+        beside=(run.name, run.beside),
+    )
     (folder / "report.md").write_text(text)
 
 
@@ -163,14 +179,15 @@ def _named(run: Run, stem: str) -> str:
 
 def _title(run: Run) -> str:
     twist = _twist(run)
-    return f"{run.name}, {run.config.paths} paths" + (
+    return f"{run.trials[0].passport.controller}, {run.config.paths} paths" + (
         f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
     )
 
 
 def _subtitle(run: Run) -> str:
     count = len({result.trial for result in run.results})
-    return f"{run.config.hand}, {run.config.object}; mean of {count} trial{'s' if count > 1 else ''} a direction"
+    passport = run.trials[0].passport
+    return f"{passport.hand.name}, {passport.object.name}; mean of {count} trial{'s' if count > 1 else ''} a direction"
 
 
 def _asterisks(run: Run, figures: Path) -> list[Picture]:
@@ -273,7 +290,7 @@ def _paths(run: Run, figures: Path) -> list[Picture]:
             continue
         name = f"figures/paths/{file_name(result.direction)}.png"
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
-        subtitle = f"{run.name}, trial 1, {result.outcome}"
+        subtitle = f"{trial.passport.controller}, trial 1, {result.outcome}"
         figure = path_figure(
             trial_path(trial, result), outline=start_scene(trial), title=result.direction, subtitle=subtitle
         )

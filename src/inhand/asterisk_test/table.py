@@ -47,12 +47,14 @@ def shown_columns(rows: Sequence[tuple[str, ...]]) -> tuple[tuple[str, ...], lis
 
 
 def with_beside(
-    header: tuple[str, ...], rows: Sequence[tuple[str, ...]], beside: Sequence[Beside]
+    header: tuple[str, ...], rows: Sequence[tuple[str, ...]], name: str, beside: Sequence[Beside]
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return header and rows with a column of distances, after the run's own, for every run set beside it."""
+    """Return header and rows with a column of distances, after that of the run of a name, for every run beside it."""
+    if not beside:
+        return header, list(rows)
     groups = [by_direction(run.results) for run in beside]
     widened = [(*row[:2], *(_reached(group.get(row[0], [])) for group in groups), *row[2:]) for row in rows]
-    return (*header[:2], *(f"{run.name} [mm]" for run in beside), *header[2:]), widened
+    return (header[0], *(f"{each} [mm]" for each in (name, *(run.name for run in beside))), *header[2:]), widened
 
 
 def failures(results: Sequence[Result]) -> list[str]:

@@ -18,9 +18,8 @@ import tyro
 from inhand import __version__
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
 from inhand.errors import InputError
-from inhand.learning.record_config import RecordConfig
+from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.tracing.config import TraceConfig
 
 
@@ -35,6 +34,14 @@ class MetricsConfig:
     gaps: Literal["refuse", "drop", "fill"] = "refuse"
     """Frames in which the camera did not see the object have empty rows: refuse the recording, drop them, or fill them
     with a line between their neighbours. The table says how many they were."""
+
+
+@dataclass(frozen=True)
+class EvaluateCommand(EvaluateConfig):
+    """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
+
+    run: tyro.conf.Positional[str] = EvaluateConfig.run
+    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +71,7 @@ Command = (
     | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
     | Annotated[RecordConfig, tyro.conf.subcommand("record")]
     | Annotated[TrainConfig, tyro.conf.subcommand("train")]
-    | Annotated[EvaluateConfig, tyro.conf.subcommand("evaluate")]
+    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
     | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
     | Annotated[ViewConfig, tyro.conf.subcommand("view")]
     | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
@@ -104,7 +111,7 @@ RUNS = {
     SweepConfig: "sweep",
     RecordConfig: "record",
     TrainConfig: "train",
-    EvaluateConfig: "evaluate",
+    EvaluateCommand: "evaluate",
 }
 """The module of each command that runs something; its function is `run_` and the same name."""
 

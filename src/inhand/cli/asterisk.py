@@ -10,6 +10,9 @@ from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.trial import Trial
 from inhand.folders import run_folder
 
+SPARE = ("Overlap", "Force", "Gap [s]", "Contact", "Eff.", "Turn", "Lateral", "Of limit", "Limit [mm]")
+"""Columns that a narrow terminal does without, the first first."""
+
 
 def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, put the finished run in its place, and print its table."""
@@ -17,8 +20,8 @@ def run_asterisk(config: AsteriskConfig) -> None:
     with run_folder(config.out, overwrite=config.overwrite) as folder:
         run = finish(config, known, simulated)
         run.write(folder)
-    header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.beside)
-    print_table(f"{run.name} on {config.object}, {config.hand}", header, rows)
+    header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
+    print_table(run.subject, header, rows, spare=SPARE)
     for sentence in failures(run.results):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")

@@ -10,6 +10,18 @@ from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.sweep import Plan, computed
 from inhand.cli.terminal import print_table, progress, say
 
+SPARE = (
+    "Least",
+    "Median",
+    "Limit [L]",
+    "Farthest for its size",
+    "Distance [L]",
+    "Second",
+    "Its distance",
+    "Kept",
+    "Limit [mm]",
+)
+"""Columns that a narrow terminal does without, the first first."""
 SPEED_OVER_S = 3600.0
 """The time left is told from the cells of the last hour [s]: a cell can take longer than rich's half minute."""
 
@@ -26,7 +38,7 @@ def run_sweep(config: SweepConfig) -> None:
     done.save(config.out)
     for make in (tables.hands_table, tables.best_by_direction, tables.best_by_object):
         table = make(done.sweep)
-        print_table(table.title, table.header, table.rows)
+        print_table(table.title, table.header, table.rows, spare=SPARE)
     for sentence in (*tables.summary(done.sweep), *tables.failures(done.sweep)):
         say(sentence)
     for sentence in tables.beyond(done.sweep):

@@ -2,31 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from typing import Literal
 
-from rich.console import Console
+from rich.console import Console, Group
+from rich.live import Live
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is, and how far it has to go."""
+WORD, AROUND = 12, 3
+"""A word of a heading that is longer may be broken; what a column takes beside its text."""
 PIPED_WIDTH = 160
 """Columns of a table that is written to a file or a pipe."""
 
 
-def print_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 1) -> None:
-    """Print a table; columns from index `numbers` on are aligned to the right."""
-    table = Table(title=title, title_justify="left")
-    for i, name in enumerate(header):
-        table.add_column(Text(name), justify="right" if i >= numbers else "left", no_wrap=i == 0, overflow="fold")
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+def print_table(
+    title: str, header: Sequence[str], rows: Sequence[Sequence[str]], numbers: int = 1, spare: Sequence[str] = ()
+) -> None:
+    """Print a table; columns from index `numbers` on are aligned to the right.
+
+    Where it is too wide for the terminal, columns in `spare` are left out, the first first, and named below.
+    """
     console = Console()
     if not console.is_terminal:
         console = Console(width=PIPED_WIDTH)
+    columns = dict(enumerate(zip(header, *rows, strict=True)))
+    left_out: list[str] = []
+    for name in spare:
+        if name in header and _width(columns.values(), broken=True) > console.width:
+            del columns[header.index(name)]
+            left_out.append(name)
+    squeezed = spare and _width(columns.values()) > console.width
+    table = Table(title=title, title_justify="left")
+    for i, column in columns.items():
+        side: Literal["left", "right"] = "right" if i >= numbers else "left"
+        width = _width([column], broken=True) - AROUND - 1 if squeezed else None
+        table.add_column(Text(header[i]), justify=side, no_wrap=i == 0, overflow="fold", width=width)
+    for row in rows:
+        table.add_row(*(Text(row[i]) for i in columns))
     console.print(table)
+    if left_out:
+        say(f"Left out, for want of width: {', '.join(left_out)} (the report has them)")
+
+
+def _width(columns: Collection[Sequence[str]], *, broken: bool = False) -> int:
+    """Return what columns take, a heading and its cells each; a heading may be broken, at spaces or when it is long."""
+    headings = ([min(len(word), WORD) for word in name.split()] if broken else [len(name)] for name, *_ in columns)
+    cells = ([len(cell) for cell in column[1:]] for column in columns)
+    return 1 + sum(AROUND + max(*heading, *column, 0) for heading, column in zip(headings, cells, strict=True))
 
 
 def say(text: str) -> None:
@@ -34,44 +59,66 @@ def say(text: str) -> None:
     Console(soft_wrap=True).print(text, markup=False, highlight=False)
 
 
-def bar(over_s: float = 600.0) -> Progress:
-    """Return the bar of every command: what is done, how far, for how long, and how much is left.
+class Screen:
+    """What a command shows while it runs: a bar, a table below lines that stay; lines alone where nobody watches."""
 
-    Args:
-        over_s: the time left is told from what was done in this time [s].
-    """
-    return Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[more]}"),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        transient=True,
-        speed_estimate_period=over_s,
-    )
+    def __init__(self, *, spoken: bool, over_s: float) -> None:
+        """Show nothing yet; `progress` has the arguments."""
+        self._bar = Progress(
+            SpinnerColumn(),
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.fields[more]}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            speed_estimate_period=over_s,
+        )
+        self._row = self._bar.add_task("preparing", total=None, more="")
+        self.live = Live(self._bar, transient=True)
+        self._spoken = spoken
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody watches."""
+        return self.live.console.is_terminal
+
+    def __call__(self, what: str, done: int, total: int, more: str = "", *, silent: bool = False) -> None:
+        """Show what is being done, how far it is, and how far it has to go (0: nobody knows).
+
+        Args:
+            what: is being done.
+            done: how far it is.
+            total: how far it has to go.
+            more: stands behind the bar in the place of both numbers.
+            silent: no line of its own where nobody watches.
+        """
+        if (total or None) != self._bar.tasks[self._row].total:
+            self._bar.reset(self._row, total=total or None)
+        counts = f"{done} of {total}" if total else ""
+        self._bar.update(self._row, description=what, completed=done, more=more or counts)
+        if self._spoken and not silent and not self.watched:
+            say(f"{what}: {counts}")
+
+    def line(self, text: str, below: Table) -> None:
+        """Write a line that stays, and show a table below it where somebody watches."""
+        if self.watched:
+            self.live.console.print(text, markup=False, highlight=False, soft_wrap=True)
+            self.live.update(Group(below, self._bar))
+        else:
+            say(text)
 
 
 @contextmanager
-def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Told]:
-    """Give what a command tells: what is being done, how far it is, and how far it has to go (0: nobody knows).
+def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Screen]:
+    """Give what a command shows while it runs; it is gone at the end.
 
     Args:
-        spoken: whether each telling is a line of its own where nobody watches.
-        over_s: as `bar` has it [s].
+        spoken: whether each part is a line of its own where nobody watches.
+        over_s: the time left is told from what was done in this time [s].
     """
-    with bar(over_s) as shown:
-        row = shown.add_task("preparing", total=None, more="")
-
-        def tell(what: str, done: int, total: int) -> None:
-            if (total or None) != shown.tasks[row].total:
-                shown.reset(row, total=total or None)
-            more = f"{done} of {total}" if total else ""
-            shown.update(row, description=what, completed=done, more=more)
-            if spoken and not shown.console.is_terminal:
-                say(f"{what}: {more}")
-
-        yield tell
+    screen = Screen(spoken=spoken, over_s=over_s)
+    with screen.live if screen.watched else nullcontext():
+        yield screen
 
 
 @contextmanager

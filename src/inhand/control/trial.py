@@ -254,6 +254,18 @@ def write_trials(trials: Iterable[Trial], folder: Path) -> None:
         save_trial(trial, place / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")
 
 
+def load_trials(folder: Path) -> list[Trial]:
+    """Return the trials that `write_trials` left in a run's folder, in the order of their names and numbers.
+
+    Raises:
+        InputError: there are none, or one that cannot be read.
+    """
+    trials = [load_trial(path) for path in (folder / "trials").glob("*.npz")]
+    if not trials:
+        raise InputError(f"{folder} holds no trials: give the whole folder of a run")
+    return sorted(trials, key=lambda trial: (trial.passport.primitive, trial.passport.trial))
+
+
 def write_json(content: object, path: Path) -> None:
     """Write JSON under a temporary name and move it into place; numbers that are not finite become null."""
     with in_place(path) as temporary:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from inhand.learning.demonstrations import Recipe
+from inhand.errors import InputError
+from inhand.hands.files import load_hand, load_object
+from inhand.learning.demonstrations import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
+from inhand.tasks.primitives import TRAIN
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ class Training(Config):
     """What the controller sees, does and is rewarded for."""
     recipe: Recipe = field(default_factory=Recipe)
     """How demonstrations are made."""
+    demonstrations: str = ""
+    """Folder of a dataset of `inhand record` to learn from; without it demonstrations are recorded by `recipe`."""
     noise: Noise = field(default_factory=Noise)
     """Noise of the starts."""
     learning: Learning = field(default_factory=Learning)
@@ -106,6 +111,23 @@ class Training(Config):
     """Episodes between two evaluations, each with a checkpoint (thesis 4.2)."""
     trials: int = 4
     """Starts of each direction in an evaluation."""
+
+    @property
+    def recording(self) -> Recording:
+        """What demonstrations are to be recorded, or what they must have in common with a dataset's."""
+        return Recording(
+            load_hand(self.hand),
+            load_object(self.object),
+            tuple(each.angle_deg for each in TRAIN if each.angle_deg is not None),
+            self.recipe,
+            self.interface,
+            self.noise,
+            self.seed,
+            self.engine,
+            self.directions == "continuous",
+            self.held_out,
+            self.task,
+        )
 
 
 def thesis() -> Training:
@@ -173,3 +195,14 @@ def smoke() -> Training:
 
 PRESETS = {"default": default, "thesis": thesis, "smoke": smoke}
 """Presets by name."""
+
+
+def preset(name: str) -> Training:
+    """Return a preset by name.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if name not in PRESETS:
+        raise InputError(f"unknown preset {name!r}; allowed are {', '.join(PRESETS)}")
+    return PRESETS[name]()

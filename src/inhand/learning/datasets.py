@@ -9,7 +9,6 @@ its storage class takes a block after the other, in any folder, and writes the s
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -24,12 +23,10 @@ from numpy.typing import NDArray
 from inhand.archives import check_shapes
 from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.learning.dataset_cards import OURS, DatasetHead, DatasetKind
 from inhand.learning.minari_files import Storage, new_storage, open_storage, reading
 from inhand.records import read_json, read_record, table_of
-from inhand.sim.names import MUJOCO, Engine
-from inhand.tasks.cards import NEW, InterfaceCard, differences
+from inhand.tasks.cards import NEW
 
 Floats = NDArray[np.float32]
 
@@ -37,8 +34,6 @@ DATA, METADATA = "data", "metadata.json"
 """Minari's folder in a dataset's, and its file in there."""
 MARK = f"{DATA}/{METADATA}"
 """The file that marks a folder as a dataset's."""
-OURS = "inhand"
-"""Where our part of Minari's metadata is, and the namespace of our datasets."""
 FORMAT = 2
 """Version of that part; see `inhand.tasks.cards.NEW`."""
 PACKAGES = ("minari", "h5py")
@@ -47,64 +42,6 @@ ABOUT = ("angle_deg", "distance", "limit", "start")
 """What is kept beside an episode."""
 BLOCK = 256
 """Episodes written at a time."""
-
-
-@dataclass(frozen=True)
-class DatasetKind:
-    """What a dataset and the controller that learns from it must have in common."""
-
-    hand: HandSpec
-    """The hand."""
-    interface: InterfaceCard
-    """How a controller sees and acts."""
-    actions: str
-    """What actions mean: angles or steps."""
-    horizon: int
-    """Decisions after which an episode is cut off."""
-
-    @property
-    def size(self) -> int:
-        """How many numbers an observation has."""
-        return self.interface.size(self.hand.n_joints)
-
-
-@dataclass(frozen=True)
-class DatasetHead:
-    """Where a dataset comes from: enough to record it again."""
-
-    kind: DatasetKind
-    """Hand, observations, actions and horizon."""
-    object: ObjectSpec
-    """The object."""
-    expert: str
-    """Controller that demonstrates."""
-    grasp: str
-    """Grip of the starts: planned or rough."""
-    reward: str
-    """Name of the reward."""
-    directions: str
-    """Words for the directions, or `continuous`."""
-    noise: tuple[float, float]
-    """Standard deviations of the object's start [m] and [rad]."""
-    push: float
-    """Largest standard deviation of the noise on joint targets [rad]."""
-    midway: float
-    """Share of the episodes that start where an earlier one was under way."""
-    whole: float
-    """Share of the episodes that go as far as their grip reaches."""
-    grip_spread: float
-    """Standard deviation of the angle between a direction and the one whose grip is used [deg]."""
-    seed: int
-    """Seed of everything drawn."""
-    versions: dict[str, str]
-    """Versions of this package and of what it ran on."""
-    engine: Engine = MUJOCO
-    """Physics engine."""
-
-    @property
-    def dataset_id(self) -> str:
-        """Minari's name for the dataset; of the object's name it takes letters, digits, `_` and `-` alone."""
-        return f"{OURS}/{re.sub(r'[^-0-9A-Za-z_]', '_', self.object.name)}/{self.expert}-v0"
 
 
 @dataclass(frozen=True)
@@ -177,8 +114,8 @@ def write_dataset(
     temporary.replace(folder / DATA)
 
 
-def read_dataset(folder: Path) -> tuple[DatasetHead, Iterator[DatasetEpisode]]:
-    """Return a dataset's head, and its episodes as they are asked for.
+def read_dataset(folder: Path) -> tuple[DatasetHead, StoredEpisodes]:
+    """Return a dataset's head and its episodes.
 
     Raises:
         InputError: the extra is missing, there is no dataset of ours, or one that cannot be read or of another format.
@@ -186,7 +123,7 @@ def read_dataset(folder: Path) -> tuple[DatasetHead, Iterator[DatasetEpisode]]:
     check_installed("a dataset")
     head = read_head(folder)
     with reading(folder):
-        return head, _episodes(folder, head.kind, open_storage(folder / DATA, _sizes(head.kind)))
+        return head, StoredEpisodes(folder, head.kind, open_storage(folder / DATA, _sizes(head.kind)))
 
 
 def read_head(folder: Path) -> DatasetHead:
@@ -208,27 +145,28 @@ def read_head(folder: Path) -> DatasetHead:
         ) from error
 
 
-def check_fits(head: DatasetHead, wanted: DatasetKind) -> None:
-    """Refuse a dataset from which a controller of another kind is to learn.
+@dataclass(frozen=True, eq=False)
+class StoredEpisodes:
+    """The episodes of a dataset, read from the disk as they are asked for."""
 
-    Raises:
-        InputError: the text tells every difference, observations part by part.
-    """
-    there = head.kind
-    lines = []
-    if there.hand != wanted.hand:
-        same = " of other measures" if there.hand.name == wanted.hand.name else ""
-        lines.append(f"hand: {there.hand.name} there, {wanted.hand.name}{same} here")
-    if there.actions != wanted.actions:
-        lines.append(f"actions: {there.actions} there, {wanted.actions} here")
-    if there.horizon != wanted.horizon:
-        lines.append(f"horizon: {there.horizon} decisions there, {wanted.horizon} here")
-    lines += differences(there.interface, wanted.interface)
-    if lines:
-        raise InputError(
-            f"dataset {head.dataset_id} is of another kind than what is to learn from it: record one with the settings"
-            " here, or learn with those there\n" + "\n".join(f"  {line}" for line in lines)
-        )
+    folder: Path
+    """Folder of the dataset."""
+    kind: DatasetKind
+    """What they hold."""
+    storage: Storage
+    """Minari's."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return self.storage.total_episodes
+
+    def __iter__(self) -> Iterator[DatasetEpisode]:
+        """Give one after the other.
+
+        Raises:
+            InputError: one cannot be read.
+        """
+        return _episodes(self.folder, self.kind, self.storage)
 
 
 def check_installed(what: str) -> None:

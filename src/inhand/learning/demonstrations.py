@@ -2,30 +2,51 @@
 
 What the expert wanted is kept beside what was done: imitation copies the first, value learning needs the second.
 A part of the episodes starts in the middle of earlier ones with a new direction, so that starts cover the workspace.
+Datasets and training record by the same lines; one writes episodes to a folder, the other rows to learn from.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import find_controller
+from inhand.control.catalogue import direction_plans, find_controller
 from inhand.control.loop import sense
 from inhand.control.user_policy import GraspKind
+from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.learning.starts import Noise, Starts, expert_task, gripped, joined, reach_of, taken
+from inhand.learning.datasets import DatasetEpisode
+from inhand.learning.starts import Noise, Starts, expert_task, grid_of, gripped, joined, plans_for, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
 from inhand.tasks.actions import actions_of
+from inhand.tasks.paths import stacked
+from inhand.tasks.primitives import UNSEEN
+from inhand.tasks.routes import Routes, routes_of
+from inhand.tracing.tasks import find_task
 
+Told = Callable[[str, int, int], None]
+"""Told what is being done, how far it is and how far it has to go."""
+Plans = dict[float, GraspPlan]
+"""Grasps by direction [deg]."""
+RoutePool = tuple[Routes, list[GraspPlan]]
+"""Routes of a whole task, and the grasp of each."""
+PLANNED_AT_ONCE = 8
+"""Directions whose grasps are planned between two reports of progress."""
+MOST_EPISODES = 100_000
+"""Demonstrations at most: about an hour of two cores, and 9 GB of rows to learn from."""
+EPISODE_MB, EPISODE_S = 0.09, 0.036
+"""What one of 200 decisions takes of disk [MB], and of two cores [s] (docs/benchmarks.md)."""
 BATCH = 512
 """Episodes recorded side by side."""
 CORRELATION = 0.9
@@ -54,6 +75,55 @@ class Recipe(Config):
     """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
 
 
+@dataclass(frozen=True)
+class Recording:
+    """What is to be recorded."""
+
+    hand: HandSpec
+    """The hand."""
+    object: ObjectSpec
+    """The object."""
+    angles_deg: tuple[float, ...]
+    """Directions, drawn evenly [deg]."""
+    recipe: Recipe
+    """How demonstrations are made."""
+    interface: Interface
+    """What is seen, done and rewarded."""
+    noise: Noise
+    """Noise of the starts."""
+    seed: int
+    """Seed of everything drawn."""
+    engine: Engine = MUJOCO
+    """Physics engine."""
+    continuous: bool = False
+    """Whether half of the directions are drawn anywhere on the circle but near the 8 unseen ones."""
+    held_out: float = 5.0
+    """Half width of the sectors about those that are left out [deg]."""
+    task: str = ""
+    """Whole task to show instead of directions."""
+
+    @property
+    def held(self) -> tuple[HandSpec, ObjectSpec]:
+        """The hand and the object."""
+        return self.hand, self.object
+
+    @property
+    def grid(self) -> tuple[float, ...]:
+        """Directions that grasps are planned for [deg]."""
+        anywhere = self.continuous or self.recipe.grip_spread > 0
+        return grid_of(np.arange(0.0, 360.0) if anywhere else np.array(self.angles_deg))
+
+    def draw(self, rng: np.random.Generator, count: int) -> Array:
+        """Return drawn directions `(count,)` [deg]."""
+        named = np.asarray(rng.choice(np.array(self.angles_deg), count))
+        if not self.continuous:
+            return named
+        anywhere = 360.0 * rng.random((20, count))
+        allowed = from_unseen(anywhere) >= self.held_out
+        found = np.where(allowed.any(axis=0), anywhere[allowed.argmax(axis=0), np.arange(count)], named)
+        return np.where(rng.random(count) < 0.5, named, found)
+
+
 @dataclass(frozen=True, eq=False)
 class Episodes:
     """B recorded episodes of T decisions each; decisions after an episode's end are marked invalid."""
@@ -77,64 +147,144 @@ class Episodes:
     starts: Starts
     """Where they started, in which direction and how far they were to go."""
 
+    def apart(self) -> Iterator[DatasetEpisode]:
+        """Give the episodes one by one, each up to its end."""
+        for world, count in enumerate(self.valid.sum(axis=0)):
+            observations, actions, wanted = (
+                np.ascontiguousarray(values[:rows, world], dtype=np.float32)
+                for values, rows in ((self.observations, count + 1), (self.actions, count), (self.wanted, count))
+            )
+            yield DatasetEpisode(
+                observations,
+                actions,
+                wanted,
+                self.rewards[:count, world],
+                bool(self.terminated[world]),
+                not self.terminated[world],
+                float(self.angle_deg[world]),
+                float(self.distance[world]),
+                float(self.starts.distance[world]),
+                self.starts.state.pose[world],
+            )
+
+
+def check_episodes(count: int, given: str) -> None:
+    """Refuse a number of demonstrations that cannot be recorded.
+
+    Args:
+        count: the number.
+        given: what was given, as the text is to say it.
+
+    Raises:
+        InputError: the text tells what they would take.
+    """
+    if count < 1:
+        raise InputError(f"{given}: give at least 1")
+    if count > MOST_EPISODES:
+        raise InputError(
+            f"{given}: they would take about {count * EPISODE_MB / 1e3:.0f} GB of disk and"
+            f" {count * EPISODE_S / 3600:.0f} hours of two cores; at most {MOST_EPISODES} are recorded at a time"
+        )
+
+
+def from_unseen(angle_deg: Array) -> Array:
+    """Return how far directions [deg] are from the nearest of the 8 unseen ones [deg]."""
+    unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
+    return np.asarray(np.abs((angle_deg[..., None] - unseen + 180.0) % 360.0 - 180.0).min(axis=-1))
+
 
 def demonstrations(
-    held: tuple[HandSpec, ObjectSpec],
-    plans: dict[float, GraspPlan],
-    draw: Callable[[int], Array],
-    made: tuple[Recipe, Interface, Noise],
-    rng: np.random.Generator,
-    *,
-    engine: Engine = MUJOCO,
-    progress: Callable[[int], None] | None = None,
+    recording: Recording, given: Plans | RoutePool, rng: np.random.Generator, told: Told = lambda *_: None
 ) -> Iterator[Episodes]:
     """Give recorded episodes a batch at a time until all asked for are there.
 
     Args:
-        held: the hand and the object.
-        plans: a grasp for each direction of the grid (`plans_for`).
-        draw: draws directions [deg], as many as it is asked for.
-        made: how demonstrations are made, what is seen, done and rewarded, and the noise of starts.
+        recording: what is to be recorded.
+        given: a grasp for each direction of the grid (`plans_of`), or the routes of the task (`route_pool`).
         rng: draws noise and starts.
-        engine: in which they are recorded.
-        progress: told the number of recorded episodes, from time to time.
+        told: told how many are recorded, and how many of them lost the object.
     """
-    recipe, interface, noise = made
-    done = 0
+    done, lost, total = 0, 0, recording.recipe.episodes
     kept: Starts | None = None
-    while done < recipe.episodes:
-        count = min(BATCH, recipe.episodes - done)
-        again = 0 if kept is None else min(round(recipe.midway * count), len(kept))
-        angles = draw(count - again)
-        gripped_for = angles + recipe.grip_spread * rng.standard_normal(len(angles))
-        fresh = replace(gripped(*held, (plans, gripped_for), rng, noise, engine=engine), angle_deg=angles)
-        if kept is not None and again:
-            fresh = joined([fresh, kept.take(rng.choice(len(kept), again, replace=False), draw(again))])
-        reach = reach_of(held, fresh)
-        share = np.where(rng.random(count) < recipe.whole, 1.0, rng.random(count))
-        episodes, kept = recorded(held, replace(fresh, distance=share * reach), (recipe, interface), rng)
-        done += count
+    told("recording demonstrations", 0, total)
+    while done < total:
+        starts = starts_of(recording, given, min(BATCH, total - done), rng, kept)
+        episodes, kept = recorded(recording.held, starts, (recording.recipe, recording.interface), rng)
+        done, lost = done + len(starts), lost + int(episodes.terminated.sum())
         yield episodes
-        if progress is not None:
-            progress(done)
+        told(f"recording demonstrations{f', {lost} lost' if lost else ''}", done, total)
 
 
-def route_demonstrations(
-    held: tuple[HandSpec, ObjectSpec],
-    draw: Callable[[int], Starts],
-    made: tuple[Recipe, Interface],
+def starts_of(
+    recording: Recording,
+    given: Plans | RoutePool,
+    count: int,
     rng: np.random.Generator,
-) -> Iterator[Episodes]:
-    """Give recorded episodes along whole routes, a batch at a time; each begins where its route does.
+    kept: Starts | None = None,
+) -> Starts:
+    """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones."""
+    held, recipe = recording.held, recording.recipe
+    if not isinstance(given, dict):
+        return route_starts(held, given, count, rng, recording.noise, engine=recording.engine)
+    again = 0 if kept is None else min(round(recipe.midway * count), len(kept))
+    angles = recording.draw(rng, count - again)
+    gripped_for = angles + recipe.grip_spread * rng.standard_normal(len(angles))
+    found = gripped(*held, (given, gripped_for), rng, recording.noise, engine=recording.engine)
+    fresh = replace(found, angle_deg=angles)
+    if kept is not None and again:
+        rows = rng.choice(len(kept), again, replace=False)
+        fresh = joined([fresh, kept.take(rows, recording.draw(rng, again))])
+    reach = reach_of(held, fresh)
+    share = np.where(rng.random(count) < recipe.whole, 1.0, rng.random(count))
+    return replace(fresh, distance=share * reach)
+
+
+def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = lambda *_: None) -> Plans:
+    """Return the grasps of the grid and of other directions, planned a few at a time, which changes none of them."""
+    grid, recipe = grid_of(np.array([*recording.grid, *also_deg])), recording.recipe
+    plans: Plans = {}
+    for first in range(0, len(grid), PLANNED_AT_ONCE):
+        told("planning grasps", first, len(grid))
+        angles = grid[first : first + PLANNED_AT_ONCE]
+        plans |= plans_for(*recording.held, angles, recipe.grasp, recording.engine)
+    return plans
+
+
+@lru_cache(maxsize=16)
+def route_pool(
+    held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO
+) -> RoutePool:
+    """Return drawn routes of a task, each once, and the grasp of each.
 
     Args:
         held: the hand and the object.
-        draw: draws starts with routes, as many as it is asked for.
-        made: how demonstrations are made, and what is seen, done and rewarded.
-        rng: draws the pushes.
+        task: what `inhand.tracing.tasks.find_task` takes.
+        count: number of draws; a task that draws nothing has one route.
+        seed: of the draws; those of one seed are planned once.
+        engine: in which the grasps are tried out.
     """
-    for done in range(0, made[0].episodes, BATCH):
-        yield recorded(held, draw(min(BATCH, made[0].episodes - done)), made, rng)[0]
+    rng, found = np.random.default_rng(seed), find_task(task)
+    if found.wall is not None:
+        raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
+    paths = [found.plan(Held(*held), rng).path.poses for _ in range(count)]
+    kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
+    return routes_of(kept), direction_plans(*held, stacked(kept), engine)
+
+
+def route_starts(
+    held: tuple[HandSpec, ObjectSpec],
+    pool: RoutePool,
+    count: int,
+    rng: np.random.Generator,
+    noise: Noise,
+    *,
+    engine: Engine = MUJOCO,
+) -> Starts:
+    """Return starts with both fingers on the object, each with a route drawn from a pool."""
+    routes, plans = pool
+    rows = rng.integers(len(routes), size=count)
+    fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)
+    return replace(fresh, routes=Routes(routes.poses[rows]))
 
 
 def recorded(

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.comparison import GROUPS, Evaluation, lost, rows
@@ -13,14 +18,21 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.page import people_lines
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.report import Run, both_radars, only, side_by_side
+from inhand.asterisk_test.results import as_entry, summary_of
 from inhand.asterisk_test.table import failures
+from inhand.control.trial import write_json, write_trials
+from inhand.learning.commands import EvaluateConfig
 from inhand.learning.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
-from inhand.pages import Picture, again_lines, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
 from inhand.plots.save import save_figure
+from inhand.shown import Shown, frame
 from inhand.tasks.primitives import Primitive
+from inhand.versions import versions
 
+EXPERT = "ik"
+"""The controller that a policy is set beside; its trials lie in a folder of that name."""
 CURVES = (
     ("learning.png", learning_figure, f"Rewards and losses over the episodes, smoothed by {SMOOTHING:g}"),
     ("progress.png", progress_figure, "What evaluations reached, against the expert"),
@@ -30,23 +42,63 @@ CURVES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class Compared(Shown):
     """A policy's evaluation beside the expert."""
 
-    config: AsteriskConfig
+    config: EvaluateConfig
+    """What was asked for."""
+    test: AsteriskConfig
     """What was run, as a run of the Asterisk Test has it."""
     policy: Evaluation
     """The policy's trials."""
     expert: Evaluation
     """The expert's, from the same starts."""
-    people: tuple[HumanTrial, ...]
+    trained: dict[str, Any]
+    """What the policy says of its training."""
+    people: tuple[HumanTrial, ...] = ()
     """Human trials to set beside them."""
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     """What a reader should know, a sentence each."""
-    learned: Learned | None
+    learned: Learned | None = None
     """The record of the policy's training, if it is there."""
-    again: str
-    """The command line that repeats the evaluation."""
+
+    def table(self) -> pd.DataFrame:
+        """Return a row for each trial of both: controller, direction, outcome, every metric."""
+        both = (self.policy, self.expert)
+        return frame([{"controller": each.name} | as_entry(result) for each in both for result in each.results])
+
+    def figure(self) -> Figure:
+        """Return people, expert and policy side by side."""
+        return side_by_side(self.run, f"{self.policy.name} and {self.expert.name}")
+
+    def write(self, folder: Path) -> None:
+        """Write the same into a folder that is there."""
+        both = {"policy": self.policy, "expert": self.expert}
+        write_trials(self.policy.trials, folder)
+        write_trials(self.expert.trials, folder / EXPERT)
+        write_evaluation(self, folder)
+        content = {
+            "trials": [as_entry(result) for result in self.policy.results],
+            "directions": summary_of(self.policy.first[1]),
+            "expert": {
+                "controller": self.expert.name,
+                "trials": [as_entry(result) for result in self.expert.results],
+                "directions": summary_of(self.expert.first[1]),
+            },
+            "failed": {name: [f"{r.direction} {r.trial}" for _, r in each.failed] for name, each in both.items()},
+            "policy": self.trained,
+            "config": asdict(self.config),
+            "versions": versions(),
+            "seed": self.config.seed,
+        }
+        write_json(content, folder / "metrics.json")
+
+    @property
+    def run(self) -> Run:
+        """The policy's shown trials as a run of the Asterisk Test, the expert's beside it."""
+        trials, results = self.policy.first
+        others = Beside(self.expert.name, *self.expert.first, told="from the same starts")
+        return Run(self.test, trials, results, self.people, self.notes, (others,))
 
 
 def write_training(folder: Path, what: str) -> None:
@@ -100,13 +152,14 @@ def summary(found: Compared) -> str:
 
 
 def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
-    config, policy = found.config, found.policy
+    config, policy = found.test, found.policy
+    passport = policy.trials[0].passport
     tables = []
     for title, group in GROUPS:
         shown = rows(policy, found.expert, found.people, group)
         tables += [f"## {title}", "", *table_lines(BOTH, [_escaped(row) for row in shown]), ""]
     return [
-        f"# Evaluation: {policy.name} on {config.object} with {config.hand}",
+        f"# Evaluation: {policy.name} on {passport.object.name} with {passport.hand.name}",
         "",
         f"{policy.shown} trial(s) for each direction, start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
         f" (standard deviations), seed {config.seed}; {policy.name} and the expert {found.expert.name} start from the"
@@ -126,7 +179,7 @@ def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
         "## Figures",
         "",
         *picture_lines(pictures),
-        *again_lines(found.again),
+        *again_lines(shlex.join(["inhand", "evaluate", found.config.run, *options(found.config, without=("run",))])),
     ]
 
 
@@ -148,10 +201,7 @@ def _sentences(found: Compared) -> list[str]:
 
 def _asterisks(found: Compared, folder: Path) -> list[Picture]:
     """Draw people, expert and policy side by side, trained and unseen directions apart, and one radar."""
-    trials, results = found.policy.first
-    others = Beside(found.expert.name, *found.expert.first, told="from the same starts")
-    run = Run(found.config, trials, results, found.people, found.notes, (others,))
-    pictures = []
+    run, pictures = found.run, []
     for title, group in GROUPS:
         stem = title.lower().replace(" ", "_")
         part = _some(run, group)

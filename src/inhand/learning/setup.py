@@ -2,36 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 
-from inhand.control.catalogue import direction_plans
-from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training
-from inhand.learning.demonstrations import Episodes, demonstrations, recorded, route_demonstrations
-from inhand.learning.recording import Told
+from inhand.learning.datasets import DatasetEpisode, read_dataset
+from inhand.learning.demonstrations import (
+    BATCH,
+    Plans,
+    RoutePool,
+    Told,
+    demonstrations,
+    plans_of,
+    recorded,
+    route_pool,
+    route_starts,
+    starts_of,
+)
 from inhand.learning.replay import Columns, Replay, rows_of
-from inhand.learning.starts import Noise, Starts, grid_of, gripped, joined, plans_for, reach_of
-from inhand.sim.names import MUJOCO, Engine
+from inhand.learning.starts import Starts, gripped, joined, reach_of
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
-from inhand.tasks.paths import stacked
-from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
+from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
-from inhand.tasks.routes import Routes, routes_of
-from inhand.tracing.tasks import find_task
+from inhand.tasks.routes import Routes
 
 TEST_SEED = 9000
 """Added to a run's seed for the starts that it is measured from."""
@@ -68,126 +70,72 @@ class Ready:
         return np.asarray(np.isclose(self.tests.angle_deg % 45.0, 0.0))
 
 
-def angles_of(primitives: Sequence[Primitive]) -> Array:
-    """Return the directions of primitives that translate [deg]."""
-    return np.array([primitive.angle_deg for primitive in primitives if primitive.angle_deg is not None])
-
-
-def draw_directions(config: Training, rng: np.random.Generator, count: int) -> Array:
-    """Return drawn directions [deg]."""
-    named = rng.choice(angles_of(TRAIN), count)
-    if config.directions == "train":
-        return np.asarray(named)
-    unseen = angles_of(UNSEEN)
-    anywhere = 360.0 * rng.random((20, count))
-    away = np.abs((anywhere[..., None] - unseen + 180.0) % 360.0 - 180.0).min(axis=-1)
-    allowed = away >= config.held_out
-    first = allowed.argmax(axis=0)
-    found = np.where(allowed.any(axis=0), anywhere[first, np.arange(count)], named)
-    return np.where(rng.random(count) < 0.5, named, found)
-
-
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
-    """Plan grasps, record the demonstrations into `folder/expert.rows` and measure the expert."""
-    if config.task:
-        return _ready_for_task(config, folder, told)
-    rng = np.random.default_rng(config.seed)
-    held = load_hand(config.hand), load_object(config.object)
-    every = angles_of((*TRAIN, *UNSEEN))
-    wide = config.directions == "continuous" or config.recipe.grip_spread > 0
-    grid = grid_of(np.arange(0.0, 360.0, 1.0) if wide else every)
-    told("grasps", 0, len(grid))
-    plans = plans_for(*held, grid, config.recipe.grasp, config.engine)
-    columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
-    room = config.recipe.episodes * config.interface.horizon
-    replay = Replay(folder / "expert.rows", columns, room, 0)
-    parts = []
-    made = config.recipe, config.interface, config.noise
-    draw = partial(draw_directions, config, rng)
-    for batch in demonstrations(held, plans, draw, made, rng, engine=config.engine):
-        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
-        parts.append(batch.starts)
-        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
-    replay.flush()
-    test_rng = np.random.default_rng(config.seed + TEST_SEED)
-    tests = gripped(*held, (plans, np.repeat(every, config.trials)), test_rng, config.noise, engine=config.engine)
-    tests = replace(tests, distance=reach_of(held, tests))
-    told("expert", 0, len(tests))
+    """Plan grasps, write the rows of the demonstrations to `folder/expert.rows`, and measure the expert."""
+    recording, test_rng = config.recording, np.random.default_rng(config.seed + TEST_SEED)
+    given, tests, limit = (_of_task if config.task else _of_primitives)(config, test_rng, told)
+    held, columns = recording.held, _columns(config, recording.hand)
+    replay, starts = _demonstrated(config, given, folder / "expert.rows", told)
+    told("measuring the expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
-    reach = {each.primitive.angle_deg: each.distance for each in limits(*held, (*TRAIN, *UNSEEN))}
-    limit = np.array([reach[angle] for angle in tests.angle_deg])
-    return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
+    total = (shown.rewards * shown.valid).sum(axis=0)
+    return Ready(held, columns, starts, tests, limit, total, shown.distance / limit, replay.written)
 
 
-def _expert(shown: Episodes, limit: Array) -> tuple[Array, Array]:
-    """Return the sum of rewards and the share of the limit of the expert's episodes, each `(N,)`."""
-    return (shown.rewards * shown.valid).sum(axis=0), shown.distance / limit
+def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tuple[Plans, Starts, Array]:
+    """Return the grasps of all directions, where evaluations start, and the hand's limit there `(N,)` [m]."""
+    recording = config.recording
+    reach = {each.primitive.angle_deg: each.distance for each in limits(*recording.held, (*TRAIN, *UNSEEN))}
+    every = [angle for angle in reach if angle is not None]
+    plans = plans_of(recording, every, told)
+    directions = np.repeat(every, config.trials)
+    tests = gripped(*recording.held, (plans, directions), rng, config.noise, engine=config.engine)
+    tests = replace(tests, distance=reach_of(recording.held, tests))
+    return plans, tests, np.array([reach[angle] for angle in tests.angle_deg])
 
 
-def _ready_for_task(config: Training, folder: Path, told: Told) -> Ready:
-    """Return what training end to end on a whole task starts with: its routes in the place of directions."""
-    rng = np.random.default_rng(config.seed)
-    held = load_hand(config.hand), load_object(config.object)
-    told("grasps", 0, 1)
+def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[RoutePool, Starts, Array]:
+    """Return the same of a whole task: its routes in the place of directions, their ways in that of the limit."""
+    held = config.recording.held
+    told("planning grasps", 0, 1)
     pool, test_pool = (
         route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine) for add in (0, TEST_SEED)
     )
-    columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
-    replay = Replay(folder / "expert.rows", columns, config.recipe.episodes * config.interface.horizon, 0)
-    parts = []
-    made = config.recipe, config.interface
+    tests = route_starts(held, test_pool, 16 * config.trials, rng, config.noise, engine=config.engine)
+    return pool, tests, routes_in(tests).length
 
-    def draw(count: int) -> Starts:
-        return route_starts(held, pool, count, rng, config.noise, engine=config.engine)
 
-    for batch in route_demonstrations(held, draw, made, rng):
-        add_demonstrations(replay, columns, batch, (config.learning.discount, config.learning.look_ahead))
-        parts.append(batch.starts)
-        told("demonstrations", sum(len(part) for part in parts), config.recipe.episodes)
+def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: Told) -> tuple[Replay, Starts]:
+    """Return the rows of demonstrations, recorded now or read from a dataset, and where the agent starts."""
+    recording, rng = config.recording, np.random.default_rng(config.seed)
+    columns, looking = _columns(config, recording.hand), (config.learning.discount, config.learning.look_ahead)
+
+    def add(replay: Replay, shown: DatasetEpisode) -> None:
+        episode = shown.observations, shown.actions, shown.wanted, shown.rewards
+        replay.add(rows_of(columns, episode, looking, terminated=shown.terminated))
+
+    if config.demonstrations:
+        _, episodes = read_dataset(Path(config.demonstrations))
+        replay = Replay(path, columns, len(episodes) * config.interface.horizon, 0)
+        for number, episode in enumerate(episodes, start=1):
+            add(replay, episode)
+            if number % BATCH == 0 or number == len(episodes):
+                told("reading demonstrations", number, len(episodes))
+        starts = starts_of(recording, given, BATCH, rng)
+    else:
+        replay = Replay(path, columns, config.recipe.episodes * config.interface.horizon, 0)
+        parts = []
+        for batch in demonstrations(recording, given, rng, told):
+            for episode in batch.apart():
+                add(replay, episode)
+            parts.append(batch.starts)
+        starts = joined(parts)
     replay.flush()
-    test_rng = np.random.default_rng(config.seed + TEST_SEED)
-    tests = route_starts(held, test_pool, 16 * config.trials, test_rng, config.noise, engine=config.engine)
-    told("expert", 0, len(tests))
-    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
-    limit = routes_in(tests).length
-    return Ready(held, columns, joined(parts), tests, limit, *_expert(shown, limit), replay.written)
+    return replay, starts
 
 
-@lru_cache(maxsize=16)
-def route_pool(
-    held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO
-) -> tuple[Routes, list[GraspPlan]]:
-    """Return drawn routes of a task, each once, and the grasp of each.
-
-    Args:
-        held: the hand and the object.
-        task: what `inhand.tracing.tasks.find_task` takes.
-        count: number of draws; a task that draws nothing has one route.
-        seed: of the draws; those of one seed are planned once.
-        engine: in which the grasps are tried out.
-    """
-    rng, found = np.random.default_rng(seed), find_task(task)
-    if found.wall is not None:
-        raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
-    paths = [found.plan(Held(*held), rng).path.poses for _ in range(count)]
-    kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
-    return routes_of(kept), direction_plans(*held, stacked(kept), engine)
-
-
-def route_starts(
-    held: tuple[HandSpec, ObjectSpec],
-    pool: tuple[Routes, list[GraspPlan]],
-    count: int,
-    rng: np.random.Generator,
-    noise: Noise,
-    *,
-    engine: Engine = MUJOCO,
-) -> Starts:
-    """Return starts with both fingers on the object, each with a route drawn from a pool."""
-    routes, plans = pool
-    rows = rng.integers(len(routes), size=count)
-    fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)
-    return replace(fresh, routes=Routes(routes.poses[rows]))
+def _columns(config: Training, hand: HandSpec) -> Columns:
+    return Columns(find_layout(config.interface.observation).size(hand), hand.n_joints)
 
 
 def routes_in(starts: Starts) -> Routes:
@@ -199,18 +147,6 @@ def routes_in(starts: Starts) -> Routes:
     if starts.routes is None:
         raise ValueError("starts of primitives have no routes")
     return starts.routes
-
-
-def add_demonstrations(replay: Replay, columns: Columns, batch: Episodes, looking: tuple[float, int]) -> None:
-    """Write the rows of recorded episodes to a replay."""
-    for world, count in enumerate(batch.valid.sum(axis=0)):
-        episode = (
-            batch.observations[: count + 1, world],
-            batch.actions[:count, world],
-            batch.wanted[:count, world],
-            batch.rewards[:count, world],
-        )
-        replay.add(rows_of(columns, episode, looking, terminated=bool(batch.terminated[world])))
 
 
 def save_ready(ready: Ready, path: Path) -> None:
@@ -238,10 +174,9 @@ def load_ready(config: Training, path: Path) -> Ready:
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
             return Starts(snapshot, state, angle_deg, distance, routes, config.engine)
 
-        columns = Columns(find_layout(config.interface.observation).size(held[0]), held[0].n_joints)
         return Ready(
             held,
-            columns,
+            _columns(config, held[0]),
             starts("starts"),
             starts("tests"),
             data["limit"],

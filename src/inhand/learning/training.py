@@ -21,15 +21,17 @@ from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
+from inhand.learning.demonstrations import Told
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.networks import Network
 from inhand.learning.progress import BEST
-from inhand.learning.recording import Told
 from inhand.learning.replay import Priorities, Replay, Rows
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
 
+LEARNING = "learning"
+"""What progress is told while the agent's episodes run."""
 CHUNK = 1000
 """Updates of the actor's imitation that run at a time."""
 PRIORITY = 0.3
@@ -138,7 +140,7 @@ class Trainer:
             rows = rows.reshape(CHUNK, 2 * learning.batch, -1)
             actor, moments, loss = imitate_many(actor, moments, rows, self._ready.columns, left)
             self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
-            self._progress("imitation", done + CHUNK, left)
+            self._progress("imitating the demonstrations", done + CHUNK, left)
         self._learner = self._learner._replace(actor=actor, slow_actor=actor)
 
     def _warm_up(self) -> None:
@@ -149,7 +151,7 @@ class Trainer:
             self._learner, report = self._updated(self._draw(chunk, 1.0), 0.0)
             self._learner = self._learner._replace(actor=actor, slow_actor=actor)
             self._journal.scalars("warm-up", done + chunk, {"critic loss": float(report.critic_loss.mean())})
-            self._progress("warm-up", done + chunk, self.config.warm_up)
+            self._progress("learning their values", done + chunk, self.config.warm_up)
 
     def _round(self) -> None:
         """Launch the updates, act meanwhile, and take in what both have given."""
@@ -170,7 +172,7 @@ class Trainer:
         counters.rounds += 1
         counters.seconds = time.perf_counter() - self._began
         self._journal.episodes(counters.episodes - len(ends), ends)
-        self._progress("learning", counters.episodes, config.episodes)
+        self._progress(LEARNING, counters.episodes, config.episodes)
 
     def _updated(self, drawn: Drawn, strength: float) -> tuple[Learner, Report]:
         found: tuple[Learner, Report] = update_many(

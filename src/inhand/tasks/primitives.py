@@ -71,7 +71,8 @@ def parse_directions(text: str | Sequence[str]) -> tuple[Primitive, ...]:
 
     Args:
         text: Words separated by commas or spaces, or a sequence of such texts: `train`, `unseen`, `all`; thesis
-            names in any case (`Out-Right`, `Out'-Right'`; one apostrophe is enough); the labels of recordings
+            names in any case (`Out-Right`, `Out'-Right'`; one apostrophe is enough, and a shell takes `Out2` or
+            `out-prime` for one); the labels of recordings
             (`a` to `h`, `no` to `nw`, `cw`, `ccw`); angles in degrees counter-clockwise from +x (`30`, `-12.5 deg`).
 
     Raises:
@@ -196,14 +197,14 @@ PATHS: Registry[Primitive] = Registry("primitive", {}, _path_primitive)
 
 
 def _key(word: str) -> str:
-    """Return a name in lower case with its apostrophes, wherever they stand, as one at the end."""
-    plain = re.sub("['`\u2019\u2032]", "", word.lower())
+    """Return a name in lower case with its apostrophes, or what a shell takes for them, as one at the end."""
+    plain = re.sub("['`\u2019\u2032]|(?<=[a-z])2(?![0-9])|-prime", "", word.lower())
     return plain if plain == word.lower() else plain + "'"
 
 
 def _allowed() -> str:
     names = " ".join(primitive.name for primitive in TRAIN)
-    primes = " ".join(primitive.name for primitive in UNSEEN)
+    primes = " ".join(primitive.name.replace("'", "2") for primitive in UNSEEN)
     return (
         f"Use train, unseen, all, twist, names ({names}; {primes}; cw ccw), labels (a to h, no to nw) or angles in"
         " degrees counter-clockwise from +x such as 30 or -12.5, separated by commas or spaces"

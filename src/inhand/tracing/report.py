@@ -11,18 +11,24 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
-from inhand.control.trial import write_json, write_trials
+from inhand.control.trial import Trial, load_trials, write_json, write_trials
+from inhand.errors import InputError
 from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_figure
-from inhand.shown import Shown, frame
+from inhand.records import read_record
+from inhand.shown import Shown, frame, saved
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
 from inhand.tracing.follow import Followed
+from inhand.tracing.plan import Plan
 from inhand.tracing.run import TraceSetup
 from inhand.tracing.table import faults, trace_entry, trace_rows, what_was_done
-from inhand.tracing.trace import Trace
+from inhand.tracing.tasks import TASKS
+from inhand.tracing.trace import Trace, trace_of
+from inhand.tracing.walk import Event
 from inhand.versions import versions
 
 FRAME_STEPS = 2
@@ -71,6 +77,8 @@ class TraceRun(Shown):
         content = {
             "trials": self._entries(),
             "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
+            "followed": [_left(each) for each in self.followed],
+            "notes": self.notes,
             "config": asdict(self.config),
             "versions": versions(),
             "seed": self.config.seed,
@@ -80,6 +88,68 @@ class TraceRun(Shown):
     def _entries(self) -> list[dict[str, Any]]:
         pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose
         return [trace_entry(each, trace, origin) for each, trace in pairs]
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What a world left beside its trial, as the JSON has it."""
+
+    plan: Plan
+    legs: tuple[tuple[int, int], ...]
+    """The primitives of the rows of manipulation: the number of each, and of how many rows."""
+    events: tuple[Event, ...]
+    come: float
+
+
+def _left(followed: Followed) -> _Left:
+    legs = followed.legs
+    starts = np.flatnonzero(np.diff(legs, prepend=-1))
+    counts = np.diff(np.append(starts, len(legs)))
+    pairs = zip(legs[starts].tolist(), counts.tolist(), strict=True)
+    return _Left(followed.plan, tuple(pairs), followed.events, followed.come)
+
+
+def _followed(trial: Trial, left: _Left) -> Followed:
+    numbers, counts = np.array(left.legs, dtype=np.int64).reshape(-1, 2).T
+    return Followed(left.plan, trial, np.repeat(numbers, counts), left.events, left.come)
+
+
+def load_trace(folder: Path) -> TraceRun:
+    """Return the run of a folder, measured again from its trials and plans.
+
+    Raises:
+        InputError: there is none that can be read.
+    """
+    config, content = saved(folder, MARK, TraceConfig)
+    trials = sorted(load_trials(folder), key=lambda trial: trial.passport.trial)
+    try:
+        whole = read_record({name: content.get(name) for name in ("followed", "size_mm", "notes")}, _Whole)
+    except InputError as error:
+        raise InputError(f"{folder / MARK}: {error}; run it again") from error
+    if len(whole.followed) != len(trials):
+        told = f"it tells of {len(whole.followed)} trials, and {len(trials)} are there"
+        raise InputError(f"{folder / MARK}: {told}; run it again")
+    followed = tuple(map(_followed, trials, whole.followed))
+    passport, size = trials[0].passport, whole.size_mm
+    setup = TraceSetup(
+        passport.hand,
+        passport.object,
+        find_controller(config.controller),
+        tuple(each.plan for each in followed),
+        TASKS.get(config.path),
+        None if size is None else size / 1e3,
+        whole.notes,
+    )
+    return TraceRun(config, setup, followed, tuple(trace_of(each, setup.wall) for each in followed), whole.notes)
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """What the JSON has of all worlds."""
+
+    followed: tuple[_Left, ...]
+    size_mm: float | None
+    notes: tuple[str, ...]
 
 
 def write_trace(run: TraceRun, folder: Path) -> None:

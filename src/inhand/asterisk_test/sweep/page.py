@@ -16,7 +16,7 @@ from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
+from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_figure
 from inhand.versions import versions
@@ -106,8 +106,8 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Pi
         "",
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
-        " to the first loss of contact. `Of finger` is either in finger lengths, so that small hands compare with large"
-        " ones. `Skill` is the distance's share of the limit and tells of the controller, not of the hand. In means of"
+        " to the first loss of contact. [L] is in finger lengths, so that small hands compare with large ones. `Skill`"
+        " is the distance's share of the limit and tells of the controller, not of the hand. In means of"
         " distances and limits what could not be run counts as 0; in means of shares it does not count."
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         "",
@@ -115,9 +115,9 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Pi
     ]
     for table in (make(sweep) for make in FOUND):
         lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), ""]
-    lines += _listed("What failed", tables.failures(sweep), "Every case kept the object to its end.")
-    lines += _listed("Kept, but below half of the limit", tables.poor(sweep), "None.")
-    lines += _listed("Beyond the limit", tables.beyond(sweep), "None.")
+    lines += listed_lines("What failed", tables.failures(sweep) or ["Every case kept the object to its end."])
+    lines += listed_lines("Kept, but below half of the limit", tables.poor(sweep) or ["None."])
+    lines += listed_lines("Beyond the limit", tables.beyond(sweep) or ["None."])
     table = tables.cells_table(sweep)
     lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), "", *again_lines(command(config))]
     return "\n".join(lines)
@@ -144,7 +144,3 @@ def _note(row: dict[Any, float], kind: str) -> str:
     lines += [f"{size:.2f} L"] if isfinite(size) else []
     lines += [f"{failed:.0f} failed"] if failed > 0 and kind != "limit" else []
     return "\n".join(lines)
-
-
-def _listed(title: str, sentences: Sequence[str], none: str) -> list[str]:
-    return [f"## {title}", "", *([f"* {sentence}" for sentence in sentences] or [none]), ""]

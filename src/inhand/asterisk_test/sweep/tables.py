@@ -128,7 +128,7 @@ def spread(mean: float, sd: float, digits: int = 1) -> str:
 
 def _columns(sweep: Sweep) -> tuple[str, ...]:
     far, limit = f"Distance [{sweep.unit}]", f"Limit [{sweep.unit}]"
-    return far, "Of finger", limit, "Of finger", "Skill", "Median", "Least", "Kept"
+    return far, "Distance [L]", limit, "Limit [L]", "Skill", "Median", "Least", "Kept"
 
 
 def _told(row: dict[str, Any]) -> tuple[str, ...]:
@@ -152,7 +152,7 @@ def _best(sweep: Sweep, name: str, among: tuple[str, ...], title: str) -> Table:
     rows = [(each, *_leaders(found[found[name] == each], _unit(sweep, each), kinds)) for each in among]
     header = (
         name.capitalize(), "Farthest", "Distance [mm]", "Second", "Its distance", "Largest limit", "Limit [mm]",
-        "Farthest for its size", "Of finger",
+        "Farthest for its size", "Distance [L]",
     )  # fmt: skip
     return Table(title, header, tuple(rows))
 

@@ -1,4 +1,4 @@
-"""Configuration of `inhand train` and `inhand evaluate`; imports nothing heavy, so that `--help` stays fast."""
+"""Configurations of `inhand record`, `train` and `evaluate`; imports nothing heavy, so that `--help` stays fast."""
 
 from __future__ import annotations
 
@@ -6,10 +6,42 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import tyro
-
+from inhand.control.run_config import HeldConfig, RunConfig
 from inhand.records import Config
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import Engine
+
+
+@dataclass(frozen=True)
+class RecordConfig(RunConfig, HeldConfig):
+    """Record an expert's demonstrations as a Minari dataset (extra `rl`)."""
+
+    directions: str = "train"
+    """train, unseen, all, thesis names, letters a-h or angles in degrees; or continuous: half of the draws the 8 of the
+    Asterisk Test, half anywhere on the circle but within 5 deg of the 8 unseen ones."""
+    expert: Literal["ik", "ik-cautious", "thesis-ik"] = "ik"
+    """Controller that demonstrates; thesis-ik holds the object on the middle of its sides."""
+    episodes: int = 5000
+    """Number of episodes."""
+    observation: str = "grip"
+    """Layout of observations: grip, grip-open or thesis (table 3.1)."""
+    actions: Literal["steps", "fine", "angles"] = "steps"
+    """steps (how far joint targets move on), fine steps, or angles (joint targets over their ranges, thesis 3.3.2)."""
+    reward: str = "progress"
+    """Reward: progress, gain or thesis (3.3.3)."""
+    horizon: int = 200
+    """Decisions after which an episode is cut off; one takes 20 ms."""
+    push: float = 0.01
+    """Largest standard deviation of the noise on the expert's joint targets [rad]; each episode draws its own."""
+    midway: float = 0.25
+    """Share of the episodes that start where an earlier one was under way, in a new direction."""
+    whole: float = 1.0
+    """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
+    grip_spread: float = 0.0
+    """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
+    out: Path | None = None
+    """Folder of the dataset; without it results/datasets and the dataset's id in there."""
+    overwrite: bool = False
+    """Replace the dataset that the folder holds."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +59,8 @@ class TrainConfig(Config):
     """train: the 8 of the Asterisk Test. continuous: these and the circle between, the 8 unseen ones left out."""
     engine: Engine | None = None
     """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
+    demonstrations: Path | None = None
+    """Learn from the demonstrations of this dataset (`inhand record`) instead of recording some."""
     seed: int | None = None
     """Seed of everything drawn."""
     episodes: int | None = None
@@ -40,10 +74,10 @@ class TrainConfig(Config):
 
 
 @dataclass(frozen=True)
-class EvaluateConfig(Config):
+class EvaluateConfig(RunConfig):
     """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
 
-    run: tyro.conf.Positional[str] = "rl"
+    run: str = "rl"
     """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
     last: bool = False
     """Evaluate the last policy of the run instead of its best."""
@@ -51,20 +85,12 @@ class EvaluateConfig(Config):
     """Hand: a name of the laboratory's form or a TOML file; without it the one that the policy was trained with."""
     object: str | None = None
     """Object: a name, shape_SIZE in mm, or a TOML file; without it the one that the policy was trained with."""
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
     trials: int = 3
     """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
     episodes: int = 100
     """Episodes in which lost objects are counted, spread evenly over the 16 directions."""
     human: Path | None = None
     """Folder of recorded human trials to set beside both."""
-    seed: int = 0
-    """Seed of the start noise."""
-    noise_mm: float = 1.0
-    """Standard deviation of the object's start in x and y [mm]."""
-    noise_deg: float = 1.0
-    """Standard deviation of the object's start rotation [deg]."""
     out: Path = Path("results/evaluate")
     """Folder to write the evaluation to."""
     overwrite: bool = False

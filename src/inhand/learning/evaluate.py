@@ -1,0 +1,162 @@
+"""Evaluation as a function: a policy in, its trials beside the expert's from the same starts out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from inhand.asterisk_test.asterisk import people_of
+from inhand.asterisk_test.comparison import Evaluation, with_more
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human import HumanFolder
+from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.control.catalogue import SHIPPED, find_controller, notes_of
+from inhand.control.trial import Trial, load_trials
+from inhand.errors import InputError
+from inhand.folders import MARK
+from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.learning.commands import EvaluateConfig
+from inhand.learning.progress import JOURNAL, Learned, read_learning
+from inhand.learning.report import EXPERT, Compared
+from inhand.records import checked, configured
+from inhand.shown import saved
+
+DEFAULT = EvaluateConfig()
+"""What is evaluated where nothing else is asked for."""
+Simulate = Callable[[AsteriskConfig, Setup], tuple[Trial, ...]]
+"""Runs a setup; the command line shows how far it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """What an evaluation needs, checked."""
+
+    test: AsteriskConfig
+    """The policy's run of the Asterisk Test."""
+    setup: Setup
+    """What the policy does,"""
+    expert: Setup
+    """and the expert."""
+    people: HumanFolder
+    """Human trials to set beside both."""
+
+
+def evaluate(
+    run: str | os.PathLike[str] = DEFAULT.run,
+    *,
+    hand: str | Path | HandSpec | None = None,
+    object: str | Path | ObjectSpec | None = None,
+    trials: int = DEFAULT.trials,
+    episodes: int = DEFAULT.episodes,
+    seed: int = DEFAULT.seed,
+    engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
+    human: str | Path | None = None,
+    **settings: Any,
+) -> Compared:
+    """Run a learned policy and the expert from the same starts; nothing is written before `save`.
+
+    Args:
+        run: a training run or its folder, that of a policy, or rl, the policy of the package.
+        hand: a name, a TOML file or a spec; None for the one that the policy was trained with.
+        object: the same.
+        trials: for each of the 16 directions, for table and figures; the first of the episodes.
+        episodes: episodes in which lost objects are counted, spread evenly over the directions.
+        seed: of the start noise.
+        engine: mujoco or bullet.
+        human: folder of recorded human trials to set beside both.
+        settings: other fields of `EvaluateConfig`, such as last and noise_mm.
+
+    Raises:
+        InputError: anything that cannot be run; the text says what, and what is allowed.
+    """
+    settings |= {"run": os.fspath(run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
+    settings |= {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
+    settings["human"] = None if human is None else Path(human)
+    config = configured(EvaluateConfig, settings)
+    return finish_evaluation(config, ready_evaluation(config))
+
+
+def ready_evaluation(config: EvaluateConfig) -> Ready:
+    """Return everything that an evaluation needs, looked at before anything is simulated or written.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
+    name = name_of(config)
+    policy = find_controller(name).policy
+    if policy is None:
+        raise InputError(
+            f"{name!r} is no learned policy: give the folder of a run of `inhand train`; for other controllers there is"
+            " `inhand asterisk --controller`"
+        )
+    test = _test(config, name, policy.trained)
+    people = people_of(test)
+    setup, expert = (with_more(prepare(replace(test, controller=by)), config.episodes) for by in (name, EXPERT))
+    return Ready(test, setup, expert, people)
+
+
+def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simulate) -> Compared:
+    """Run both, measure, and return the finished evaluation."""
+    test, entry = known.test, known.setup.controller
+    both = [
+        _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
+        for setup in (known.setup, known.expert)
+    ]
+    notes = (*known.people.notes, *notes_of(entry, test.hand, test.object))
+    trained = entry.policy.trained if entry.policy else {}
+    return Compared(config, test, both[0], both[1], trained, known.people.trials, notes, _learned(config.run))
+
+
+def load_evaluation(folder: Path) -> Compared:
+    """Return the evaluation of a folder, measured again from its trials; the policy itself need not be there.
+
+    Raises:
+        InputError: there is none that can be read.
+    """
+    config, content = saved(folder, MARK, EvaluateConfig)
+    policy, expert = (_evaluation(tuple(load_trials(each)), config.trials) for each in (folder, folder / EXPERT))
+    trained = checked("policy", content.get("policy"), dict[str, Any])
+    passport = policy.trials[0].passport
+    known = {"hand": passport.hand.name, "object": passport.object.name} | trained
+    test = _test(config, policy.name, known)
+    people = people_of(test)
+    return Compared(config, test, policy, expert, trained, people.trials, people.notes, _learned(config.run))
+
+
+def name_of(config: EvaluateConfig) -> str:
+    """Return what the policy to evaluate is called as a controller.
+
+    Raises:
+        InputError: --last of something that has none.
+    """
+    if not config.last:
+        return config.run
+    if config.run == SHIPPED or not (Path(config.run) / "last").is_dir():
+        raise InputError(f"--last: {config.run} holds no last policy; give the folder of a run of `inhand train`")
+    return str(Path(config.run) / "last")
+
+
+def _test(config: EvaluateConfig, name: str, trained: dict[str, Any]) -> AsteriskConfig:
+    """Return the run of the Asterisk Test that evaluates a policy, by default with what it was trained with."""
+    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "out")
+    return AsteriskConfig(
+        hand=config.hand or trained["hand"],
+        object=config.object or trained["object"],
+        controller=name,
+        **{field: getattr(config, field) for field in same},
+    )
+
+
+def _evaluation(trials: tuple[Trial, ...], shown: int) -> Evaluation:
+    return Evaluation(trials[0].passport.controller, trials, tuple(map(result_of_trial, trials)), shown)
+
+
+def _learned(run: str) -> Learned | None:
+    """Return the record of a policy's training, where its folder has one."""
+    return read_learning(Path(run)) if (Path(run) / JOURNAL).is_file() else None

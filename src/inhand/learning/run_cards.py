@@ -1,0 +1,128 @@
+"""What the folder of a training run says of itself, and what of a configuration cannot be trained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from inhand.errors import InputError
+from inhand.hands.files import load_hand, load_object
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.learning.config import Training
+from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
+from inhand.learning.datasets import check_installed, read_head
+from inhand.learning.demonstrations import check_episodes, from_unseen
+from inhand.learning.environment_config import angles_of
+from inhand.records import read_json, read_record
+from inhand.sim.engines import check_engine
+from inhand.sim.memory import WORLD_BYTES, check_memory
+from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
+from inhand.tasks.observations import find_layout
+from inhand.tasks.primitives import primitive_at
+from inhand.tasks.rewards import find_reward
+from inhand.versions import versions
+
+MARK = "config.json"
+"""The file that marks a folder as a training run's."""
+FORMAT = 2
+"""Version of the folder; see `inhand.tasks.cards.NEW`."""
+
+
+@dataclass(frozen=True)
+class RunCard:
+    """What a run's folder says of itself."""
+
+    format: int
+    """Version of the folder."""
+    version: str
+    """Version of this package."""
+    interface: InterfaceCard
+    """How the controller sees and acts."""
+    config: Training
+    """What is trained, and how."""
+    versions: dict[str, str]
+    """Versions of what it runs on."""
+
+
+def card_of(config: Training) -> RunCard:
+    """Return what a run's folder says of itself."""
+    found = versions()
+    interface = interface_card(find_layout(config.interface.observation), config.interface.actions)
+    return RunCard(FORMAT, found["inhand"].partition(" ")[0], interface, config, found)
+
+
+def read_config(out: Path) -> Training:
+    """Return the configuration of a run's folder.
+
+    Raises:
+        InputError: no run there, or one of another version or observation layout; the text names what differs.
+    """
+    path = out / MARK
+    if not path.is_file():
+        raise InputError(f"no training run in {out}: it has no {MARK}; give the --out of a run of `inhand train`")
+    try:
+        card = read_record(read_json(path.read_bytes()), RunCard, FORMAT, NEW)
+        check_same(card.interface, card.config.interface.observation, card.config.interface.actions)
+        _check_version(card)
+    except InputError as error:
+        raise InputError(
+            f"the run in {out} cannot be gone on with: {error}. Train anew, or use the version that began it"
+        ) from error
+    return card.config
+
+
+def check(config: Training) -> None:
+    """Refuse what cannot be trained.
+
+    Raises:
+        InputError: the text names the value.
+    """
+    hand, thing = load_hand(config.hand), load_object(config.object)
+    find_layout(config.interface.observation)
+    find_reward(config.interface.reward)
+    check_engine(config.engine)
+    check_memory(f"worlds={config.worlds}", config.worlds, WORLD_BYTES[config.engine])
+    check_episodes(config.recipe.episodes, f"demonstrations {config.recipe.episodes}")
+    least = {
+        "episodes": config.episodes,
+        "worlds": config.worlds,
+        "batch": config.learning.batch,
+        "look_ahead": config.learning.look_ahead,
+        "horizon": config.interface.horizon,
+    }
+    for name, value in least.items():
+        if value < 1:
+            raise InputError(f"{name} {value}: give at least 1")
+    if config.seed < 0:
+        raise InputError(f"--seed {config.seed}: a seed is 0 or more")
+    if not 0 < config.learning.discount <= 1:
+        raise InputError(f"discount {config.learning.discount:g}: give a number above 0, at most 1")
+    if config.demonstrations:
+        _check_dataset(config, hand, thing)
+
+
+def _check_dataset(config: Training, hand: HandSpec, thing: ObjectSpec) -> None:
+    """Refuse a dataset that the controller cannot learn from, or whose directions it may not see."""
+    folder = Path(config.demonstrations)
+    if config.task:
+        raise InputError(f"the dataset in {folder} shows directions: leave demonstrations out to train on a whole task")
+    check_installed("a dataset")
+    head = read_head(folder)
+    world = thing, config.engine, config.interface.reward
+    check_fits(head, kind_of(hand, config.interface), world)
+    angles = np.array([] if head.directions == CONTINUOUS else angles_of(head.directions))
+    shown = [primitive_at(angle).name for angle in angles[from_unseen(angles) < 1.0]]
+    if shown:
+        raise InputError(
+            f"the dataset in {folder} shows {', '.join(shown)}, which evaluations count as unseen: record one without,"
+            " with --directions train or continuous"
+        )
+
+
+def _check_version(card: RunCard) -> None:
+    ours = card_of(card.config).version
+    if card.version != ours:
+        raise InputError(f"it is of version {card.version}, this is {ours}")

@@ -23,8 +23,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
-from inhand.learning.record_config import RecordConfig
 from safetensors.numpy import load_file, save
 
 import damage
@@ -39,6 +37,7 @@ from inhand.control.policy import ACTOR, CARD, Policy, load_policy, save_policy
 from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
+from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.tasks.observations import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawings import find_drawing

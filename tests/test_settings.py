@@ -10,13 +10,12 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
-from inhand.cli.learning_config import EvaluateConfig, TrainConfig
-from inhand.learning.record_config import RecordConfig
 
 import inhand
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
+from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.learning.config import Learning, Training, default
 from inhand.learning.demonstrations import Recipe
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig

@@ -82,6 +82,9 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     for word in ("Direction", "Distance [mm]", "Outcome", "Right", "In'", "1/1 end of grip"):
         assert word in printed
     assert "Human" not in printed
+    told = f"No limits are given for joints of {STANDARD} ("
+    assert told in printed
+    assert f"* {told}" in (run / "report.md").read_text(encoding="utf-8")
     assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
 
 

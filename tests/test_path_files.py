@@ -304,8 +304,9 @@ def test_sizes_that_no_drawing_has_are_refused(tmp_path: Path, attributes: str, 
         ('<a><path d="M0 0 L1 1"/></a>', "it holds <a>, which is neither a path nor a basic shape: take what is in it"),
         (
             '<path d="M0 0 H10 M30 0 V5"/>',
-            "the path jumps from (10, 0) to (30, 0), 20 of the file's units, and the hand cannot lift the object: join"
-            " the parts into one line, in the order in which to draw them, or trace each from a file of its own",
+            "the path jumps from (10, 0) to (30, 0), 20 of the file's units, but is to be one line: the hand cannot"
+            " lift the object, and an outline has no holes; join the parts in the order in which to draw them, or put"
+            " each into a file of its own",
         ),
         (
             '<g transform="translate(0 5)"><path d="M0 0 H10"/><path d="M10.02 0 V5"/></g>',

@@ -43,6 +43,7 @@ def test_it_writes_limits_with_their_last_grip(folder: Path) -> None:
     rows = {row["direction"]: row for row in content["limits"]}
     assert list(rows) == ["Out", "In", "Left", "cw"]
     assert content["friction"] == 0.5
+    assert [note.partition(" (")[0] for note in content["notes"]] == [f"No limits are given for joints of {HAND.name}"]
     assert content["config"]["resolution_mm"] == 4
     assert rows["In"]["limit_mm"] == pytest.approx(1e3 * HAND.start_position[1] - 19.5, abs=0.6)  # cube meets palm
     assert rows["cw"]["limit_mm"] is None

@@ -16,7 +16,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import Array, rotate, transform
-from inhand.hands.files import load_hand, load_robot
+from inhand.hands.files import assumed, load_hand, load_robot
 from inhand.hands.fit import widest_opening
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import joint_positions, link_angles
@@ -605,6 +605,51 @@ def test_what_only_decorates_or_has_no_size_is_left_out(tmp_path: Path, gripper:
     assert robot.hand == gripper
     what = "meshes for show only" if shape else "collision shapes of no size"
     assert robot.notes == (f"gripper.urdf: 1 {what} are left out.",)
+
+
+LACKING = (
+    '<geom type="mesh" mesh="shell" contype="0" conaffinity="0"/><geom type="mesh" mesh="skin" class="shown"/>'
+    '<geom type="box" size="0 0 0"/><geom size="0"/>'
+)
+ASSETS = (
+    '<default><default class="shown"><geom contype="0" conaffinity="0"/></default></default><asset>'
+    '<mesh file="shell.stl"/><mesh name="skin" file="outside.dae"/></asset><worldbody>'
+)
+
+
+def lacking(folder: Path, gripper: HandSpec, *changes: tuple[str, str]) -> Path:
+    """The example's hand as an MJCF file that lacks meshes, with some words in place of others."""
+    path, robot = copied(folder), folder / "gripper.xml"
+    robot.write_text(gripper_mjcf(gripper), encoding="utf-8")
+    edited(robot, ("<worldbody>", ASSETS), ('<site name="left_tip"', f'{LACKING}<site name="left_tip"'), *changes)
+    edited(path, ("gripper.urdf", "gripper.xml"), ("friction", 'palm_x = "-y"\npalm_y = "x"\nfriction'))
+    return path
+
+
+def test_an_mjcf_file_may_lack_meshes_for_show_and_have_shapes_of_no_size(tmp_path: Path, gripper: HandSpec) -> None:
+    path = lacking(tmp_path, gripper)
+    robot = load_robot(path)
+    assert_same_hand(robot.hand, gripper)
+    counts = ("2 meshes for show only are", "2 collision shapes of no size are")
+    assert robot.notes == tuple(f"gripper.xml: {count} left out." for count in counts)
+    assert assumed([str(path)]) == robot.notes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('"shell" contype="0" conaffinity="0"', '"shell"', "mesh 'shell' 'shell.stl' is not there, looked for as "),
+        (
+            ' class="shown"/>',
+            "/>",
+            "'skin' is 'outside.dae', a kind of mesh that MuJoCo does not read; allowed are .obj,",
+        ),
+        ('size="0 0 0"', 'size="0.1 0 0"', "a box of body 'left_end' has the size [0.1, 0.0, 0.0]: give positive"),
+    ],
+)
+def test_what_an_mjcf_file_may_not_lack(tmp_path: Path, gripper: HandSpec, old: str, new: str, told: str) -> None:
+    with pytest.raises(InputError, match=re.escape(told)):
+        load_hand(lacking(tmp_path, gripper, (old, new)))
 
 
 def test_the_case_of_the_ending_does_not_matter(tmp_path: Path, gripper: HandSpec) -> None:

@@ -1,6 +1,7 @@
 """Hands and objects from TOML files, and what is refused in them."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from inhand.errors import InputError
-from inhand.hands.files import load_hand, load_object
+from inhand.hands.files import assumed, load_hand, load_object
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, parse_object_name
 
@@ -193,6 +194,8 @@ def test_what_an_object_file_may_not_say(tmp_path: Path, old: str, new: str, tex
 
 RING = 'name = "r"\nshape = "polygon"\nheight_mm = 60\ncorners_mm = '
 COMB = [[0.4 * (k // 2) + 0.1 * (k % 2), 40.0 * (k % 2)] for k in range(160)] + [[32.0, -5.0], [0.0, -5.0]]
+SQUARE = "x_mm,y_mm\n-18,-18\n18,-18\n18,18\n-18,18\n"
+BAR = '<svg xmlns="http://www.w3.org/2000/svg" {}><path d="M0 0 H30 A5 5 0 0 1 30 10 H0 Z"/></svg>'
 LONG = "[left]\nlinks_mm = [1e9, 72]\n[right]\nlinks_mm = [72, 72]"
 
 
@@ -200,6 +203,67 @@ def test_a_closed_ring_is_the_open_one(tmp_path: Path) -> None:
     corners = "[-18, -18], [18, -18], [18, 18], [-18, 18]"
     opened = load_object(write(tmp_path, f"{RING}[{corners}]"))
     assert load_object(write(tmp_path, f"{RING}[{corners}, [-18, -18]]")) == opened
+
+
+@pytest.mark.parametrize("rows", [SQUARE, SQUARE + "-18,-18\n"])
+def test_an_outline_in_a_csv_file_is_the_polygon_of_its_corners(tmp_path: Path, rows: str) -> None:
+    (tmp_path / "square.CSV").write_text(rows, encoding="utf-8")
+    corners = "[[-18, -18], [18, -18], [18, 18], [-18, 18]]"
+    plain = load_object(write(tmp_path, RING.replace("60", "100").replace('"r"', '"square"') + corners))
+    assert load_object(tmp_path / "square.CSV") == plain
+    table = 'name = "square"\noutline = "square.CSV"\nheight_mm = 55\nmass_kg = 0.05\nfriction = 0.7'
+    wanted = replace(plain, size=(0.036, 0.036, 0.055), mass=0.05, friction=0.7)
+    assert load_object(write(tmp_path, table)) == wanted
+    assert load_object(f"{tmp_path}/square.CSV:height_mm=55:mass_kg=0.05:friction=0.7") == wanted
+
+
+def test_an_outline_has_the_unit_of_its_file_or_the_one_that_is_given(tmp_path: Path) -> None:
+    (tmp_path / "bar.svg").write_text(BAR.format('viewBox="0 0 40 20" width="8cm"'), encoding="utf-8")
+    bar = load_object(str(tmp_path / "bar.svg"))
+    assert (bar.name, bar.shape) == ("bar", "polygon")
+    np.testing.assert_allclose(bar.size, (0.07, 0.02, 0.1), rtol=1e-3)
+    assert 10 < len(bar.corners) < 60
+    small = load_object(write(tmp_path, 'name = "b"\nshape = "polygon"\noutline = "bar.svg"\nunit = "mm"'))
+    np.testing.assert_allclose(small.size, (0.035, 0.01, 0.1), rtol=1e-3)
+    (tmp_path / "tri.csv").write_text("y,x\n0,0\n0,1.5\n1,0\n", encoding="utf-8")
+    np.testing.assert_allclose(load_object(f"{tmp_path}/tri.csv:unit=in").size, (0.0381, 0.0254, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("keys", "svg", "told"),
+    [
+        ("", "", 'outline {}/bar.svg: it says no unit; give that of its numbers, as unit = "mm" in the object'),
+        (":unit=furlong", "", "unit = 'furlong'; allowed are mm, cm, m, in, pt, pc, px"),
+        (":mass=0.05", "", "unknown key 'mass'; did you mean mass_kg?; allowed are name, shape, outline, unit"),
+        (":unit=mm:mass_kg=5g", "", "mass_kg = '5g'; it must be a finite number"),
+        (":unit=m", "", "outline is 35000 mm, too large: it may be 2 to 1,000 mm; check the unit"),
+        (":shape=box", "", "shape = 'box'; with an outline it is 'polygon': leave it out"),
+        (":unit=mm", BAR.format("").replace("Z", "M5 5 h1"), "jumps from (0, 10) to (5, 5), 7.07 of the file's units"),
+        (":unit=mm", "<svg/>", "outline {}/bar.svg: it shows no path and no shape"),
+    ],
+)
+def test_what_an_outline_may_not_be(tmp_path: Path, keys: str, svg: str, told: str) -> None:
+    (tmp_path / "bar.svg").write_text(svg or BAR.format(""), encoding="utf-8")
+    with pytest.raises(InputError, match=re.escape(told.format(tmp_path))):
+        load_object(f"{tmp_path}/bar.svg{keys}")
+
+
+def test_an_outline_that_is_not_there_or_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"outline .*nothing\.dxf: there is no such file; give the path of a \.dxf"):
+        load_object("nothing.dxf")
+    with pytest.raises(InputError, match=r"unknown ending '\.step'; allowed are \.svg, \.csv, \.dxf"):
+        load_object(write(tmp_path, 'name = "s"\noutline = "s.step"'))
+    (tmp_path / "few.csv").write_text("x_mm,y_mm\n0,0\n0,1500\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"few\.csv, line 3: column y_mm holds 1500; it may be -1,000 to 1,000 mm"):
+        load_object(tmp_path / "few.csv")
+
+
+def test_what_is_assumed_of_hands_is_told_in_sentences(tmp_path: Path) -> None:
+    plain, limited = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_53:lab-limits"
+    partly = str(write(tmp_path, HAND))
+    assert assumed([limited]) == ()
+    (told,) = assumed([plain, limited, partly])
+    assert told.startswith(f"No limits are given for joints of {plain}, {partly} (`limits_deg` in a hand file, `:lab-")
 
 
 @pytest.mark.parametrize(

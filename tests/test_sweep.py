@@ -167,6 +167,7 @@ def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tupl
     assert (trials.reached / trials.limit).tolist() == pytest.approx(shares)
     text = (out / "report.md").read_text()
     assert "its skill, over 4 cases" in text
+    assert "* No limits are given for joints of " in text
     assert re.search(rf"{STANDARD} with {HUGE} could not be run: .*400.0 mm wide", text)
     assert "2 of 4 cells" in text
     assert re.search(r"cells a minute by the clock", text)

@@ -119,6 +119,9 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     assert "Pushed" not in printed
     assert printed.count("reached") == 2
     assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+    told = "No limits are given for joints of 2v2_50.50_50.50_1.1_53 ("
+    assert told in printed
+    assert f"* {told}" in (run / "report.md").read_text(encoding="utf-8")
 
 
 def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None:
@@ -232,7 +235,7 @@ def test_bad_words_are_refused_before_anything_is_written(
         (
             "jump.svg",
             SVG.format('<path d="M0,0 L10,0 M20,0 L30,0"/>'),
-            "the path jumps from (10, 0) to (20, 0), 10 of the file's units, and the hand cannot lift the object",
+            "the path jumps from (10, 0) to (20, 0), 10 of the file's units, but is to be one line: the hand",
         ),
         ("gap.csv", "x_mm,y_mm\n0,0\n10,nan\n", "line 3: column y_mm holds 'nan', not a finite number"),
         ("one.csv", "x_mm,y_mm\n0,0\n", "the file ends with 1 way-point; it needs two or more"),

@@ -62,7 +62,7 @@ def asterisk(
 
     Args:
         hand: a name, a TOML file or a spec.
-        object: a name, a TOML file or a spec.
+        object: a name, a TOML file, an outline (`part.dxf:unit=mm:mass_kg=0.05`) or a spec.
         controller: a name, the folder of a training, `FILE.py:NAME`, a class of yours, or `inhand.policy(...)`.
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
@@ -103,9 +103,9 @@ def ready(config: AsteriskConfig) -> Ready:
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
     """Simulate, measure, and return the finished run."""
+    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
-    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)
 
 

@@ -15,7 +15,7 @@ from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
+from inhand.hands.files import HANDS, OBJECTS, assumed, load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -47,6 +47,8 @@ class Reach(Shown):
     """A grip at the start."""
     limits: tuple[Limit, ...]
     """The limit of each direction."""
+    notes: tuple[str, ...]
+    """What a reader should know, a sentence each."""
 
     @property
     def subtitle(self) -> str:
@@ -91,6 +93,7 @@ class Reach(Shown):
             "limits": [_entry(limit) for limit in self.limits],
             "config": asdict(self.config),
             "friction": self._friction,
+            "notes": self.notes,
             "versions": versions(),
         }
         write_json(content, folder / MARK)
@@ -106,6 +109,8 @@ class Asked:
     """Resolution, friction and bound of rotation."""
     primitives: tuple[Primitive, ...]
     """The directions."""
+    notes: tuple[str, ...]
+    """What a reader should know, a sentence each."""
 
 
 def reach(
@@ -122,7 +127,7 @@ def reach(
 
     Args:
         hand: a name, a TOML file or a spec.
-        object: a name, a TOML file or a spec.
+        object: a name, a TOML file, an outline (`part.dxf:unit=mm:mass_kg=0.05`) or a spec.
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         twist: rotation to hold, each way [deg].
         friction: coefficient between finger and object; None for the product of both bodies'.
@@ -151,14 +156,14 @@ def ready_reach(config: ReachCommand) -> Asked:
         InputError: anything in the configuration that cannot be computed.
     """
     held = Held(load_hand(config.hand), load_object(config.object))
-    assumed = ReachConfig(
+    known = ReachConfig(
         resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )
     primitives = parse_directions(config.directions)
     if config.twist:
         primitives = with_twists(primitives, config.twist)
     check_fit(*held)
-    return Asked(held, assumed, primitives)
+    return Asked(held, known, primitives, assumed([config.hand]))
 
 
 def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int], None] | None = None) -> Reach:
@@ -170,7 +175,7 @@ def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int],
     held, count = asked.held, len(asked.primitives)
     start = start_grip(*held, asked.assumed)
     tell = None if told is None else lambda name: told(name, count)
-    return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell))
+    return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell), asked.notes)
 
 
 def load_reach(folder: Path) -> Reach:
@@ -190,7 +195,7 @@ def load_reach(folder: Path) -> Reach:
             f"{folder / MARK}: its limits are not those of the directions {config.directions}; compute it again"
         )
     found = tuple(entry.limit(primitive) for entry, primitive in zip(entries, asked.primitives, strict=True))
-    return Reach(config, asked.held, start_grip(*asked.held, asked.assumed), found)
+    return Reach(config, asked.held, start_grip(*asked.held, asked.assumed), found, asked.notes)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ def run_asterisk(config: AsteriskConfig) -> None:
         run.write(folder)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
     print_table(run.subject, header, rows, spare=SPARE)
-    for sentence in failures(run.results):
+    for sentence in (*failures(run.results), *run.notes):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")
 

@@ -28,7 +28,8 @@ def list_objects() -> None:
         rows.append((spec.name, _shape(spec), size, f"{1e3 * spec.mass:g}", f"{spec.friction:g}"))
     print_table("Objects", ("Name", "Shape", "Size [mm]", "Mass [g]", "Friction"), rows, numbers=2)
     say("Any shape_SIZE or shape_XxY in mm is an object (box_30x45, triangle_30x40); a TOML file describes any other,")
-    say("any outline given by its corners among them (docs/hands-and-objects.md).")
+    say("any outline given by its corners among them. A CSV, SVG or DXF file is an outline too, with its unit and")
+    say("mass as in part.dxf:unit=mm:mass_kg=0.05 (docs/hands-and-objects.md).")
 
 
 def _shape(spec: objects.ObjectSpec) -> str:

@@ -22,7 +22,8 @@ def run_reach(config: ReachCommand) -> None:
             found = compute_reach(config, asked, lambda name, total: tell(name, next(done), total))
         found.write(folder)
     print_table("Reach", ("Direction", "Limit"), [(f.primitive.name, _shown(f)) for f in found.limits])
-    say(found.subtitle)
+    for sentence in (found.subtitle, *found.notes):
+        say(sentence)
     say(f"Written to {config.out}: {MARK} and the figures")
 
 

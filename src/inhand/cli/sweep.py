@@ -39,7 +39,7 @@ def run_sweep(config: SweepConfig) -> None:
     for make in (tables.hands_table, tables.best_by_direction, tables.best_by_object):
         table = make(done.sweep)
         print_table(table.title, table.header, table.rows, spare=SPARE)
-    for sentence in (*tables.summary(done.sweep), *tables.failures(done.sweep)):
+    for sentence in (*tables.summary(done.sweep), *done.notes, *tables.failures(done.sweep)):
         say(sentence)
     for sentence in tables.beyond(done.sweep):
         say(f"Beyond the limit: {sentence}")

@@ -30,6 +30,7 @@ from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array, transform
+from inhand.hands.files import assumed
 from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
@@ -275,12 +276,14 @@ def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
 
 def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
     """Return what a reader should know of a controller's run with a hand and an object, a sentence each."""
+    notes = assumed([hand])
     if entry.policy is None:
-        return ()
+        return notes
     trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
     if trained == {"hand": hand, "object": spec}:
-        return ()
+        return notes
     return (
+        *notes,
         f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
         f" {hand}.",
     )

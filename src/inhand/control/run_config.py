@@ -15,7 +15,8 @@ class HeldConfig(Config):
     hand: str = "2v2_50.50_50.50_1.1_53"
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str = "cube_39"
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    """Object: a name (`inhand objects`), shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with
+    its unit and mass, as part.dxf:unit=mm:mass_kg=0.05."""
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,24 @@
-"""Hands and objects from TOML files, and the one place that turns a name or a file into a spec."""
+"""Hands and objects from TOML files and outlines, and the one place that turns a name or a file into a spec."""
 
 from __future__ import annotations
 
+import re
 import sys
 import tomllib
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec, build_hand
+from inhand.hands.line_files import read_outline
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_name, polygon_object
+from inhand.hands.polylines import UNITS
 from inhand.hands.robot_chains import FingerNames, RobotNames
 from inhand.hands.robot_files import RobotHand, read_robot
 from inhand.registry import Registry, describe
@@ -33,6 +38,15 @@ _ROBOT_FINGER_KEYS = ("joints", "tip")
 _ROBOT_KEYS = ("name", "robot", "palm", *FINGER_NAMES, "palm_x", "palm_y", "scale", "thickness_mm", *_HAND_SCALARS)
 _OBJECT_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
 _POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "friction")
+_OUTLINE_KEYS = ("name", "shape", "outline", "unit", "height_mm", "mass_kg", "friction")
+HEIGHT_MM = 100.0
+"""Height of an object over an outline, as of the named ones [mm]."""
+OUTLINE = re.compile(r"(?P<file>.+\.(?:csv|svg|dxf))(?P<keys>(?::\w+=[^:]*)*)", re.IGNORECASE)
+"""An outline's file, and keys of an object file after it."""
+
+
+S = TypeVar("S", HandSpec, ObjectSpec)
+"""A hand or an object."""
 
 
 def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
@@ -41,53 +55,81 @@ def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
     Raises:
         InputError: neither a hand name nor a readable hand file.
     """
-    if isinstance(name_or_file, HandSpec):
-        return name_or_file
-    own = HANDS.find(str(name_or_file))
-    if own is not None:
-        return own
-    path = _as_file(name_or_file, "hand")
-    return parse_hand_name(str(name_or_file)) if path is None else _hand_from(_read_toml(path, "hand"), path)
+    return _loaded(name_or_file, HANDS, HandSpec, (parse_hand_name, _hand_from))
 
 
 def load_object(name_or_file: str | Path | ObjectSpec) -> ObjectSpec:
-    """Return the object of a name (see `parse_object_name`) or of a TOML file; an `ObjectSpec` is returned as it is.
+    """Return the object of a name (see `parse_object_name`), a TOML file, `FILE.py:NAME` or an outline.
+
+    An outline is the path of a .csv, .svg or .dxf file, and after it keys of an object file, as
+    `part.dxf:unit=mm:mass_kg=0.05`; it is called like its file. An `ObjectSpec` is returned as it is.
 
     Raises:
-        InputError: neither an object name nor a readable object file.
+        InputError: neither an object name nor a readable object file or outline.
     """
-    if isinstance(name_or_file, ObjectSpec):
-        return name_or_file
-    own = OBJECTS.find(str(name_or_file))
+    outline = OUTLINE.fullmatch(str(name_or_file))
+    if outline is not None:
+        path = Path(outline["file"])
+        given = dict(pair.split("=", 1) for pair in outline["keys"].split(":")[1:])
+        return _object_from({"name": path.stem, "outline": path.name} | {k: _value(v) for k, v in given.items()}, path)
+    return _loaded(name_or_file, OBJECTS, ObjectSpec, (parse_object_name, _object_from))
+
+
+def assumed(hands: Iterable[str]) -> tuple[str, ...]:
+    """Return what was left out of the robot files of hands, and which hands have no joint limits, a sentence each.
+
+    Raises:
+        InputError: not a hand.
+    """
+    notes: list[str] = []
+    free = []
+    for name in hands:
+        path = _as_file(name, "hand") if HANDS.find(name) is None else None
+        if path is not None and "robot" in (table := _read_toml(path, "hand")):
+            notes += _robot_from(table, path).notes
+        elif (np.abs(load_hand(name).limits) == np.pi).all(axis=-1).any():
+            free.append(name)
+    if free:
+        notes.append(
+            f"No limits are given for joints of {', '.join(free)} (`limits_deg` in a hand file, `:lab-limits` after a"
+            " name): they turn freely, +-180 deg, and only bodies stop them."
+        )
+    return tuple(notes)
+
+
+def _loaded(
+    given: str | Path | S,
+    registry: Registry[S],
+    kind: type[S],
+    readers: tuple[Callable[[str], S], Callable[[dict[str, Any], Path], S]],
+) -> S:
+    """Return the spec of a name, a file or the spec itself; readers are those of a name and of a file's table."""
+    if isinstance(given, kind):
+        return given
+    own = registry.find(str(given))
     if own is not None:
         return own
-    path = _as_file(name_or_file, "object")
-    return parse_object_name(str(name_or_file)) if path is None else _object_from(_read_toml(path, "object"), path)
+    path = _as_file(given, registry.kind)
+    return readers[0](str(given)) if path is None else readers[1](_read_toml(path, registry.kind), path)
 
 
-def _hand_made(name: str, given: object) -> HandSpec:
+def _made(kind: type[S], what: str, name: str, given: object) -> S:
     made = given() if callable(given) else given
-    if not isinstance(made, HandSpec):
-        raise InputError(f"hand {name!r} is {describe(made)}: it must be a HandSpec, as inhand.hand(...) returns one")
-    return made
-
-
-def _object_made(name: str, given: object) -> ObjectSpec:
-    made = given() if callable(given) else given
-    if not isinstance(made, ObjectSpec):
+    if not isinstance(made, kind):
         raise InputError(
-            f"object {name!r} is {describe(made)}: it must be an ObjectSpec, as inhand.object(...) returns one"
+            f"{what} {name!r} is {describe(made)}: it must be {'an' if what == 'object' else 'a'} {kind.__name__}, as"
+            f" inhand.{what}(...) returns one"
         )
     return made
 
 
-HANDS: Registry[HandSpec] = Registry("hand", {}, _hand_made)
+HANDS: Registry[HandSpec] = Registry("hand", {}, partial(_made, HandSpec, "hand"))
 """Hands that users add."""
-OBJECTS: Registry[ObjectSpec] = Registry("object", {}, _object_made)
+OBJECTS: Registry[ObjectSpec] = Registry("object", {}, partial(_made, ObjectSpec, "object"))
 """Objects that users add."""
 
 
-def _as_file(name_or_file: str | Path, what: str) -> Path | None:
+def _as_file(name_or_file: object, what: str) -> Path | None:
     if not isinstance(name_or_file, str | Path):
         raise InputError(f"{what} = {name_or_file!r}: give a name, the path of a TOML file, or a spec")
     path = Path(name_or_file)
@@ -115,6 +157,14 @@ def _check_keys(table: dict[str, Any], allowed: tuple[str, ...], required: tuple
     for key in required:
         if key not in table:
             raise InputError(f"{where}: no {key!r}; it must give {', '.join(required)}")
+
+
+def _value(word: str) -> float | str:
+    """Return a number of the command line as one, and anything else as it is."""
+    try:
+        return float(word)
+    except ValueError:
+        return word
 
 
 def _number(table: dict[str, Any], key: str, where: str) -> float:
@@ -156,15 +206,33 @@ def _polygon_from(table: dict[str, Any], where: str) -> ObjectSpec:
     for place, corner in enumerate(corners, start=1):
         if len(corner) != 2:
             raise InputError(f"{where}: corner {place} of corners_mm is {list(corner)}; it must be [x, y] in mm")
-    metres = [(x / 1e3, y / 1e3) for x, y in corners]
-    spec = polygon_object(_text(table, "name", where), metres, _number(table, "height_mm", where) / 1e3)
+    return _prism_from(table, [(x / 1e3, y / 1e3) for x, y in corners], where)
+
+
+def _outlined_from(table: dict[str, Any], folder: Path, where: str) -> ObjectSpec:
+    _check_keys(table, _OUTLINE_KEYS, ("name", "outline"), where)
+    if table.get("shape", "polygon") != "polygon":
+        raise InputError(f"{where}: shape = {table['shape']!r}; with an outline it is 'polygon': leave it out")
+    unit = table.get("unit")
+    if unit is not None and unit not in UNITS:
+        raise InputError(f"{where}: unit = {unit!r}; allowed are {', '.join(UNITS)}")
+    corners = read_outline(folder / _text(table, "outline", where), unit)
+    return _prism_from({"height_mm": HEIGHT_MM} | table, corners.tolist(), where)
+
+
+def _prism_from(table: dict[str, Any], corners: Sequence[Sequence[float]], where: str) -> ObjectSpec:
+    """Return the object over corners [m]."""
+    spec = polygon_object(_text(table, "name", where), corners, _number(table, "height_mm", where) / 1e3)
     convex_pieces(spec)  # refuses an outline of too many
     return spec
 
 
 def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
     where = f"object file {path}"
-    spec = (_polygon_from if table.get("shape") == "polygon" else _sized_from)(table, where)
+    if "outline" in table:
+        spec = _outlined_from(table, path.parent, where)
+    else:
+        spec = (_polygon_from if table.get("shape") == "polygon" else _sized_from)(table, where)
     mass = _number(table, "mass_kg", where) if "mass_kg" in table else spec.mass
     friction = _number(table, "friction", where) if "friction" in table else spec.friction
     return replace(spec, mass=mass, friction=friction)

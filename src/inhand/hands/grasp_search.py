@@ -92,6 +92,7 @@ def plan_grasps(
     config = config or SearchConfig()
     coarser = 2 if max(len(finger.links) for finger in hand.fingers) > 2 else 1
     body = body_of(spec, coarser * config.spacing, coarser * config.fan)
+    # Each finger by itself: where it touches at the start, and how far it can follow every path from there.
     starts = [_starts(hand, finger, body, poses[0, 0]) for finger in hand.fingers]
     for side, found in zip(FINGER_NAMES, starts, strict=True):
         if len(found.pose) == 0:
@@ -100,6 +101,7 @@ def plan_grasps(
         _roll_all(hand, finger, (body.cells.points[found.cell], found.joints), convex_pieces(spec), poses)
         for finger, found in zip(hand.fingers, starts, strict=True)
     ]
+    # Then the pairs.
     beside = tuple(neighbours(found, found, len(body.cells)) for found in starts)
     friction = np.array([config.start_cone, config.cone]) * hand.friction * spec.friction
     plans = []
@@ -190,6 +192,7 @@ def _common_reach(left: Tracks, right: Tracks, friction: Array) -> NDArray[np.in
     """Return for how many poses each pair `(L, R)` holds the object, by the friction at the start and on the way."""
     shape = left.points.shape[0], right.points.shape[0]
     reach = np.zeros(shape, dtype=np.int64)
+    # Pairs that hold no more are dropped on the way, so that later poses look at fewer.
     i, j = (part.ravel() for part in np.indices(shape))
     for s in range(left.points.shape[1]):
         kept = left.held[i, s] & right.held[j, s]
@@ -217,11 +220,13 @@ def _clear_plans(
     are looked at in the order of their scores, a block at a time, until no pair left could do better.
     """
     way, costs, (beside_left, beside_right) = judged_by
+    # The mean of the neighbours' ways, by products with the tables of who is beside whom.
     reached = np.where(reach > 0, way[np.maximum(reach - 1, 0)], 0.0)
     count = beside_left.sum(-1)[:, None] * beside_right.sum(-1)
     around = beside_left.astype(float) @ reached @ beside_right.astype(float) / count
     extra = config.company * (around - reached) - costs
     score = np.where(reach > 0, reached + extra, -np.inf)
+    # Whether fingers meet costs most, and only lowers a score: the best are looked at until none left can pass them.
     order = np.argsort(-score, axis=None, kind="stable")
     order = order[np.isfinite(score.ravel()[order])]
     looked: list[tuple[float, GraspPlan]] = []
@@ -232,6 +237,7 @@ def _clear_plans(
             break
         pairs = np.stack(np.unravel_index(block, score.shape), axis=-1)
         joints = [track.joints[pairs[:, i]] for i, track in enumerate(tracks)]
+        # A pair holds until its fingers first meet.
         free = np.minimum(np.cumprod(fingers_clear(hand, *joints), axis=-1).sum(axis=-1), reach.ravel()[block])
         for pair, holds, more in zip(pairs, free, extra.ravel()[block], strict=True):
             if holds > 0:

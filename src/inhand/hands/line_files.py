@@ -17,6 +17,8 @@ from inhand.hands.svg import svg_lines
 
 TURNS = 10
 """Whole turns that a way-point may be from the start's angle (guessed)."""
+OUTLINE_CLOSE = 0.001
+"""How far an outline may be off its curves, as a share of its larger side; a circle has about 50 corners (guessed)."""
 SUFFIXES = (".svg", ".csv", ".dxf")
 """Endings of files with lines."""
 
@@ -50,6 +52,31 @@ def read_polyline(path: Path, what: str, close: float = CLOSE) -> Polyline:
         return Polyline(joined(lines), unit)
     except InputError as error:
         raise InputError(f"{what}: {error}") from error
+
+
+def read_outline(path: Path, unit: str | None = None) -> Array:
+    """Return the corners `(N, 2)` [m] of the outline that the one line of a file is.
+
+    Args:
+        path: a .svg, .dxf or .csv file.
+        unit: one of `UNITS`, of the file's numbers; None for what the file says.
+
+    Raises:
+        InputError: the file cannot be used, or nobody says its unit.
+    """
+    what = f"outline {path}"
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{what}: unknown ending {path.suffix!r}; allowed are {', '.join(SUFFIXES)}")
+    if path.suffix.lower() == ".csv":
+        return read_csv_poses(path, what, unit)[:, :2]
+    line = read_polyline(path, what, OUTLINE_CLOSE)
+    scale = line.unit if unit is None else UNITS[unit]
+    if scale is None:
+        raise InputError(
+            f'{what}: it says no unit; give that of its numbers, as unit = "mm" in the object\'s file, or :unit=mm'
+            f" after this file's name; allowed are {', '.join(UNITS)}"
+        )
+    return line.points * scale
 
 
 def read_csv_poses(path: Path, what: str, unit: str | None = None, *, turns: bool = False) -> Array:

@@ -45,9 +45,9 @@ def joined(lines: Sequence[Array]) -> Array:
         if gap > JOIN * size:
             (a, b), (c, d) = one[-1] * [1.0, -1.0] + 0.0, other[0] * [1.0, -1.0] + 0.0
             raise InputError(
-                f"the path jumps from ({a:.6g}, {b:.6g}) to ({c:.6g}, {d:.6g}), {gap:.3g} of the file's units, and the"
-                " hand cannot lift the object: join the parts into one line, in the order in which to draw them, or"
-                " trace each from a file of its own"
+                f"the path jumps from ({a:.6g}, {b:.6g}) to ({c:.6g}, {d:.6g}), {gap:.3g} of the file's units, but is"
+                " to be one line: the hand cannot lift the object, and an outline has no holes; join the parts in the"
+                " order in which to draw them, or put each into a file of its own"
             )
     return without_repeats(points)
 

@@ -23,6 +23,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array, rotate, wrap_angle
 from inhand.hands.hand import FINGER_NAMES, Corners, FingerSpec, HandSpec
 from inhand.hands.robot_chains import Chain, Parts, RobotNames, find_parts
+from inhand.hands.robot_meshes import leave_out
 from inhand.hands.robot_outlines import DECIMALS, collision_geoms, convex_outline, solid_points
 from inhand.hands.robot_text import read_text
 from inhand.hands.sizes import check_length
@@ -118,7 +119,10 @@ def _load(path: Path, joints: tuple[str, ...]) -> tuple[mujoco.MjModel, tuple[st
             spec = mujoco.MjSpec.from_string(robot.text, assets=robot.meshes)
             spec.modelfiledir = str(path.parent)
         spec.compiler.fusestatic = False  # else fixed links, the palm and the tips, lose their names
-        return spec.compile(), robot.notes
+        notes = () if path.suffix.lower() == ".urdf" else leave_out(spec, path)
+        return spec.compile(), (*robot.notes, *notes)
+    except InputError:
+        raise
     except ValueError as error:
         text = " ".join(str(error).split())
         raise InputError(f"{path} is not a robot that MuJoCo reads: {text}; mend the file") from error

@@ -72,13 +72,13 @@ def read_text(path: Path, joints: tuple[str, ...]) -> RobotText:
         )
     _check_joints(xml, joints)
     meshes: dict[str, bytes] = {}
-    notes = []
+    notes: tuple[str, ...] = ()
     if xml.root.tag == "robot":
         notes = _without_show(xml)
         meshes = {
             name: data for number, mesh in enumerate(xml.root.iter("mesh")) for name, data in [_mesh(xml, mesh, number)]
         }
-    return RobotText(tostring(xml.root, encoding="unicode"), meshes, tuple(notes))
+    return RobotText(tostring(xml.root, encoding="unicode"), meshes, notes)
 
 
 def _parse(path: Path) -> _Xml:
@@ -181,7 +181,7 @@ def _check_joints(xml: _Xml, joints: tuple[str, ...]) -> None:
             )
 
 
-def _without_show(xml: _Xml) -> list[str]:
+def _without_show(xml: _Xml) -> tuple[str, ...]:
     """Leave out of a URDF what is for show only, and collision shapes of no size; return what was left out."""
     shown = empty = 0
     for link in xml.root.iter("link"):
@@ -192,14 +192,13 @@ def _without_show(xml: _Xml) -> list[str]:
             if _is_empty(collision):
                 empty += 1
                 link.remove(collision)
-    return [
-        f"{xml.path.name}: {count} {what} left out."
-        for count, what in (
-            (shown, "meshes for show only are"),
-            (empty, "collision shapes of no size are"),
-        )
-        if count
-    ]
+    return left_out(xml.path, shown, empty)
+
+
+def left_out(path: Path, shown: int, empty: int) -> tuple[str, ...]:
+    """Return how many meshes for show only and collision shapes of no size were left out of a file."""
+    counts = ((shown, "meshes for show only are"), (empty, "collision shapes of no size are"))
+    return tuple(f"{path.name}: {count} {what} left out." for count, what in counts if count)
 
 
 def _is_empty(collision: Element) -> bool:

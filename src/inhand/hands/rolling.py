@@ -70,21 +70,19 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
         poses: the objects' poses, at steps of at most a few millimetres.
     """
     joints, (count, steps) = starts.joints, poses.shape[:2]
-    tracks = Tracks(
-        np.empty((count, steps, 2)),
-        np.empty((count, steps, 2)),
-        np.empty((count, steps, joints.shape[-1])),
-        np.zeros((count, steps), dtype=bool),
-    )
+    points, normals, angles = (np.empty((count, steps, size)) for size in (2, 2, joints.shape[-1]))
+    tracks = Tracks(points, normals, angles, np.zeros((count, steps), dtype=bool))
     rows = np.arange(count)
     body = _placed(starts.bodies, rows, poses[:, 0])
     contacts = transform(poses[:, 0], starts.points)
+    # At the start a finger may be pressed in or stand a little off; it is seated before it is judged.
     pressed = _touch(hand, finger, joints, body)[0] > -PRESSED
     joints = _seated(hand, finger, body, joints)
     gap, _, facing, clear = _touch(hand, finger, joints, body)
     held = pressed & clear & (gap > -TOLERANCE)
     _record(tracks, (rows, 0), poses[:, 0], (contacts, facing, joints, held))
     for s in range(1, steps):
+        # Only tracks that still hold go on.
         rows, contacts, joints = rows[held], contacts[held], joints[held]
         last = s + 1 if len(rows) else steps
         for values in (tracks.points, tracks.normals, tracks.joints):
@@ -92,6 +90,7 @@ def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tr
         if len(rows) == 0:
             break
         pose = poses[rows, s]
+        # The contact is carried along with the object, the finger follows, and touches where it then is nearest.
         moved = transform(pose, inverse_transform(poses[rows, s - 1], contacts))
         body = _placed(starts.bodies, rows, pose)
         joints, kept = _follow(hand, finger, body, (joints, contacts, moved, starts.joints[rows]))
@@ -111,6 +110,7 @@ def _follow(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Move the touching points along and close the remaining gap; return joints and whether no step was too large."""
     joints, contacts, moved, rest = start
+    # The point of the last link that touches is to move as the object's does; a third link drifts back as well.
     jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], contacts)
     posture = POSTURE_GAIN * (rest - joints) if joints.shape[-1] > 2 else None
     step = damped_least_squares(jacobian, moved - contacts, DAMPING, posture)
@@ -125,6 +125,7 @@ def _seated(hand: HandSpec, finger: FingerSpec, body: list[Array], joints: Array
         tip = link_polygon(hand, finger, (joints, places), len(finger.links) - 1)
         gap, contacts, normals = nearest_contact(tip, body)
         jacobian = point_jacobian(places[..., :-1, :], contacts)
+        # Along the normal by the gap; turning moves the nearest point a little, so it is done again.
         step = damped_least_squares(jacobian, -gap[..., None] * normals, DAMPING)
         joints = joints + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
     return joints

@@ -54,7 +54,8 @@ class TrainConfig(Config):
     hand: str | None = None
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str | None = None
-    """Object: a name (`inhand objects`), shape_SIZE in mm, or a TOML file."""
+    """Object: a name (`inhand objects`), shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with
+    its unit and mass, as part.dxf:unit=mm:mass_kg=0.05."""
     directions: Literal["train", "continuous"] | None = None
     """train: the 8 of the Asterisk Test. continuous: these and the circle between, the 8 unseen ones left out."""
     engine: Engine | None = None
@@ -84,7 +85,8 @@ class EvaluateConfig(RunConfig):
     hand: str | None = None
     """Hand: a name of the laboratory's form or a TOML file; without it the one that the policy was trained with."""
     object: str | None = None
-    """Object: a name, shape_SIZE in mm, or a TOML file; without it the one that the policy was trained with."""
+    """Object: a name, shape_SIZE in mm, a TOML file or an outline, as part.dxf:unit=mm:mass_kg=0.05; without it the one
+    that the policy was trained with."""
     trials: int = 3
     """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
     episodes: int = 100

@@ -39,7 +39,7 @@ def trace(
     Args:
         path: a shape, a letter, an SVG or CSV file, or a task.
         hand: a name, a TOML file or a spec.
-        object: a name, a TOML file or a spec.
+        object: a name, a TOML file, an outline (`part.dxf:unit=mm:mass_kg=0.05`) or a spec.
         controller: a name, the folder of a training, `FILE.py:NAME`, or a class of yours.
         size: larger side of the drawing [mm]; None as `inhand trace` chooses it.
         trials: how many.
@@ -66,6 +66,6 @@ def run_trace(
         InputError: anything in the configuration that cannot be run.
     """
     setup = prepare(config)
-    followed, traces = run(config, setup)
     notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
+    followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

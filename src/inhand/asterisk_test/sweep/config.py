@@ -44,7 +44,8 @@ class SweepConfig(TrialsConfig):
     hands: tuple[str, ...] = HANDS
     """Hands: names (`inhand hands`) or TOML files."""
     objects: tuple[str, ...] = OBJECTS
-    """Objects: names (`inhand objects`) or TOML files."""
+    """Objects: names (`inhand objects`), TOML files, or outlines in CSV, SVG or DXF files with their unit and mass, as
+    part.dxf:unit=mm:mass_kg=0.05."""
     directions: str = "all"
     """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
     trials: int = 1

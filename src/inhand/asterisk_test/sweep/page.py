@@ -33,13 +33,14 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 """The tables that say which hand is best."""
 
 
-def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
+def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, heat maps and page of a sweep into its folder.
 
     Args:
         config: what was asked for.
         sweep: what was found.
         wall_s: how long this call took [s].
+        notes: what a reader should know, a sentence each.
     """
     pictures = []
     for kind, text in KINDS.items():
@@ -58,7 +59,7 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float) -> None:
         "versions": versions(),
     }
     write_json(content, config.out / "sweep.json")
-    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures)}
+    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures, notes)}
     for name, text in texts.items():
         part = config.out / f"{name}.part"
         part.write_text(text, encoding="utf-8")
@@ -93,7 +94,9 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
     return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
 
 
-def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Picture]) -> str:
+def page(
+    config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Picture], notes: Sequence[str] = ()
+) -> str:
     """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
     lines = [
         f"# Sweep: {len(sweep.hands)} hands x {len(sweep.objects)} objects x {len(sweep.directions)} directions",
@@ -101,7 +104,7 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Pi
         f"Controller {config.controller}, {_trials(config)}, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "",
-        *[f"* {sentence}" for sentence in tables.summary(sweep)],
+        *[f"* {sentence}" for sentence in (*tables.summary(sweep), *notes)],
         f"* This call took {wall_s / 60:.1f} minutes.",
         "",
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"

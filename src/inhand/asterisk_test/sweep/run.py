@@ -20,7 +20,7 @@ from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
 from inhand.control.catalogue import CONTROLLERS
 from inhand.folders import check_folder
-from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
@@ -43,6 +43,8 @@ class SweepRun(Shown):
     """What was found."""
     seconds: float
     """How long this call took [s]."""
+    notes: tuple[str, ...] = ()
+    """What a reader should know, a sentence each."""
 
     def table(self) -> pd.DataFrame:
         """Return a row for each trial: hand, object, direction, what was reached, the limit, every metric."""
@@ -62,7 +64,7 @@ class SweepRun(Shown):
         if out.resolve() != self.config.out.resolve():
             check_folder(out, overwrite=overwrite, mark="sweep.json")
             shutil.copytree(self.config.out / CELLS, out / CELLS, dirs_exist_ok=True)
-        write_sweep(replace(self.config, out=out), self.sweep, self.seconds)
+        write_sweep(replace(self.config, out=out), self.sweep, self.seconds, self.notes)
         return out
 
 
@@ -80,7 +82,7 @@ def sweep(
 
     Args:
         hands: names, TOML files or specs.
-        objects: names, TOML files or specs.
+        objects: names, TOML files, outlines or specs.
         controller: a name, the folder of a training, `FILE.py:NAME`, or a class of yours.
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         jobs: cells computed at a time, 0 for one on each core. More than one runs in processes of their own, which know
@@ -109,8 +111,9 @@ def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: comput
         InputError: anything in the configuration that cannot be run.
     """
     began = time.perf_counter()
-    found = plan(config)
+    found, notes = plan(config), assumed(config.hands)
     for _ in compute(found, config.jobs):
         pass
     cells = (read_cell(job.path) for job in found.jobs)
-    return SweepRun(config, sweep_of(cells, parse_directions(config.directions)), time.perf_counter() - began)
+    swept = sweep_of(cells, parse_directions(config.directions))
+    return SweepRun(config, swept, time.perf_counter() - began, notes)

@@ -128,11 +128,13 @@ def _by_second_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array
     """Find |d - base| = first link between neighbouring places of the second link, by false position."""
     joint, angle = _contacts(finger, hand, 1, body)
     base = inverse_transform(poses, np.array(finger.base))
+    # |d - base|^2 - first^2 is a product of what the contact gives and what the pose gives: one matrix product for all.
     squares = np.stack([(joint**2).sum(-1), -2 * joint[..., 0], -2 * joint[..., 1], np.ones(angle.shape)])
     rest = np.stack([np.ones(len(poses)), *base.T, (base**2).sum(-1) - finger.links[0] ** 2])
     # Single precision is good for nanometres, and only finds where to look.
     rough = rest.T.astype(np.float32) @ squares.reshape(4, -1).astype(np.float32)
     outside = (rough > 0).reshape(len(poses), *angle.shape)
+    # Where the sign changes between two places of the link, one between them is a contact.
     pose, cell, knot = np.nonzero(outside[..., 1:] != outside[..., :-1])
     low, high = ((squares[:, cell, knot + k] * rest[:, pose]).sum(axis=0) for k in (0, 1))
     number = body.numbers[cell]
@@ -145,9 +147,11 @@ def _by_second_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array
         turn = angle[cell, knot] - share * steps[1]
         place = body.cells.points[number] - rotate(turn, places.points[knot] + share[:, None] * steps[0]) - base[pose]
         miss = (place**2).sum(axis=-1) - finger.links[0] ** 2
+        # The end of the bracket on the same side as the new place moves to it.
         before = (miss > 0) == (low > 0)
         start, low = np.where(before, share, start), np.where(before, miss, low)
         end, high = np.where(before, end, share), np.where(before, high, miss)
+    # The first link points from the base to the joint; the second's angle was found in the object's frame.
     first = np.arctan2(-place[:, 0], place[:, 1]) + poses[pose, 2]
     pair = np.stack([wrap_angle(first), wrap_angle(turn + poses[pose, 2] - first)], axis=-1)
     found = Postures(pose, number, pair, pair, body.cells.points[number], body.cells.normals[number])
@@ -157,6 +161,7 @@ def _by_second_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array
 def _by_first_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array) -> list[Postures]:
     """Turn the first link about its base and find where it meets and leaves the object."""
     low, high = finger.limits[0]
+    # The links beyond do not matter to where the first one is: they stay straight.
     angles = np.arange(max(low, -np.pi), min(high, np.pi) + FIRST_LINK_STEP, FIRST_LINK_STEP)
     postures = np.zeros((len(angles), len(finger.links)))
     postures[:, 0] = angles
@@ -167,6 +172,7 @@ def _by_first_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array)
         gap = np.full((len(poses), len(angles)), np.inf)
         gap[near, step] = separation(links[step], transform(poses[near, None], piece))
         outside = gap > 0
+        # Steps that were not near are infinitely far and no crossing; between two steps the gap is taken for linear.
         pose, step = np.nonzero((outside[:, 1:] != outside[:, :-1]) & np.isfinite(gap[:, 1:] + gap[:, :-1]))
         before, after = gap[pose, step], gap[pose, step + 1]
         turn = angles[step] + before / (before - after) * FIRST_LINK_STEP
@@ -205,6 +211,7 @@ def _first_link_cells(
     _, points, normals = contact(link, transform(poses[pose, None], piece))
     points, normals = inverse_transform(poses[pose], points), rotate(-poses[pose, 2], normals)
     cell = body.nearest(points, normals)
+    # A contact between two cells is a neighbour of both.
     around = (cell[:, None] + np.array([-1, 0, 1])).ravel() % len(body.cells)
     first = np.repeat(joints[:, :1], 3, axis=0)
     return Postures(
@@ -217,12 +224,14 @@ def _by_third_link(hand: HandSpec, finger: FingerSpec, body: Body, poses: Array)
     joint, angle = (part[:, ::STRIDE] for part in _contacts(finger, hand, 2, body))
     base = inverse_transform(poses, np.array(finger.base))
     first, second = finger.links[:2]
+    # Two links that end at the third's joint: the law of cosines bends them one way or the other.
     place = joint - base[:, None, None]
     heading = np.arctan2(-place[..., 0], place[..., 1])
     with np.errstate(invalid="ignore"):
         cosine = ((place**2).sum(-1) - first**2 - second**2) / (2 * first * second)
         bend = np.stack([np.arccos(cosine), -np.arccos(cosine)], axis=-1)
     start = heading[..., None] - np.arctan2(second * np.sin(bend), first + second * np.cos(bend))
+    # The least bent posture is tried first, the next one where that is not free.
     last = wrap_angle(angle[None, ..., None] - start - bend)
     cost = np.where(np.isfinite(bend), bend**2 + last**2, np.inf)
     count = len(poses), len(body.numbers), -1
@@ -258,6 +267,7 @@ def _with_free_links(
         if len(found.pose) == 0:
             break
         found.joints[:, link + 1 : link + 2] = bend
+        # Each posture keeps the first bend that is free, and only those without one go on.
         clear = _is_free(hand, finger, body, poses, found, link=link)
         done.append(found.only(clear))
         found = found.only(~clear)
@@ -269,6 +279,7 @@ def _is_free(
 ) -> NDArray[np.bool_]:
     """Return which postures keep the joints' limits and overlap neither object nor palm."""
     free = within_limits(finger, found.joints)
+    # The dearer checks only look at what the cheaper ones left.
     at = np.flatnonzero(free)
     joints, angles = joint_positions(finger, found.joints[at]), link_angles(found.joints[at])
     places = np.concatenate([joints[:, :-1], angles[..., None]], axis=-1)
@@ -277,6 +288,7 @@ def _is_free(
     for i in range(len(finger.links)):
         shape = link_outline(hand, finger, i)
         if i > 0:
+            # A link that is higher than the palm all along is not compared with it.
             low = joints[:, i : i + 2, 1].min(axis=-1) - _room(shape, finger.links[i]) < palm[:, 1].max()
             left = np.flatnonzero(clear & low)
             clear[left] &= _apart(shape, places[left, i], palm, np.zeros((len(left), 3)))
@@ -301,6 +313,7 @@ def _apart(shape: Array, places: Array, other: Array, poses: Array) -> NDArray[n
     height = _height(shape, inverse_transform(places, transform(poses, middle))[:, None])
     apart = height > size
     left = np.flatnonzero(~apart & (height > 0))
+    # First over the edges of the link, then, for those that this leaves, over the edges of the other.
     apart[left] = _height(shape, inverse_transform(places[left, None], transform(poses[left, None], other))) > -OVERLAP
     left = left[~apart[left]]
     corners = inverse_transform(poses[left, None], transform(places[left, None], shape))

@@ -130,6 +130,7 @@ def farthest(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig 
         return None
     end, column = float(steps[len(coarse) - 1]), coarse[-1]
     if len(coarse) <= count:
+        # It ends within the path: from some steps back the grips are followed in finer cells, then in finer steps too.
         fine = body_of(spec, config.resolution / FINE_CELLS, config.fan / FINE_CELLS)
         finer = replace(scene, body=fine, hop=FINE_CELLS)
         start = max(len(coarse) - 1 - BACK, 0)
@@ -283,6 +284,7 @@ def _seeds(scene: _Scene, pair: PoseGrips, source: PoseGrips) -> Grips:
     """Return which grips `(L, R)` of a pose are beside a source's grips."""
     count, hop = len(scene.body.cells), scene.hop
     rows, columns = np.flatnonzero(source.grips.any(axis=1)), np.flatnonzero(source.grips.any(axis=0))
+    # A grip is beside another if both its contacts are: a product of three tables, over those in use alone.
     left = neighbours(source.left.only(rows), pair.left, count, hop).astype(np.float32)
     right = neighbours(source.right.only(columns), pair.right, count, hop).astype(np.float32)
     held = source.grips[np.ix_(rows, columns)].astype(np.float32)
@@ -299,6 +301,7 @@ def _reached(scene: _Scene, pair: PoseGrips, seeds: Grips, known: PoseGrips | No
     slides = neighbours(left, left, count), neighbours(right, right, count)
     reached = connected(grips, seeds, slides)
     clear = clear_pairs(scene.hand, left.joints, right.joints, reached)
+    # Links that meet are looked for last, as it costs most; where some do, what was reached through them may not be.
     if (reached & ~clear).any():
         seeds &= clear
         reached = connected(clear, seeds, slides) if seeds.any() else seeds

@@ -67,7 +67,7 @@ def asterisk(
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
         seed: of the start noise.
-        engine: mujoco or bullet.
+        engine: mujoco, planar or bullet.
         metrics: names of registered metrics, or functions of a trial.
         beside: folders of at most two earlier runs, to set beside this one.
         label: names of this run and of those, instead of what differs between them.
@@ -81,7 +81,7 @@ def asterisk(
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
     settings["label"] = (label,) if isinstance(label, str) else tuple(label)
-    settings["beside"] = tuple(map(Path, [beside] if isinstance(beside, str | Path) else beside))
+    settings["beside"] = (beside,) if isinstance(beside, str | Path) else beside
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 

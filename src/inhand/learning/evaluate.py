@@ -69,7 +69,7 @@ def evaluate(
         trials: for each of the 16 directions, for table and figures; the first of the episodes.
         episodes: episodes in which lost objects are counted, spread evenly over the directions.
         seed: of the start noise.
-        engine: mujoco or bullet.
+        engine: mujoco, planar or bullet.
         human: folder of recorded human trials to set beside both.
         settings: other fields of `EvaluateConfig`, such as last and noise_mm.
 

@@ -1,4 +1,4 @@
-"""Learn with Stable-Baselines3: `td3` on `inhand/Asterisk-v0`, or `her`, hindsight on `inhand/AsteriskGoal-v0`.
+"""Learn with Stable-Baselines3: `td3` on `inhand/AsteriskEasy-v0`, or `her`, hindsight on `inhand/AsteriskGoal-v0`.
 
 A learner that knows nothing of this toolkit, from no demonstrations: a check of the environments, and a start for your
 own. For results, `inhand train` learns from the expert. Needs the extra `sb3`: pip install 'inhand[sb3]'.
@@ -18,13 +18,16 @@ from stable_baselines3.common.noise import NormalActionNoise
 
 MODULE = "inhand.learning.environments"
 """Gymnasium imports it, which registers the environments."""
-KEYWORDS = {"actions": "steps", "observation": "grip"}
-"""Steps of the joint targets start from the grip that holds; random joint angles would let go at once."""
+KEYWORDS = {"actions": "fine", "observation": "grip"}
+"""Fine steps of the joint targets start from the grip that holds; random joint angles would let go at once."""
 
 
 def td3(steps: int) -> BaseAlgorithm:
-    """Move the object as far along one of eight directions as it goes, for the thesis's reward."""
-    env = gymnasium.make(f"{MODULE}:inhand/Asterisk-v0", **KEYWORDS)
+    """Move the object as far along one of eight directions as it goes, for a reward of a centimetre each.
+
+    `inhand.policy(model, "grip", "fine", stop=True)` is what came of it as a controller of the Asterisk Test.
+    """
+    env = gymnasium.make(f"{MODULE}:inhand/AsteriskEasy-v0")
     model = TD3("MlpPolicy", env, action_noise=NormalActionNoise(np.zeros(4), 0.1 * np.ones(4)), seed=0, verbose=1)
     return model.learn(steps)
 

@@ -14,7 +14,7 @@ from compare_figure import Bar, compare_figure
 from compare_stats import Adaptation, Interval, Score, adaptations, scores
 from compare_study import ENOUGH, contestants, horizon_of, training_of
 from inhand.control.trial import write_json
-from inhand.pages import again_lines, options, table_lines
+from inhand.pages import again, options, page_of, table_of
 from inhand.plots.save import save_figure
 from inhand.versions import versions
 
@@ -43,7 +43,7 @@ def write_compare(config: CompareConfig, found: Sequence[dict[str, Any]], few: S
         "versions": versions(),
     }
     write_json(content, config.out / "compare.json")
-    (config.out / "report.md").write_text("\n".join(_page(config, every, adapting)), encoding="utf-8")
+    (config.out / "report.md").write_text(_page(config, every, adapting), encoding="utf-8")
     return every
 
 
@@ -96,36 +96,24 @@ def _bars(every: Sequence[Score]) -> tuple[list[str], list[str], dict[tuple[str,
     return list(dict.fromkeys(s.name for s in every)), list(dict.fromkeys(s.task for s in every)), bars
 
 
-def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adaptation]) -> list[str]:
+def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adaptation]) -> str:
     steps = [(name, f"{count['demonstrated']:,}", f"{count['agent']:,}") for name, count in budgets(config).items()]
     horizons = ", ".join(f"{task} {horizon_of(config, task)}" for task in config.tasks)
-    return [
+    return page_of(
         "# Primitives in sequence against training end to end",
-        "",
         EXPLAINED,
-        "",
         f"{len(config.seeds)} seeds of every training, {config.episodes} episodes of every controller on every task;"
         f" {config.object} with {config.hand}. Intervals are 95 %, by bootstrap over seeds and episodes.",
-        "",
-        *table_lines(HEADER, table_rows(every)),
-        "",
+        table_of(HEADER, table_rows(every)),
         "![Completion of every task](compare.png)",
-        "",
-        "## Environment steps of each training",
-        "",
-        *table_lines(("controller", "demonstrated", "of the agent"), steps),
-        "",
+        table_of(("controller", "demonstrated", "of the agent"), steps, "Environment steps of each training"),
         f"An episode takes at most so many decisions: primitives 200, {horizons}.",
-        "",
         f"## Environment steps to complete {100 * ENOUGH:.0f} % of a new task",
-        "",
         "Structured: none where its completion is enough as it is. End to end: the smallest of"
         f" {', '.join(map(str, config.adaptation))} demonstrations that were enough to imitate, for each seed.",
-        "",
-        *table_lines(("controller", "task", "steps"), adaptation_rows(adapting, every)),
-        "",
-        *again_lines(shlex.join(["inhand", "compare", *options(config)])),
-    ]
+        table_of(("controller", "task", "steps"), adaptation_rows(adapting, every)),
+        again(shlex.join(["inhand", "compare", *options(config)])),
+    )
 
 
 def _with_interval(value: Interval, unit: float, digits: int) -> str:

@@ -2,6 +2,7 @@
 
 import ast
 import asyncio
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -120,6 +121,43 @@ def test_one_place_steps_simulators() -> None:
         if len(node.args) + len(node.keywords) == 2
     }
     assert found == {("control/loop.py", "simulator")}
+
+
+PLANAR = ("hands/", "control/ik.py", "control/thesis_ik.py", "control/follow.py", "control/rehearsal.py")
+"""What may take a hand for two fingers in a plane."""
+TWO_FINGERS = re.compile(
+    r"(?-i:FINGER_NAMES)|\b(left|right|both|two)[- ]fingers?\b|\bfingers? (left|right)\b|\bhand\.(left|right)\b"
+    r"|\.(fingers|slices|finger_names)\[-?\d|len\(\w*\.?(fingers|slices)\) (==|!=|<|>) \d"
+    r"|\b(gaps|touching|forces|(finger|object)_(points|xy)|contact_links|normals)\[[^\]]*, -?[01]\]",
+    re.IGNORECASE,
+)
+"""How files would name them, count on them, or take one of them by its number."""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "hand.left.links",
+        "hand.fingers[0]",
+        "state.gaps[:, 1]",
+        "the left finger",
+        "both fingers",
+        "len(hand.fingers) == 2",
+    ],
+)
+def test_two_fingers_are_found_where_they_are_meant(line: str) -> None:
+    assert TWO_FINGERS.search(line)
+
+
+def test_only_hands_and_planar_controllers_know_of_two_fingers() -> None:
+    found = [
+        f"{path.relative_to(SOURCE)}:{number}: {line.strip()}"
+        for path in FILES
+        if not str(path.relative_to(SOURCE)).startswith(PLANAR)
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if TWO_FINGERS.search(line)
+    ]
+    assert not found, found
 
 
 def configs() -> Iterator[tuple[str, str]]:

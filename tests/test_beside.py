@@ -12,8 +12,7 @@ from matplotlib.text import Text
 import inhand
 from inhand.asterisk_test.beside import MOST, load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.page import command
-from inhand.asterisk_test.report import both_radars, side_by_side, write_report
+from inhand.asterisk_test.report import both_radars, command, side_by_side, write_report
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, shown_columns, table_rows, with_beside
@@ -90,6 +89,7 @@ def test_table_panels_radar_and_report_have_the_names(
 ) -> None:
     monkeypatch.setattr("inhand.asterisk_test.asterisk.simulate", lambda *_: trials)
     monkeypatch.setattr("inhand.asterisk_test.asterisk.finish.__defaults__", (lambda *_: trials,))
+    monkeypatch.setattr("inhand.asterisk_test.report.write_replay", lambda *_, **__: None)
     earlier = saved("earlier", hand=load_hand(LONG))
     run = inhand.asterisk(controller="thesis-ik", directions="Out", trials=1, beside=earlier, label=["new", "old"])
     header, rows = with_beside(HEADER, table_rows(run.results, ()), run.name, run.beside)

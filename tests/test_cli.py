@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from PIL import Image
 
@@ -44,6 +45,7 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     names = {str(path.relative_to(run)) for path in run.rglob("*") if path.is_file()}
     assert names >= {
         "metrics.json",
+        "trials.csv",
         "report.md",
         "figures/asterisk.png",
         "figures/radar.png",
@@ -72,6 +74,12 @@ def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
     assert [each["direction"] for each in content["directions"]] == ["Right", "In'"]
     assert content["directions"][0]["distance_mm"]["mean"] == content["trials"][0]["distance_mm"]
     assert content["seed"] == content["config"]["seed"] == 4
+    table = pd.read_csv(run / "trials.csv")
+    assert table[["hand", "object", "controller", "engine"]].drop_duplicates().to_numpy().tolist() == [
+        [STANDARD, "cube_39", "ik", "mujoco"]
+    ]
+    assert table.distance_mm.tolist() == table.reached.tolist() == [each["distance_mm"] for each in content["trials"]]
+    assert table.limit.tolist() == [each["limit_mm"] for each in content["trials"]]
     assert content["config"]["hand"] == STANDARD
     assert content["versions"]["python"].startswith("3.")
 

@@ -428,12 +428,12 @@ def test_no_library_for_pictures_is_loaded_without_them() -> None:
 def test_gymnasium_records_a_film(tmp_path: Path) -> None:
     pytest.importorskip("moviepy", reason="Gymnasium's recorder needs moviepy: pip install moviepy")
     env = gymnasium.make("inhand/Asterisk-v0", render_mode="rgb_array", horizon=5, actions="steps", **QUICK)
-    films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path))
+    films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "films"))
     films.reset(seed=0)
     for _ in range(5):
         films.step(STILL)
     films.close()
-    assert [path.suffix for path in tmp_path.iterdir()] == [".mp4"]
+    assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
 
 
 def test_the_way_to_go_is_told_where_it_was_asked_for() -> None:
@@ -443,6 +443,23 @@ def test_the_way_to_go_is_told_where_it_was_asked_for() -> None:
     assert near[2] < far[2] == 1.0
     np.testing.assert_array_equal(np.delete(near, [2, 3]), np.delete(far, [2, 3]))
     assert list(told.step(STILL)[4]["terms"]) == ["progress", "waiting", "astray", "jerk", "drop"]
+
+
+def test_in_the_easy_setting_chance_holds_the_object_and_holding_costs_nothing() -> None:
+    held = {}
+    for name in ("inhand/Asterisk-v0", "inhand/AsteriskEasy-v0"):
+        envs = gymnasium.make_vec(name, num_envs=16, **QUICK)
+        envs.reset(seed=0)
+        envs.action_space.seed(0)
+        ends = [envs.step(envs.action_space.sample())[2] for _ in range(25)]
+        held[name] = 1.0 - np.any(ends, axis=0).mean()
+    assert held["inhand/Asterisk-v0"] == 0.0
+    assert held["inhand/AsteriskEasy-v0"] > 0.8
+    env = make("easy", **QUICK)
+    env.reset(seed=0)
+    _, reward, _, _, info = env.step(STILL)
+    assert list(info["terms"]) == ["progress", "drop"]
+    assert abs(float(reward)) < 0.01
 
 
 # Many environments.

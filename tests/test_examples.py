@@ -50,5 +50,7 @@ def test_the_scripts_run_in_an_empty_folder_and_are_short(
     example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert len(example.read_text(encoding="utf-8").splitlines()) <= 40
+    if example.stem == "learn":
+        pytest.importorskip("minari", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(example), run_name="__main__")

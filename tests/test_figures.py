@@ -1,6 +1,7 @@
 """Asterisks and panels render from nothing, one point and sixteen directions, and show what they were given."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array, unit
 from inhand.plots.asterisk import asterisk_figure, draw_asterisk
 from inhand.plots.curves import PathCurve, band_polygons, target_length, tip, true_runs
@@ -20,7 +22,7 @@ from inhand.plots.donut import DonutSeries, donut_figure
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.panels import Panel, panels_figure
 from inhand.plots.radar import RadarSeries, radar_figure
-from inhand.plots.save import save_figure, written_whole
+from inhand.plots.save import save_figure
 from inhand.plots.shapes import SceneOutline, draw_scene, extent_of, move_scene
 from inhand.plots.sheet import new_figure
 from inhand.plots.style import DIRECTION_WHEEL, INK, MUTED, direction_colour, series_look
@@ -180,6 +182,16 @@ def test_target_ends_at_the_reach_limit_with_a_cap() -> None:
     caps = [line for line in figure.axes[0].lines if len(xy(line)) == 2 and np.allclose(xy(line)[:, 0], 83.0)]
     assert len(caps) == 1
     assert "reach limit" in legend_texts(figure)
+
+
+def test_a_bent_target_is_drawn_whole_and_kept_in_sight() -> None:
+    bent = np.array([(0.0, 0.0), (30.0, 20.0), (0.0, 90.0)])
+    curve = replace(straight(90, "Out", 40), target_mm=bent)
+    ax = asterisk_figure([curve]).axes[0]
+    assert xy(dashed(ax)[0]) == pytest.approx(bent)
+    assert ax.get_ylim()[1] > 90.0
+    with pytest.raises(InputError, match=r"target of path 'Out' has shape \(3,\); it must be \(N, 2\)"):
+        replace(curve, target_mm=np.zeros(3))
 
 
 def test_band_lies_across_the_direction_and_breaks_at_a_gap() -> None:
@@ -362,7 +374,7 @@ def test_a_failed_write_keeps_the_old_file_and_leaves_no_part(tmp_path: Path) ->
     old.write_text("old")
 
     def write_half() -> None:
-        with written_whole(old) as part:
+        with in_place(old) as part:
             part.write_text("half")
             raise OSError("disk full")
 

@@ -12,14 +12,14 @@ from inhand.geometry import Array, inverse_transform, spatial
 from inhand.hands.names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
-from inhand.tasks.actions import LARGEST_STEP, Actions, actions_of, targets_of
+from inhand.tasks.actions import FINE_STEP, LARGEST_STEP, Actions, actions_of, targets_of
 from inhand.tasks.aim import Aim
 from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Layout, Scene, by_rank, find_layout, observe
 from inhand.tasks.rewards import REWARDS, Decision, find_reward, reward
 from test_simulator import CUBE, HAND, mirrored_joints, run, shaken
 
 SCENE = Scene(HAND, (CUBE,) * 3)
-KINDS: tuple[Actions, ...] = ("angles", "steps")
+KINDS: tuple[Actions, ...] = ("angles", "steps", "fine")
 
 
 def held(count: int = 3, seed: int = 1) -> State:
@@ -282,7 +282,8 @@ def test_targets_come_back_from_the_actions_that_command_them(kind: Actions, sha
     limits, share = HAND.limits, np.array(shares).reshape(3, 4)
     low = np.tile(limits[:, 0], (3, 1))
     state = replace(REST, targets=low + 0.5 * (limits[:, 1] - low))
-    within = LARGEST_STEP * (2 * share - 1) + state.targets if kind == "steps" else low + share * (limits[:, 1] - low)
+    most = {"steps": LARGEST_STEP, "fine": FINE_STEP}
+    within = most[kind] * (2 * share - 1) + state.targets if kind in most else low + share * (limits[:, 1] - low)
     actions = actions_of(within, kind, HAND, state)
     assert np.abs(actions).max() <= 1.0
     np.testing.assert_allclose(targets_of(actions, kind, HAND, state), within, atol=1e-12)
@@ -302,6 +303,8 @@ def test_angles_span_the_limits_of_the_joints() -> None:
 def test_steps_move_the_last_targets_on_and_stay_within_the_limits() -> None:
     moved = targets_of(np.full((3, 4), 0.5), "steps", HAND, REST)
     np.testing.assert_allclose(moved, REST.targets + 0.5 * LARGEST_STEP)
+    fine = targets_of(np.full((3, 4), 0.5), "fine", HAND, REST)
+    np.testing.assert_allclose(fine, REST.targets + 0.5 * FINE_STEP)
     np.testing.assert_allclose(targets_of(np.full((3, 4), -8.0), "steps", HAND, REST), REST.targets - LARGEST_STEP)
     edge = replace(REST, targets=np.tile(HAND.limits[:, 1], (3, 1)))
     np.testing.assert_array_equal(targets_of(np.ones((3, 4)), "steps", HAND, edge), edge.targets)

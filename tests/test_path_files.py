@@ -254,6 +254,7 @@ def test_a_transform_in_a_style_is_one(tmp_path: Path, css: str, attribute: str)
     ("attributes", "body", "size_mm"),
     [
         ('width="100mm" height="100mm"', '<rect x="10" y="10" width="40mm" height="20mm"/>', (40, 20)),
+        ('width="200mm" height="100mm"', '<path d="M0 0 H40 V20"/>', (40, 20)),
         ('width="5cm"', '<rect width="40" height="20"/>', (20, 10)),
         ('height="2in" width="100%"', '<path d="M0 0 H50 V25"/>', (25.4, 12.7)),
         ('width="72pt" height="6pc"', '<path transform="scale(0.5)" d="M0 0 H50 V25"/>', (6.35, 3.175)),
@@ -453,6 +454,30 @@ ENDSEC
 0
 SECTION
 2
+TABLES
+0
+TABLE
+2
+LAYER
+70
+1
+0
+LAYER
+2
+off
+70
+0
+62
+-7
+6
+CONTINUOUS
+0
+ENDTAB
+0
+ENDSEC
+0
+SECTION
+2
 ENTITIES{entities}
 0
 ENDSEC
@@ -476,7 +501,15 @@ def line(x0: float, y0: float, x1: float, y1: float, more: str = "") -> str:
 def test_lines_and_arcs_of_a_dxf_file_are_one_whatever_their_order(tmp_path: Path) -> None:
     pytest.importorskip("ezdxf")
     arc = "ARC 8=0 10=20 20=5 40=5 50=270 51=90"
-    path = dxf(tmp_path, line(0, 0, 20, 0), line(0, 10, 0, 0), arc, line(0, 10, 20, 10), line(1, 1, 9, 9, " 60=1"))
+    path = dxf(
+        tmp_path,
+        line(0, 0, 20, 0),
+        line(0, 10, 0, 0),
+        arc,
+        line(0, 10, 20, 10),
+        line(1, 1, 9, 9, " 60=1"),
+        "CIRCLE 8=OFF 10=0 20=0 40=99",
+    )
     drawing = read_drawing(path)
     assert (drawing.name, drawing.sized) == ("part", True)
     np.testing.assert_allclose(np.ptp(drawing.poses[:, :2], axis=0), [0.025, 0.010], atol=1e-5)

@@ -23,6 +23,7 @@ from inhand.control.catalogue import find_controller, learned, notes_of, policy_
 from inhand.control.controller import Task
 from inhand.control.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy
 from inhand.errors import InputError
+from inhand.hands.files import assumed
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.sim.mujoco_engine import MujocoSimulator
@@ -194,6 +195,7 @@ def test_every_change_of_what_a_scale_depends_on_changes_the_card() -> None:
                 interface_card(replace(layout, parts=(*layout.parts[:number], other, *layout.parts[number + 1 :])))
             )
     assert len(cards) == 1 + 3 * len(layout.parts)
+    assert (interface_card(layout).largest_step, interface_card(layout, "fine").largest_step) == (0.04, 0.01)
 
 
 def test_a_policy_has_finished_once_nothing_is_gained_for_a_while() -> None:
@@ -274,9 +276,11 @@ def test_the_policy_of_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_a_run_says_what_the_policy_was_trained_with() -> None:
     entry = learned("mine", a_policy())
-    assert notes_of(entry, HAND.name, CUBE.name) == ()
-    assert notes_of(find_controller("ik"), LARGER, "cylinder_40") == ()
+    free = assumed([HAND.name])
+    assert notes_of(entry, HAND.name, CUBE.name) == free
+    assert notes_of(find_controller("ik"), LARGER, "cylinder_40") == assumed([LARGER])
     assert notes_of(entry, HAND.name, "cylinder_40") == (
+        *free,
         f"The policy mine was trained with cube_39 and {HAND.name}; here it moves cylinder_40 with {HAND.name}.",
     )
 

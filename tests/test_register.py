@@ -11,14 +11,18 @@ from commands import Call
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.user_metrics import METRICS
 from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.phases import PHASES
+from inhand.control.policy import PolicyController
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
+from inhand.learning.starts import straight_task
 from inhand.registry import Registry, load_file, load_packages
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
 from inhand.tasks.rewards import find_reward
+from inhand.tracing.tasks import TASKS
 
 BACK = """
 import numpy as np
@@ -41,7 +45,7 @@ class NoController:
 @pytest.fixture(autouse=True)
 def forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a test registers is forgotten after it."""
-    for each in (CONTROLLERS, PATHS, METRICS):
+    for each in (CONTROLLERS, PATHS, METRICS, PHASES, TASKS):
         monkeypatch.setattr(each, "_added", {})
     load_packages.cache_clear()
     load_file.cache_clear()
@@ -217,6 +221,13 @@ def test_what_is_no_policy_is_refused(given: object, text: str) -> None:
         ("reward_term", ("mine", math.nan), len, "with weight nan: it must"),
         ("observation_part", ("mine",), 3, "part 'mine' is int 3: it must be a function of state"),
         ("observation_part", ("mine",), len, "at least one number a world; tell how many by fixed"),
+        ("phase", ("mine",), 3, "phase 'mine' is int 3: it must be a class, made with the task"),
+        ("phase", ("mine",), Path, "the class Path without begin, act, finished: it must be a class"),
+        ("phase", ("mine", 0.0), lambda task: task, "phase 'mine' lasts 0 s: give more than 0 and at most 60 s"),
+        ("phase", ("manipulate",), lambda task: task, "the name 'manipulate' is taken by another phase"),
+        ("task", ("mine",), 3, "task 'mine' is int 3: it must be a function of hand, object and random generator"),
+        ("task", ("square",), len, "the name 'square' is taken by another task"),
+        ("task", ("key",), len, "the name 'key' is taken by another task"),
         ("hand", ("mine",), lambda: 3, "hand 'mine' is int 3: it must be a HandSpec"),
         ("object", ("mine",), lambda: 3, "object 'mine' is int 3: it must be an ObjectSpec"),
         ("object", ("cube_39",), lambda: 3, "the name 'cube_39' is taken by another object"),
@@ -225,6 +236,49 @@ def test_what_is_no_policy_is_refused(given: object, text: str) -> None:
 def test_what_is_registered_wrongly_is_refused(kind: str, words: tuple[object, ...], given: object, text: str) -> None:
     with pytest.raises(InputError, match=text):
         getattr(front.register, kind)(*words)(given)
+
+
+MODEL = """
+import numpy as np
+import inhand
+
+class Model:
+    asked = []
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        self.asked.append((observation.dtype.name, observation.shape, state, episode_start, deterministic))
+        return np.tile([-1.0, 0.0, 1.0, 0.0], (len(observation), 1)).astype(np.float32), None
+
+def make():
+    return inhand.policy(Model(), "grip", "fine", name="mine", grasp="rough")
+
+model = Model()
+"""
+"""A model with the `predict` of Stable-Baselines3's, and what makes a controller of it."""
+
+
+def test_a_model_that_predicts_is_a_controller(tmp_path: Path, inhand: Call) -> None:
+    path = tmp_path / "with_model.py"
+    path.write_text(MODEL)
+    words = ("--controller", f"{path}:make", "--directions", "Out", "--trials", 2, "--out", tmp_path / "run")
+    code, out, err = inhand("asterisk", *words)
+    assert (code, err) == (0, ""), err
+    assert "mine" in out
+    asked = load_file(path).Model.asked
+    assert set(asked) == {("float32", (2, 31), None, None, True)}
+    run = front.load(tmp_path / "run")
+    assert isinstance(run, Run)
+    targets = run.trials[0].targets[run.trials[0].manipulation]
+    np.testing.assert_allclose(np.diff(targets[:, [0, 2]], axis=0)[:5], np.tile([-0.01, 0.01], (5, 1)), atol=1e-12)
+
+
+def test_a_model_itself_is_one_too_with_the_usual_interface(tmp_path: Path) -> None:
+    (tmp_path / "alone.py").write_text(MODEL)
+    entry = find_controller(f"{tmp_path}/alone.py:model")
+    controller = entry.manipulate(
+        straight_task((front.hand("2v2_50.50_50.50_1.1_53"), front.object("cube_39")), np.zeros(1))
+    )
+    assert isinstance(controller, PolicyController)
 
 
 def test_unknown_parts_and_terms_are_refused() -> None:
@@ -252,3 +306,11 @@ def test_targets_of_the_wrong_shape_are_refused() -> None:
 
     with pytest.raises(InputError, match=r"act of controller 'Short' returned \(1, 3\): it must return joint targets"):
         front.asterisk(controller=Short, directions="Out", trials=1)
+
+
+def test_a_phase_or_task_that_is_not_known_or_gives_no_way_points_is_refused() -> None:
+    with pytest.raises(InputError, match="unknown phase 'hold'"):
+        front.asterisk(directions="Out", trials=1, phases=["hold"])
+    front.register.task("flat")(lambda *_: np.zeros((3, 2)))
+    with pytest.raises(InputError, match=r"task 'flat' gives \(3, 2\): it must give way-points \(N, 3\)"):
+        front.trace("flat", trials=1)

@@ -11,12 +11,11 @@ import tyro
 from PIL import Image
 
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.page import command, page
 from inhand.asterisk_test.people.human import read_human_folder
-from inhand.asterisk_test.report import Run, write_report
+from inhand.asterisk_test.report import Run, command, page, write_report
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.asterisk_test.scenes import average_curve, counted_rows, trial_path
+from inhand.asterisk_test.scenes import average_curve, compatible_curve, counted_rows, trial_path
 from inhand.asterisk_test.table import HEADER
 from inhand.cli import Command
 from inhand.control.scenes import scene_at, start_scene
@@ -79,7 +78,10 @@ def test_the_page_tells_what_was_run_what_came_out_and_how_to_repeat_it(written:
     assert "mujoco-core 4." in text
 
 
-def test_people_stand_beside_the_controller(finished: Run, asterisk_data: Path, tmp_path: Path) -> None:
+def test_people_stand_beside_the_controller(
+    finished: Run, asterisk_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("inhand.asterisk_test.report.write_replay", lambda *_, **__: None)
     folder = read_human_folder(asterisk_data / "human")
     write_report(replace(finished, people=folder.trials, notes=folder.notes), tmp_path)
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
@@ -111,9 +113,16 @@ def test_a_run_without_any_grasp_has_a_report(finished: Run, tmp_path: Path) -> 
 
 def test_a_run_in_which_all_was_kept_says_so(finished: Run) -> None:
     kept = [replace(result, outcome="reached") for result in finished.results]
-    text = page(CONFIG, kept, (), (), ((), ()), subject=finished.subject)
+    text = page(replace(finished, results=tuple(kept)), [])
     assert "All 4 trials kept the object: 4 came to the end of their path. They came " in text
     assert "## What failed" not in text
+
+
+def test_a_file_is_named_by_its_name_and_not_by_its_path(finished: Run) -> None:
+    run = replace(finished, config=replace(CONFIG, hand="my folder/hand.toml", object="my folder/object.toml"))
+    title, told = page(run, []).splitlines()[0], [text.get_text() for text in run.figure().texts]
+    assert title == "# Asterisk Test: thesis-ik on cube_39 with 2v2_50.50_50.50_1.1_53"
+    assert told[1] == "2v2_50.50_50.50_1.1_53, cube_39; mean of 2 trials a direction"
 
 
 def test_every_primitive_has_a_file_name_of_its_own() -> None:
@@ -172,6 +181,16 @@ def test_curves_end_where_contact_was_first_lost(finished: Run) -> None:
         touching = np.asarray(trial.manipulated_path()[2].all(axis=1))
         assert touching[: count - 1].all()
         assert count == len(touching) or not touching[count] or count == 1
+
+
+def test_a_bent_reference_is_the_target_of_its_direction(finished: Run) -> None:
+    trials, bent = finished.trials[:2], [replace(result, bent=True) for result in finished.results[:2]]
+    for average in (average_curve, compatible_curve):
+        assert average(trials, finished.results[:2]).target_mm is None
+        curve = average(trials, bent)
+        assert curve.target_mm is not None
+        np.testing.assert_allclose(curve.target_mm, 1e3 * trials[0].reference[:, :2])
+        assert curve.limit_mm is None
 
 
 def test_a_trial_is_drawn_with_the_part_of_its_reference_that_it_came_along(finished: Run) -> None:

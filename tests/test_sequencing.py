@@ -545,13 +545,13 @@ def drawing(*plans: Plan) -> SequenceTask:
 
 def test_a_task_is_drawn_again_until_a_grip_carries_it(monkeypatch: pytest.MonkeyPatch) -> None:
     good, far = plan_of((0, 10, 0)), plan_of((0, 100, 0))
-    monkeypatch.setitem(TASKS, "lottery", drawing(far, plan_of((0, 110, 0)), good))
+    monkeypatch.setattr(TASKS, "_added", {"lottery": drawing(far, plan_of((0, 110, 0)), good)})
     told: list[str] = []
     setup = prepare_trace(TraceConfig(path="lottery", trials=1), lambda text, _, __: told.append(text))
     assert setup.plans == (good,)
     assert told == [f"task lottery, trial 1, draw {k}" for k in (1, 2, 3)]
     assert len(told) < DRAWS
-    monkeypatch.setitem(TASKS, "lottery", drawing(far))
+    monkeypatch.setattr(TASKS, "_added", {"lottery": drawing(far)})
     with pytest.raises(InputError, match="task lottery, trial 1 lies outside of what the hand can reach") as error:
         prepare_trace(TraceConfig(path="lottery", trials=1))
     assert "another --seed" in str(error.value)

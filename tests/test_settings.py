@@ -73,7 +73,10 @@ WRONG: list[tuple[Callable[..., object], dict[str, Any], str]] = [
     (partial(replace, default()), {"noise": {"place": 1.0}}, "noise.place is no setting: leave it out"),
     (inhand.asterisk, {"noise_mm": "a"}, "noise_mm is 'a'; it must be a number"),
     (inhand.asterisk, {"human": 3}, "human is 3; it must be a text"),
-    (inhand.asterisk, {"beside": 3}, "beside is 3; it must be a list"),
+    (inhand.asterisk, {"beside": 3}, r"beside\[0\] is 3; it must be a text"),
+    (inhand.asterisk, {"metrics": 3}, "metric 'int' is int 3"),
+    (inhand.asterisk, {"directions": None}, "unknown direction 'None'"),
+    (inhand.sweep, {"hands": 3}, "hand 'int' is int 3"),
     (inhand.trace, {"trials": "a"}, "trials is 'a'; it must be a whole number"),
     (inhand.trace, {"scal": True}, r"unknown keyword 'scal'; did you mean scale"),
 ]

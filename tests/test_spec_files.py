@@ -222,7 +222,8 @@ def test_an_outline_has_the_unit_of_its_file_or_the_one_that_is_given(tmp_path: 
     bar = load_object(str(tmp_path / "bar.svg"))
     assert (bar.name, bar.shape) == ("bar", "polygon")
     np.testing.assert_allclose(bar.size, (0.07, 0.02, 0.1), rtol=1e-3)
-    assert 10 < len(bar.corners) < 60
+    (tmp_path / "disc.svg").write_text('<svg><circle r="2cm"/></svg>', encoding="utf-8")
+    assert len(load_object(tmp_path / "disc.svg").corners) == 64
     small = load_object(write(tmp_path, 'name = "b"\nshape = "polygon"\noutline = "bar.svg"\nunit = "mm"'))
     np.testing.assert_allclose(small.size, (0.035, 0.01, 0.1), rtol=1e-3)
     (tmp_path / "tri.csv").write_text("y,x\n0,0\n0,1.5\n1,0\n", encoding="utf-8")

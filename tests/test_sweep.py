@@ -117,7 +117,7 @@ def test_only_the_cell_that_is_missing_is_computed(
     killed: tuple[Path, dict[str, int]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, _ = killed
-    monkeypatch.setattr("inhand.asterisk_test.sweep.page.save_figure", lambda *_: None)
+    monkeypatch.setattr("inhand.plots.save.save_figure", lambda *_: None)
     before = stamps(out)
     gone = next(name for name in before if "400" in name)
     (out / "cells" / gone).unlink()
@@ -222,7 +222,7 @@ def twice(direction: str, reached: float) -> list[dict[str, Any]]:
 
 def cell(hand: str, thing: str, *trials: dict[str, Any], reason: str | None = None) -> CellFile:
     """Return the content of a cell's file, of a hand with the fingers of the standard one."""
-    settings = {"engine": "mujoco", "hand": table_of(load_hand(STANDARD))}
+    settings = {"controller": "ik", "engine": "mujoco", "hand": table_of(load_hand(STANDARD))}
     return CellFile(hand, thing, reason, 30.0, 20.0, list(trials), settings)
 
 

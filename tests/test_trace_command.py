@@ -95,7 +95,7 @@ def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path:
 
 def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
     content = json.loads((run / "trace.json").read_text(encoding="utf-8"))
-    assert list(content) == ["trials", "size_mm", "config", "versions", "seed"]
+    assert list(content) == ["trials", "size_mm", "followed", "notes", "config", "versions", "seed"]
     assert [each["trial"] for each in content["trials"]] == [1, 2]
     for each in content["trials"]:
         assert set(each) >= {field.name for field in fields(Trace)} | {"done", "events"}
@@ -295,6 +295,10 @@ def test_a_drawing_beyond_the_fingers_is_refused_without_a_search(monkeypatch: p
         fit.check_extent(held, scaled(find_path("square"), size / 1e3 + 0.001))
     with pytest.raises(InputError, match="square of 500 mm is too large for hand"):
         find_task("square:500").plan(held, np.random.default_rng(0))
+    short = load_hand("2v2_70.30_50.50_0.9.1_53")  # whose left finger is 14 mm shorter
+    beside = Drawing("line", np.array([(0.0, 0.0, 0.0), (-0.005, 0.072, 0.0)]), sized=True)
+    with pytest.raises(InputError, match="where the left finger begins"):
+        fit.check_extent(Held(short, held.object), beside)
     back_and_forth = np.tile([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0)], (201, 1))
     with pytest.raises(InputError, match=r"zigzag has a way of 20.1 m, turns counted as arcs; it may have 20 m"):
         fit.check_extent(held, Drawing("zigzag", back_and_forth, sized=True))

@@ -15,9 +15,9 @@ import pytest
 
 pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
 
-from inhand.control.catalogue import rough_plan
 from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
+from inhand.hands.sides import rough_plan
 from inhand.learning import worlds
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training, default, preset, thesis

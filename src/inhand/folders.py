@@ -161,7 +161,11 @@ def clear(folder: Path) -> None:
 
 @contextmanager
 def in_place(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside a file to write to; it takes the file's place once all is written."""
+    """Give a temporary name beside a file to write to; it takes the file's place once all is written.
+
+    Missing folders are made.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".part")
     try:
         yield temporary

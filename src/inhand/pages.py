@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from inhand.versions import versions
@@ -17,14 +18,11 @@ NO_VERDICT = "A simulation that diverged says nothing about the hand: lower its 
 """Follows a sentence about trials of which one diverged."""
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A figure of the page."""
-
-    text: str
-    """What it shows."""
-    path: str
-    """Where it lies, seen from the page."""
+def spread(mean: float, sd: float = math.nan, digits: int = 1) -> str:
+    """Return a mean with its standard deviation, where several trials give one; a dash where nothing is known."""
+    if not math.isfinite(mean):
+        return NOTHING
+    return f"{mean:z.{digits}f}" + (f" ± {sd:.{digits}f}" if math.isfinite(sd) else "")
 
 
 def options(config: DataclassInstance, without: Collection[str] = ()) -> list[str]:
@@ -43,26 +41,30 @@ def options(config: DataclassInstance, without: Collection[str] = ()) -> list[st
     return words
 
 
-def again_lines(words: str) -> list[str]:
+def page_of(*parts: str) -> str:
+    """Return a page from its parts; an empty line stands between two, and those without a text are left out."""
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def again(words: str) -> str:
     """Return how a page's run is repeated, and the versions that it ran on."""
     found = ", ".join(f"{name} {version}" for name, version in versions().items())
-    return ["## Run it again", "", f"    {words}", "", f"Versions: {found}.", ""]
+    return f"## Run it again\n\n    {words}\n\nVersions: {found}."
 
 
-def listed_lines(title: str, sentences: Sequence[str]) -> list[str]:
-    """Return sentences as a part of the page with a title; nothing without any."""
-    return [f"## {title}", "", *[f"* {sentence}" for sentence in sentences], ""] if sentences else []
+def listed(sentences: Sequence[str], title: str = "", none: str = "") -> str:
+    """Return sentences as a list, below a title; without any the text for none, and no title where there is none."""
+    told = "\n".join(f"* {sentence}" for sentence in sentences) or none
+    return f"## {title}\n\n{told}" if title and told else told
 
 
-def table_lines(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Return a table as Markdown."""
-    shown = [header, tuple("---" for _ in header), *rows]
-    return ["| " + " | ".join(row) + " |" for row in shown]
+def table_of(header: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> str:
+    """Return a table below a title; bars in its cells do not end them."""
+    cells = [[cell.replace("|", "\\|") for cell in row] for row in (header, ["---"] * len(header), *rows)]
+    table = "\n".join("| " + " | ".join(row) + " |" for row in cells)
+    return f"## {title}\n\n{table}" if title else table
 
 
-def picture_lines(pictures: Sequence[Picture]) -> list[str]:
-    """Return pictures, each with its text below it, as Markdown."""
-    lines = []
-    for picture in pictures:
-        lines += [f"![{picture.text}]({picture.path})", "", f"*{picture.text}*", ""]
-    return lines
+def pictured(text: str, path: str) -> str:
+    """Return a picture that lies at a path, seen from the page, with what it shows below it."""
+    return f"![{text}]({path})\n\n*{text}*"

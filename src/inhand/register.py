@@ -10,8 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
+from numpy.random import Generator
+
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, SHIPPED
+from inhand.control.checked import maker
+from inhand.control.phases import OWN, PHASES, Phase
 from inhand.geometry import Array
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
@@ -24,9 +28,12 @@ from inhand.tasks.aim import Aim
 from inhand.tasks.observations import PARTS, OfHand, Part, Scene
 from inhand.tasks.primitives import GROUPS, PATHS, TRAIN, TURNS, UNSEEN, OwnPath
 from inhand.tasks.rewards import TERMS, Decision, Term
+from inhand.tracing.drawings import SHAPES
+from inhand.tracing.tasks import TASKS, OwnTask
 
 T = TypeVar("T")
 PoseGiver = TypeVar("PoseGiver", bound=Callable[[], Array])
+PointsGiver = TypeVar("PointsGiver", bound=Callable[[HandSpec, ObjectSpec, Generator], Array])
 TermGiver = TypeVar("TermGiver", bound=Callable[[Decision], Array])
 PartGiver = TypeVar("PartGiver", bound=Callable[[State, Aim, Scene], Array])
 MetricGiver = TypeVar("MetricGiver", bound=UserMetric)
@@ -55,6 +62,40 @@ def primitive(name: str, angle_deg: float | None = None) -> Callable[[PoseGiver]
     return add
 
 
+def phase(name: str, longest: float = 1.0, *, must_hold: bool = False, keep_contact: bool = False) -> Callable[[T], T]:
+    """Register a class, as of a controller, that has the hand between grip and manipulation: `phases=["NAME"]`.
+
+    Args:
+        name: what recordings call it.
+        longest: time after which it ends [s].
+        must_hold: whether a world in which a finger does not touch at its end is out.
+        keep_contact: whether a contact that stays lost, or running out of time, ends a world's episode.
+    """
+
+    def add(given: T) -> T:
+        made = Phase(name, maker("phase", name, given), longest, must_hold, keep_contact)
+        PHASES.add(name, made, OWN, given)
+        return given
+
+    return add
+
+
+def task(name: str, stay: float = 0.0) -> Callable[[PointsGiver], PointsGiver]:
+    """Register a function of hand, object and random generator that gives way-points `(N, 3)` from the object's start.
+
+    Args:
+        name: the word for `--path`.
+        stay: how long the object is held at the last of them [s].
+    """
+    taken = (*SHAPES, *(chr(letter) for letter in range(ord("A"), ord("Z") + 1)))
+
+    def add(given: PointsGiver) -> PointsGiver:
+        TASKS.add(name, OwnTask(given, stay), taken, given)
+        return given
+
+    return add
+
+
 def metric(name: str) -> Callable[[MetricGiver], MetricGiver]:
     """Register a function that gives the number of a `Trial`; runs that name it in `metrics` measure it."""
     return _adding(METRICS, name)
@@ -71,7 +112,7 @@ def reward_term(name: str, weight: float = 1.0) -> Callable[[TermGiver], TermGiv
 
 
 def observation_part(
-    name: str, *, half: OfHand = 1.0, middle: OfHand = 0.0, fixed: int = 0, for_joint: int = 0
+    name: str, *, half: OfHand = 1.0, middle: OfHand = 0.0, fixed: int = 0, for_joint: int = 0, for_finger: int = 0
 ) -> Callable[[PartGiver], PartGiver]:
     """Register a function of state, aim and scene that gives `(B, size)` numbers; `observation="grip,NAME"` adds it.
 
@@ -80,11 +121,12 @@ def observation_part(
         half: how far from the middle becomes 1.
         middle: what becomes 0.
         fixed: how many numbers it has with every hand,
-        for_joint: and how many more for each joint.
+        for_joint: how many more for each joint,
+        for_finger: and for each finger.
     """
 
     def add(given: PartGiver) -> PartGiver:
-        PARTS.add(name, Part(name, given, half, middle, fixed, for_joint), source=given)
+        PARTS.add(name, Part(name, given, half, middle, fixed, for_joint, for_finger), source=given)
         return given
 
     return add

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -109,6 +109,11 @@ def saved(folder: Path, mark: str, kind: type[C]) -> tuple[C, dict[str, Any]]:
         raise InputError(f"{file}: {error}") from error
 
 
-def listed(words: str | Sequence[str | float]) -> str:
-    """Return words, names or angles as the one text that a command line has."""
-    return words if isinstance(words, str) else ",".join(str(word) for word in words)
+def several(given: object) -> list[Any]:
+    """Return what may be one thing or several of them as a list."""
+    return list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+
+
+def listed(words: object) -> str:
+    """Return words, names or angles, or one of them, as the one text that a command line has."""
+    return ",".join(map(str, several(words)))

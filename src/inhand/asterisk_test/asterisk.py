@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from inhand.asterisk_test.beside import Beside, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
@@ -21,8 +21,7 @@ from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
-from inhand.shown import listed
-from inhand.sim.names import Engine
+from inhand.shown import listed, several
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -52,7 +51,7 @@ def asterisk(
     directions: str | Sequence[str | float] = DEFAULT.directions,
     trials: int = DEFAULT.trials,
     seed: int = DEFAULT.seed,
-    engine: Engine = DEFAULT.engine,
+    engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
     metrics: Sequence[str | UserMetric] = (),
     beside: str | Path | Sequence[str | Path] = (),
     label: str | Sequence[str] = (),
@@ -67,7 +66,7 @@ def asterisk(
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
         seed: of the start noise.
-        engine: mujoco, planar or bullet.
+        engine: mujoco or bullet.
         metrics: names of registered metrics, or functions of a trial.
         beside: folders of at most two earlier runs, to set beside this one.
         label: names of this run and of those, instead of what differs between them.
@@ -79,9 +78,8 @@ def asterisk(
     settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
-    settings["metrics"] = tuple(METRICS.name_of(metric) for metric in metrics)
-    settings["label"] = (label,) if isinstance(label, str) else tuple(label)
-    settings["beside"] = (beside,) if isinstance(beside, str | Path) else beside
+    settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
+    settings |= {"label": several(label), "beside": several(beside)}
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
 

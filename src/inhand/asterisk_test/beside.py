@@ -14,6 +14,8 @@ from inhand.errors import InputError
 
 MOST = 2
 """Runs that fit beside people and the new run in one figure."""
+SETTINGS = ("hand", "object", "controller", "engine")
+"""What tells runs apart, before their folders do."""
 THIS = "this run"
 """What stands for the folder of the new run, which may have none yet."""
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
+import pandas as pd
 
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, averaged, by_direction, mean_fraction, result_of_human
+from inhand.asterisk_test.results import Result, as_entry, averaged, result_of_human, tidy
 from inhand.asterisk_test.run import Assignment, Setup
 from inhand.control.draws import check_count
-from inhand.control.trial import Trial
+from inhand.control.trial import LOST, Trial
 from inhand.errors import InputError
-from inhand.pages import NOTHING
+from inhand.pages import spread
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
 GROUPS = (("Trained directions", TRAIN), ("Unseen directions", UNSEEN))
@@ -87,56 +88,33 @@ def rows(
     Distances are means over the trials that are shown, with their SD in a direction's row; lateral, turn and contact
     are the worst trial's; losses count over all episodes.
     """
-    human = by_direction([result for result in map(result_of_human, people) if averaged(result)])
-    run = {result.direction for result in policy.results}
-    names = [primitive.name for primitive in group if primitive.name in run]
-    lines = [_row(name, _of(policy, [name]), _of(expert, [name]), human.get(name, [])) for name in names]
-    every = [result for name in names for result in human.get(name, [])]
-    return [*lines, _row(f"all {len(names)}", _of(policy, names), _of(expert, names), every)]
+    both = [tidy(map(as_entry, found.results)) for found in (policy, expert)]
+    human = tidy(as_entry(result) for result in map(result_of_human, people) if averaged(result))
+    names = [primitive.name for primitive in group if primitive.name in set(both[0].direction)]
+    every = [(name, [name]) for name in names] + [(f"all {len(names)}", names)]
+    return [_row(name, [each[each.direction.isin(of)] for each in (*both, human)], policy.shown) for name, of in every]
 
 
-Both = tuple[list[Result], list[Result]]
+def _row(name: str, found: Sequence[pd.DataFrame], count: int) -> tuple[str, ...]:
+    """Return a row of the policy's trials, the expert's and people's, of whose first so many distances are shown."""
+    shown = [each[each.trial <= count] for each in found[:2]]
 
-
-def _of(found: Evaluation, names: Sequence[str]) -> Both:
-    """Return the shown and all results of some directions."""
-    every = [result for result in found.results if result.direction in names]
-    return [result for result in every if result.trial <= found.shown], every
-
-
-def _row(name: str, policy: Both, expert: Both, human: Sequence[Result]) -> tuple[str, ...]:
-    limits = {result.direction: result.limit for result in policy[0] if result.limit is not None}
-
-    def both(told: Callable[[list[Result]], str], *, every: bool = False) -> str:
-        return " | ".join(told(found[every]) for found in (policy, expert))
+    def both(told: Callable[[pd.DataFrame], str], of: Sequence[pd.DataFrame] = shown) -> str:
+        return " | ".join(told(each) for each in of)
 
     return (
         name,
-        f"{np.mean(list(limits.values())):.1f}" if limits else NOTHING,
-        both(_fraction),
+        spread(shown[0].drop_duplicates("direction").limit.mean()),
+        both(lambda trials: spread(trials.fraction_of_limit.mean(), digits=2)),
         both(_distance),
-        _distance(human),
-        both(lambda found: f"{max(r.metrics.lateral_max_mm for r in found):.1f}"),
-        both(lambda found: f"{max(r.metrics.rotation_max_deg for r in found):.1f}"),
-        both(_contact),
-        both(lambda found: f"{lost(found)} of {len(found)}", every=True),
+        _distance(found[2]),
+        both(lambda trials: spread(trials.lateral_max_mm.max())),
+        both(lambda trials: spread(trials.rotation_max_deg.max())),
+        both(lambda trials: spread(trials.contact_fraction.min(), digits=3)),
+        both(lambda trials: f"{trials.outcome.isin(LOST).sum()} of {len(trials)}", found[:2]),
     )
 
 
-def _fraction(found: Sequence[Result]) -> str:
-    share = mean_fraction(found)
-    return NOTHING if share is None else f"{share:.2f}"
-
-
-def _distance(found: Sequence[Result]) -> str:
+def _distance(trials: pd.DataFrame) -> str:
     """Return the mean distance, and its SD where all are of one direction."""
-    if not found:
-        return NOTHING
-    reached = [result.reached for result in found]
-    several = len(found) > 1 and len({result.direction for result in found}) == 1
-    return f"{np.mean(reached):.1f}" + (f" ± {np.std(reached, ddof=1):.1f}" if several else "")
-
-
-def _contact(found: Sequence[Result]) -> str:
-    contact = [r.metrics.contact_fraction for r in found if r.metrics.contact_fraction is not None]
-    return f"{min(contact):.3f}" if contact else NOTHING
+    return spread(trials.reached.mean(), trials.reached.std() if len(set(trials.direction)) == 1 else math.nan)

@@ -47,6 +47,8 @@ class AsteriskConfig(TrialsConfig, HeldConfig):
     """Twist to hold in translations [deg], each way: turned first, clockwise (p) and counter-clockwise (m)."""
     metrics: tuple[str, ...] = ()
     """Metrics of yours to measure too: registered names, or FILE.py:NAME (docs/extend.md)."""
+    phases: tuple[str, ...] = ()
+    """Phases of yours between grip and manipulation, in their order: registered names, or FILE.py:NAME."""
     out: Path = Path("results/asterisk")
     """Folder to write the run to."""
     compatible: bool = False

@@ -47,9 +47,9 @@ class Metrics:
     frechet_mm: float
     """Discrete Frechet distance between the path and the straight segment of the same distance."""
     contact_fraction: float | None
-    """Share of all rows in which both fingers touch; None for people."""
+    """Share of all rows in which all fingers touch; None for people."""
     longest_gap_s: float | None
-    """Longest time without both fingers touching [s]; None for people."""
+    """Longest time without all fingers touching [s]; None for people."""
     path_max_mm: float | None = None
     """Largest distance from the reference path, which need not be straight; None without one."""
     path_rms_mm: float | None = None
@@ -69,7 +69,7 @@ def measure(
     """Return the primary metrics of one trial.
 
     A single row or a trial without movement is ordinary. Where contact is given, everything but the contact
-    itself counts only the rows before the first one in which not both fingers touch: a thrown object is not a
+    itself counts only the rows before the first one in which not all fingers touch: a thrown object is not a
     manipulated one. If that is the first row, only the start pose counts.
 
     Args:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -10,11 +11,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.beside import SETTINGS, Beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.page import page
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of
+from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of, tidy
 from inhand.asterisk_test.scenes import (
     average_curve,
     compatible_curve,
@@ -24,9 +24,10 @@ from inhand.asterisk_test.scenes import (
     trial_path,
     turn_series,
 )
+from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.pages import Picture
+from inhand.pages import again, listed, options, page_of, pictured, table_of
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import donut_figure
@@ -34,12 +35,13 @@ from inhand.plots.panels import Panel, panels_figure
 from inhand.plots.path import path_figure
 from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
-from inhand.plots.save import save_figure
-from inhand.shown import Shown, frame
+from inhand.plots.save import save_picture
+from inhand.shown import Shown
 from inhand.tasks.primitives import twisted_name
 from inhand.versions import versions
 
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
+FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
@@ -65,8 +67,9 @@ class Run(Shown):
     """What tells it from them; without it its controller."""
 
     def table(self) -> pd.DataFrame:
-        """Return a row for each trial: direction, outcome, every metric."""
-        return frame([as_entry(result) for result in self.results])
+        """Return a row for each trial: hand, object, controller, engine, direction, outcome, every metric."""
+        same = dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
+        return tidy(same | as_entry(result) for result in self.results)
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
@@ -89,6 +92,7 @@ class Run(Shown):
             "seed": self.config.seed,
         }
         write_json(content, folder / "metrics.json")
+        self.table().to_csv(folder / "trials.csv", index=False)
 
     @property
     def name(self) -> str:
@@ -104,25 +108,57 @@ class Run(Shown):
 
 def write_report(run: Run, folder: Path) -> None:
     """Write figures, replay and `report.md` of a run into its folder."""
-    figures = folder / "figures"
-    (figures / "paths").mkdir(parents=True)
-    pictures: list[Picture] = []
+    pictures: list[str] = []
     for part in _by_twist(run):
-        pictures += [*_asterisks(part, figures), *_panels(part, figures), _radar(part, figures)]
+        pictures += [*_asterisks(part, folder), *_panels(part, folder)]
+        text = "Mean distance [mm] and mean efficiency by direction"
+        pictures.append(save_picture(both_radars(part), folder, _named(part, "radar"), text))
     if any(result.angle_deg is None for result in run.results):
-        pictures.append(_donut(run, figures))
-    pictures.append(_replay(run, figures))
-    paths = _paths(run, figures)
-    text = page(
-        run.config,
-        run.results,
-        run.people,
-        run.notes,
-        (pictures, paths),
-        subject=run.subject,
-        beside=(run.name, run.beside),
+        text = "Angle reached each way, and the hand's limit [deg]"
+        pictures.append(save_picture(_turns(run), folder, "donut.png", text))
+    pictures.append(_replay(run, folder))
+    told = page(run, [*pictures, "## First trial of every direction", *_paths(run, folder)])
+    (folder / "report.md").write_text(told, encoding="utf-8")
+
+
+def page(run: Run, pictures: Sequence[str]) -> str:
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    config, table = run.config, shown_columns(table_rows(run.results, run.people))
+    return page_of(
+        f"# Asterisk Test: {run.subject}",
+        f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
+        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
+        " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
+        " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
+        " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
+        " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
+        table_of(*with_beside(*table, run.name, run.beside)),
+        listed([f"{other.name}: {', '.join(other.settings)}." for other in run.beside], "Set beside it"),
+        endings(run.results),
+        listed(failures(run.results), "What failed"),
+        people_told(run.people),
+        listed(run.notes),
+        "## Figures",
+        *pictures,
+        again(command(config)),
     )
-    (folder / "report.md").write_text(text)
+
+
+def command(config: AsteriskConfig) -> str:
+    """Return the command line that repeats a run, quoted for a shell."""
+    return shlex.join(["inhand", "asterisk", *options(config)])
+
+
+def people_told(people: Sequence[HumanTrial]) -> str:
+    """Return what a reader must know of people's trials."""
+    if not people:
+        return ""
+    units = sorted({trial.unit for trial in people})
+    return (
+        f"People: {len(people)} recorded trials ({'; '.join(units)}). Their x and y are written in the moving object's"
+        " frame: distances along a direction compare well (about 3 mm), lateral ones do not (up to 14 mm)."
+    )
 
 
 def direction_curves(
@@ -134,11 +170,6 @@ def direction_curves(
         if trial.passport.angle_deg is not None:
             groups.setdefault(trial.passport.primitive, []).append(i)
     return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
-
-
-def _saved(figure: Figure, figures: Path, name: str, text: str) -> Picture:
-    save_figure(figure, figures / name)
-    return Picture(text, f"figures/{name}")
 
 
 def _by_twist(run: Run) -> list[Run]:
@@ -190,32 +221,28 @@ def _subtitle(run: Run) -> str:
     return f"{passport.hand.name}, {passport.object.name}; mean of {count} trial{'s' if count > 1 else ''} a direction"
 
 
-def _asterisks(run: Run, figures: Path) -> list[Picture]:
+def _asterisks(run: Run, folder: Path) -> list[str]:
     """Draw the mean of all trials and, where there are several, the first trial alone."""
-    scene = start_scene(run.trials[0])
-    figure = asterisk_figure(direction_curves(run), outline=scene, title=_title(run), subtitle=_subtitle(run))
-    pictures = [_saved(figure, figures, _named(run, "asterisk"), f"Asterisk: mean object paths, {COUNTED} [mm]")]
+    drawn = [("asterisk", direction_curves(run), _subtitle(run), f"mean object paths, {COUNTED}")]
     if run.config.compatible and run.results[0].labels is not None:
-        curves = direction_curves(run, compatible_curve)
-        figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=COMPATIBLE)
-        pictures.append(_saved(figure, figures, _named(run, "asterisk_compatible"), f"Asterisk: {COMPATIBLE} [mm]"))
+        drawn.append(("asterisk_compatible", direction_curves(run, compatible_curve), COMPATIBLE, COMPATIBLE))
     first = [i for i, result in enumerate(run.results) if result.trial == 1]
     if len(first) < len(run.results):
         single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))
-        figure = asterisk_figure(
-            direction_curves(single), outline=scene, title=_title(run), subtitle="first trial of every direction"
-        )
-        text = "Asterisk: the first trial of every direction [mm]"
-        pictures.append(_saved(figure, figures, _named(run, "asterisk_single"), text))
+        drawn.append(("asterisk_single", direction_curves(single), FIRST, f"the {FIRST}"))
+    pictures, scene = [], start_scene(run.trials[0])
+    for stem, curves, subtitle, text in drawn:
+        figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=subtitle)
+        pictures.append(save_picture(figure, folder, _named(run, stem), f"Asterisk: {text} [mm]"))
     return pictures
 
 
-def _panels(run: Run, figures: Path) -> list[Picture]:
+def _panels(run: Run, folder: Path) -> list[str]:
     """Draw people, earlier runs and this one side by side, where there are others."""
     if not (run.people or run.beside):
         return []
     text = "People, earlier runs and this one on one scale"
-    return [_saved(side_by_side(run, "Side by side"), figures, _named(run, "panels"), text)]
+    return [save_picture(side_by_side(run, "Side by side"), folder, _named(run, "panels"), text)]
 
 
 def side_by_side(run: Run, title: str) -> Figure:
@@ -231,10 +258,6 @@ def side_by_side(run: Run, title: str) -> Figure:
     return panels_figure(panels, title)
 
 
-def _donut(run: Run, figures: Path) -> Picture:
-    return _saved(_turns(run), figures, "donut.png", "Angle reached each way, and the hand's limit [deg]")
-
-
 def _turns(run: Run) -> Figure:
     """Return the figure of the angles turned each way."""
     series = [turn_series(run.name, run.results)]
@@ -242,11 +265,6 @@ def _turns(run: Run) -> Figure:
     if people:
         series.insert(0, turn_series("human", people))
     return donut_figure(series, "Rotation in the hand", _subtitle(run))
-
-
-def _radar(run: Run, figures: Path) -> Picture:
-    text = "Mean distance [mm] and mean efficiency by direction"
-    return _saved(both_radars(run), figures, _named(run, "radar"), text)
 
 
 def both_radars(run: Run) -> Figure:
@@ -261,39 +279,34 @@ def both_radars(run: Run) -> Figure:
     return radar_figure(list(directions.items()), series, "Distance and efficiency")
 
 
-def _replay(run: Run, figures: Path) -> Picture:
+def _replay(run: Run, folder: Path) -> str:
     """Draw the trial that went farthest."""
     best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial, result = run.trials[best], run.results[best]
-    rows = range(0, len(trial.time), FRAME_STEPS)
+    rows = list(range(0, len(trial.time), FRAME_STEPS))
     first = min(trial.manipulation.start, len(trial.time) - 1)
     origin = trial.object_pose[first, :2]
-    trail = 1e3 * (trial.object_pose[list(rows), :2] - origin)
     write_replay(
         [scene_at(trial, row, origin) for row in rows],
-        trail,
-        figures / "replay.gif",
+        1e3 * (trial.object_pose[rows, :2] - origin),
+        folder / "figures" / "replay.gif",
         title=f"{result.direction}, trial {result.trial}",
         target_angle_deg=trial.passport.angle_deg,
         target_path_mm=target_of(trial, result),
-        contact=trial.touching[list(rows)],
+        contact=trial.touching[rows],
         frame_s=FRAME_STEPS * trial.passport.period,
     )
-    return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
+    return pictured(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 
 
-def _paths(run: Run, figures: Path) -> list[Picture]:
+def _paths(run: Run, folder: Path) -> list[str]:
     """Draw the first trial of every direction that translates."""
-    pictures: list[Picture] = []
+    pictures: list[str] = []
     for trial, result in zip(run.trials, run.results, strict=True):
         if result.trial != 1 or result.angle_deg is None:
             continue
-        name = f"figures/paths/{file_name(result.direction)}.png"
+        told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"
+        figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle)
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
-        subtitle = f"{trial.passport.controller}, trial 1, {result.outcome}"
-        figure = path_figure(
-            trial_path(trial, result), outline=start_scene(trial), title=result.direction, subtitle=subtitle
-        )
-        save_figure(figure, figures / "paths" / f"{file_name(result.direction)}.png")
-        pictures.append(Picture(text, name))
+        pictures.append(save_picture(figure, folder, f"paths/{file_name(result.direction)}.png", text))
     return pictures

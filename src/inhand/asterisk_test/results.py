@@ -19,7 +19,6 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.user_metrics import measured
 from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
 from inhand.geometry import Array
-from inhand.hands.hand import FINGER_NAMES
 from inhand.shown import frame
 from inhand.tasks.primitives import twisted_name
 
@@ -30,6 +29,10 @@ BENT_MM = 0.1
 """A reference path that leaves the line along its direction by more is not straight [mm]: guessed."""
 REACHED, LIMIT = ("distance_mm", "rotation_final_deg"), ("limit_mm", "limit_deg")
 """How an entry calls what was reached and what could be, along a direction and where it only turns."""
+MAY_LACK = (
+    "fraction_of_limit", "contact_fraction", "longest_gap_s", "path_max_mm", "force_max_n", "penetration_max_mm",
+)  # fmt: skip
+"""Numbers of an entry that people's trials, or runs without a limit, do not have."""
 RECORDED = "recorded"
 """Outcome of a human trial, whose end is not recorded."""
 
@@ -103,7 +106,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference
     )
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
-    first = " and ".join(np.array(FINGER_NAMES)[~touching[lost[0]]]) if len(lost) else None
+    first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
     carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
     hand = passport.hand.name.partition("_")[0]
     labels, original = _normalised((path, path), rotation, (angle, target), hand, compatible)
@@ -212,8 +215,9 @@ def tidy(entries: Iterable[dict[str, Any]], also: Sequence[str] = ()) -> DataFra
     `reached` and `limit` are in mm, and in deg where a trial only turns.
     """
     table = frame(list(entries))
-    known = [*also, "direction", "angle_deg", "trial", "outcome", "first_lost", "fraction_of_limit"]
-    table = table.reindex(columns=[*dict.fromkeys([*table.columns, *known, *REACHED, *LIMIT])])
+    known = [*also, "direction", "angle_deg", "trial", "outcome", "first_lost", *REACHED, *LIMIT]
+    table = table.reindex(columns=[*dict.fromkeys([*table.columns, *known, *MAY_LACK])])
+    table = table.astype(dict.fromkeys(MAY_LACK, float))
     turns = table["angle_deg"].isna()
     for name, (along, turned) in {"reached": REACHED, "limit": LIMIT}.items():
         table[name] = table[along].where(~turns, table[turned]).astype(float)

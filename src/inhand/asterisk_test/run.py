@@ -14,6 +14,7 @@ from inhand.control.catalogue import ControllerEntry, check_known, find_controll
 from inhand.control.controller import Task
 from inhand.control.draws import check_count, check_draws, start_noise
 from inhand.control.loop import Told
+from inhand.control.phases import PHASES
 from inhand.control.recording import cut_trials, passports
 from inhand.control.trial import Trial
 from inhand.errors import InputError
@@ -74,6 +75,8 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
     check_fit(hand, spec)
     check_engine(config.engine)
+    for name in config.phases:
+        PHASES.known(name)
     assignments = []
     for primitive in primitives:
         paths = _paths(config, primitive, people)
@@ -108,6 +111,7 @@ def simulate(
         setup.controller.manipulate,
         loop.Bench(config.engine, threads=threads, progress=progress),
         twists=stacked([twist_poses(each.path) for each in assignments]),
+        between=[PHASES.known(name) for name in config.phases],
     )
     signed = passports(hand, setup.object, setup.controller.name, seed=config.seed, engine=config.engine)
     found = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, averaged, result_of_human
 from inhand.control.trial import Trial
 from inhand.geometry import Array
-from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import DonutSeries
 from inhand.plots.path import TrialPath
@@ -44,7 +44,7 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         label_mm=distance,
         band_mm=mean.lateral_sd_mm if len(trials) > 1 else None,
         failed=any(result.lost for result in results),
-        limit_mm=results[0].limit,
+        **_target(trials[0], results[0]),
     )
 
 
@@ -55,8 +55,13 @@ def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> Path
     paths = [normalise(trial.manipulated_path()[0], hand) for trial in trials]
     points = compat_average(paths, angle) * np.array(hand_size_mm(hand))
     distance = mean_distance(results)
-    failed, limit = any(result.lost for result in results), results[0].limit
-    return PathCurve(angle, passport.primitive, points, distance, failed=failed, limit_mm=limit)
+    failed, target = any(result.lost for result in results), _target(trials[0], results[0])
+    return PathCurve(angle, passport.primitive, points, distance, failed=failed, **target)
+
+
+def _target(trial: Trial, result: Result) -> dict[str, Any]:
+    """Return what a curve's target is: the hand's limit along a straight line, or a reference that is bent."""
+    return {"target_mm": target_of(trial, result)} if result.bent else {"limit_mm": result.limit}
 
 
 def human_curves(people: Sequence[HumanTrial], names: Sequence[str]) -> list[PathCurve]:
@@ -99,7 +104,7 @@ def trial_path(trial: Trial, result: Result) -> TrialPath:
         rotation_deg=rotation,
         contact=touching,
         step_s=trial.passport.period,
-        fingers=FINGER_NAMES,
+        fingers=trial.passport.hand.finger_names,
         target_mm=target_of(trial, result),
         target_rotation_deg=trial.passport.rotation_deg,
         failed=result.lost,

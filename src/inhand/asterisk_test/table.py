@@ -5,12 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, averaged, by_direction, largest, mean_fraction, result_of_human
+from inhand.asterisk_test.results import (
+    Result,
+    as_entry,
+    averaged,
+    by_direction,
+    mean_fraction,
+    result_of_human,
+    tidy,
+)
 from inhand.control.trial import DIVERGED, GRIP_END, LOST_CONTACT, NO_GRASP, NO_MOVEMENT, REACHED, STOPPED, TIME_OUT
-from inhand.pages import NO_VERDICT, NOTHING
+from inhand.pages import NO_VERDICT, NOTHING, spread
 
 HEADER = (
     "Direction",
@@ -108,46 +117,32 @@ def endings(results: Sequence[Result]) -> str:
 def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]:
     outcomes = [result.outcome for result in group]
     worst = min(outcomes, key=WORST_FIRST.index)
-    metrics = [result.metrics for result in group]
-    off = [r.metrics.path_max_mm for r in group if r.bent and r.metrics.path_max_mm is not None]
-    contact = [m.contact_fraction for m in metrics if m.contact_fraction is not None]
-    gaps = [m.longest_gap_s for m in metrics if m.longest_gap_s is not None]
-    force, overlap = largest(r.force_max_n for r in group), largest(r.penetration_max_mm for r in group)
+    trials = tidy(as_entry(result) for result in group)
+    off = trials.path_max_mm[[result.bent for result in group]]
     return (
         name,
         _reached(group),
-        *_limit(group),
+        *(spread(value) + (_unit(group) if np.isfinite(value) else "") for value in trials.limit[:1]),
+        spread(trials.fraction_of_limit.mean(), digits=2),
         _reached(human),
-        f"{max(m.lateral_max_mm for m in metrics):.1f}",
-        f"{max(off):.1f}" if off else NOTHING,
-        f"{max(m.rotation_max_deg for m in metrics):.1f}",
-        f"{np.mean([m.efficiency for m in metrics]):.2f}",
-        f"{min(contact):.3f}" if contact else NOTHING,
-        f"{max(gaps):.2f}" if gaps else NOTHING,
-        NOTHING if force is None else f"{force:.2f}",
-        NOTHING if overlap is None else f"{overlap:.2f}",
+        spread(trials.lateral_max_mm.max()),
+        spread(off.max()),
+        spread(trials.rotation_max_deg.max()),
+        spread(trials.efficiency.mean(), digits=2),
+        spread(trials.contact_fraction.min(), digits=3),
+        spread(trials.longest_gap_s.max(), digits=2),
+        spread(trials.force_max_n.max(), digits=2),
+        spread(trials.penetration_max_mm.max(), digits=2),
         f"{outcomes.count(worst)}/{len(group)} {worst}",
     )
 
 
 def _reached(group: Sequence[Result]) -> str:
     """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
-    return _spread([result.reached for result in group]) + _unit(group)
-
-
-def _limit(group: Sequence[Result]) -> tuple[str, str]:
-    """Return the hand's limit and the mean share of it that was reached."""
-    limit, share = group[0].limit, mean_fraction(group)
-    return NOTHING if limit is None else f"{limit:.1f}{_unit(group)}", NOTHING if share is None else f"{share:.2f}"
+    values = pd.Series([result.reached for result in group], dtype=float)
+    return spread(values.mean(), values.std()) + _unit(group)
 
 
 def _unit(group: Sequence[Result]) -> str:
     """Return the unit of a group that only rotates; the heading names that of the others."""
     return " deg" if group and group[0].angle_deg is None else ""
-
-
-def _spread(values: Sequence[float]) -> str:
-    if not values:
-        return NOTHING
-    mean = f"{np.mean(values):.1f}"
-    return f"{mean} ± {np.std(values, ddof=1):.1f}" if len(values) > 1 else mean

@@ -17,7 +17,7 @@ def list_hands() -> None:
         rows.append((name, *links, f"{1e3 * hand.palm_width:.1f}", f"{1e3 * widest_opening(hand):.0f}"))
     print_table("Hands", ("Name", "Left links [mm]", "Right links [mm]", "Palm [mm]", "Opens to [mm]"), rows)
     say(f"Any name of the form {hand_names.FORM} is a hand; {hand_names.LAB_LIMITS_SUFFIX!r} at its end adds the")
-    say("laboratory's joint limits. A TOML file describes any other two-finger hand (docs/hands-and-objects.md).")
+    say("laboratory's joint limits. A TOML file describes any other hand (docs/hands-and-objects.md).")
 
 
 def list_objects() -> None:

@@ -20,7 +20,7 @@ def run_trace(config: TraceConfig) -> None:
         run = tracing.run_trace(config, prepared, simulated)
         run.write(folder)
     header, rows = trace_rows(run.traces)
-    print_table(f"{what_was_done(run.setup)}: {config.object}, {config.hand}", header, rows, numbers=2)
+    print_table(f"{what_was_done(run.setup)}: {run.setup.object.name}, {run.setup.hand.name}", header, rows, numbers=2)
     for sentence in (*faults(run.setup, run.followed, run.traces), *run.notes):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")

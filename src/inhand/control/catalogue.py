@@ -7,12 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
+from inspect import signature
 from pathlib import Path
+from types import FunctionType
 from typing import Protocol
 
 import numpy as np
 
-from inhand.control.checked import Checked
+from inhand.control.checked import maker
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.phases import Grasp
@@ -27,15 +29,15 @@ from inhand.control.policy import (
 )
 from inhand.control.rehearsal import best_closings, closed_on, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
-from inhand.control.user_policy import UserPolicy
+from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
-from inhand.geometry import Array, transform
+from inhand.geometry import Array
 from inhand.hands.files import assumed
 from inhand.hands.grasp_search import GraspPlan, SearchConfig
-from inhand.hands.hand import FINGER_NAMES, HandSpec
-from inhand.hands.objects import ObjectSpec, polygon
-from inhand.hands.touch import touch
-from inhand.registry import Registry, describe
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.hands.sides import rough_plan, side_joints
+from inhand.registry import Registry
 from inhand.sim.names import MUJOCO
 
 
@@ -95,44 +97,17 @@ def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str 
     return [best[k].plan for k in index]
 
 
-def rough_plan(hand: HandSpec, spec: ObjectSpec) -> GraspPlan:
-    """Return the grasp that puts both fingers on the middle of the object's sides (thesis 3.2).
-
-    Raises:
-        InputError: a finger does not reach its side.
-    """
-    half = float(polygon(spec)[:, 0].max())
-    contacts, normals = np.array([[-half, 0.0], [half, 0.0]]), np.array([[-1.0, 0.0], [1.0, 0.0]])
-    return GraspPlan(contacts, normals, _sides(hand, spec, half), 1)
-
-
 def rough_grasp(
     hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
 ) -> Grasp:
-    """Return the same grasp for every path and start: both fingers on the middle of the object's sides (thesis 3.2).
+    """Return the same grasp for every path and start, on the middle of the object's sides (thesis 3.2).
 
     Raises:
         InputError: a finger does not reach its side.
     """
     del starts, engine
-    half, count = float(polygon(spec)[:, 0].max()), len(poses)
-    opened, closed = (_sides(hand, spec, half + away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
-    return Grasp(np.tile(opened, (count, 1)), np.tile(closed, (count, 1)))
-
-
-def _sides(hand: HandSpec, spec: ObjectSpec, distance: float) -> Array:
-    """Return joint angles `(n_joints,)` that touch points left and right of the object's start at a distance [m]."""
-    joints, pose = np.empty(hand.n_joints), hand.start_pose
-    for sign, side, finger, place in zip((-1, 1), FINGER_NAMES, hand.fingers, hand.slices, strict=True):
-        normal = np.array([sign, 0.0])
-        found = touch(hand, finger, transform(pose, distance * normal), normal)
-        if not found.reached:
-            raise InputError(
-                f"no start grasp holds object {spec.name!r} with hand {hand.name!r}: the {side} finger does not"
-                " reach the middle of its side; use another object or hand, or the controller 'ik'"
-            )
-        joints[place] = found.joints
-    return joints
+    opened, closed = (side_joints(hand, spec, away) for away in (SearchConfig().opening, -ROUGH_SQUEEZE))
+    return Grasp(np.tile(opened, (len(poses), 1)), np.tile(closed, (len(poses), 1)))
 
 
 ROUGH_SQUEEZE = 0.001
@@ -143,28 +118,27 @@ CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8
 
 
 def _entry(name: str, given: object) -> ControllerEntry:
-    """Return the controller that a user's class is.
+    """Return the controller that a user's class, policy, model with `predict` or function that makes one of these is.
 
     Raises:
         InputError: not what makes a controller.
     """
+    if isinstance(given, FunctionType) and not signature(given).parameters:
+        made = given()
+        return _entry(str(getattr(made, "name", name)), made)
     if isinstance(given, ControllerEntry):
         return given
+    if not isinstance(given, type | UserPolicy) and callable(getattr(given, "predict", None)):
+        return _entry(name, user_policy(given, name=name))
     if isinstance(given, UserPolicy):
         grip = partial(learned_grasp, policy=given)
         return ControllerEntry(name, "a user's policy", grip, partial(PolicyController, policy=given))
-    lacks = [word for word in ("begin", "act", "finished") if not callable(getattr(given, word, None))]
-    if not callable(given) or (isinstance(given, type) and lacks):
-        raise InputError(
-            f"controller {name!r} is {describe(given)}"
-            + (f" without {', '.join(lacks)}" if isinstance(given, type) else "")
-            + ": it must be a class, made with the task, with the methods begin(state), act(state) and finished(state)"
-        )
+    made = maker("controller", name, given)
     grasp = getattr(given, "grasp", "planned")
     planner = GRASPS.get(grasp) if isinstance(grasp, str) else grasp
     if not callable(planner):
         raise InputError(f"grasp {grasp!r} of controller {name!r}: use planned, rough or a function")
-    return ControllerEntry(name, "a user's", planner, partial(Checked, made=given, name=name))
+    return ControllerEntry(name, "a user's", planner, made)
 
 
 GRASPS: dict[str, Planner] = {"planned": planned_grasp, "rough": rough_grasp}

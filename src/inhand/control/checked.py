@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,27 @@ from numpy.typing import NDArray
 from inhand.control.controller import Controller, Task
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.registry import describe
 from inhand.sim.state import State
+
+METHODS = ("begin", "act", "finished")
+"""What a controller has."""
+
+
+def maker(kind: str, name: str, given: object) -> Callable[[Task], Controller]:
+    """Return what makes a user's controller of a task; `kind` is what texts call it.
+
+    Raises:
+        InputError: not what makes a controller.
+    """
+    lacks = [word for word in METHODS if not callable(getattr(given, word, None))] if isinstance(given, type) else []
+    if not callable(given) or lacks:
+        without = f" without {', '.join(lacks)}" if lacks else ""
+        raise InputError(
+            f"{kind} {name!r} is {describe(given)}{without}: it must be a class, made with the task, with the methods"
+            " begin(state), act(state) and finished(state)"
+        )
+    return partial(Checked, made=given, name=name)
 
 
 class Checked:
@@ -23,7 +44,7 @@ class Checked:
             InputError: what was made has not the three methods of a controller.
         """
         self._inner, self._name, self._task = made(task), name, task
-        for word in ("begin", "act", "finished"):
+        for word in METHODS:
             if not callable(getattr(self._inner, word, None)):
                 raise InputError(f"controller {name!r} made {type(self._inner).__name__}, which has no method {word}")
 

@@ -71,7 +71,7 @@ def control_step(
 ) -> tuple[State, NDArray[np.int64]]:
     """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
-    Return the state after it, and for how many simulation steps each world has not been held by both fingers `(B,)`,
+    Return the state after it, and for how many simulation steps each world has not been held by all fingers `(B,)`,
     which before it was `lost`.
     """
     state = simulator.step(targets, substeps)
@@ -84,7 +84,7 @@ def dropped(state: State, lost: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[np.int64]:
-    """Return for how many simulation steps each world has not been held by both fingers `(B,)`."""
+    """Return for how many simulation steps each world has not been held by all fingers `(B,)`."""
     return np.where(state.touching.all(axis=-1), 0, lost + substeps)
 
 
@@ -111,6 +111,7 @@ def simulate(
     *,
     twists: Array | None = None,
     longest: float = 8.0,
+    between: Sequence[Phase] = (),
 ) -> tuple[Simulator, Recording]:
     """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
 
@@ -124,10 +125,11 @@ def simulate(
         bench: in what they are simulated.
         twists: poses on the spot `(B, S, 3)` that turn the objects first.
         longest: time after which manipulation ends [s].
+        between: phases that follow the grip.
     """
     simulator = make_simulator(bench.engine, task.hand, task.objects, bench.surroundings, bench.threads)
     start = simulator.reset(starts, placed_joints(task.hand, grasp))
-    phases = standard_phases(grasp, manipulate, twists, longest)
+    phases = standard_phases(grasp, manipulate, twists, longest, between)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress)
 
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from inhand.control.checked import maker
 from inhand.control.controller import Controller, Task
 from inhand.control.joint import JointPid
 from inhand.control.trial import MANIPULATE, TWIST
+from inhand.errors import InputError
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
+from inhand.registry import Registry
 
 SPREAD = 0.2
 """How far the proximal joints start outside the opened grasp [rad]."""
@@ -52,15 +55,20 @@ def placed_joints(hand: HandSpec, grasp: Grasp) -> Array:
 
 
 def standard_phases(
-    grasp: Grasp, manipulate: Callable[[Task], Controller] | None, twists: Array | None = None, longest: float = 8.0
+    grasp: Grasp,
+    manipulate: Callable[[Task], Controller] | None,
+    twists: Array | None = None,
+    longest: float = 8.0,
+    between: Sequence[Phase] = (),
 ) -> tuple[Phase, ...]:
-    """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with a twist before the last if asked.
+    """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with others before the last if asked.
 
     Args:
         grasp: joint poses of the first two.
         manipulate: makes the controller of the last, and of the twist; None ends with the object held.
         twists: poses on the spot `(B, S, 3)` that turn the object before manipulation starts.
         longest: time after which manipulation ends [s].
+        between: phases that follow the grip, before any twist.
     """
     phases: tuple[Phase, ...] = (
         Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
@@ -68,6 +76,7 @@ def standard_phases(
     )
     if manipulate is None:
         return phases
+    phases = (*phases, *between)
     if twists is not None and twists.any():
 
         def turn(task: Task) -> Controller:
@@ -75,3 +84,21 @@ def standard_phases(
 
         phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
     return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))
+
+
+LONGEST = 60.0
+"""A phase of a user's ends within this time [s]."""
+
+
+def _phase(name: str, given: object) -> Phase:
+    """Return the phase of a user's controller; raise InputError where it is none."""
+    phase = given if isinstance(given, Phase) else Phase(name, maker("phase", name, given), longest=1.0)
+    if not 0 < phase.longest <= LONGEST:
+        raise InputError(f"phase {name!r} lasts {phase.longest:g} s: give more than 0 and at most {LONGEST:g} s")
+    return replace(phase, name=name)
+
+
+PHASES: Registry[Phase] = Registry("phase", {}, _phase)
+"""Phases that users add."""
+OWN = ("place", "grasp", TWIST, MANIPULATE)
+"""Names of the package's phases."""

@@ -9,6 +9,7 @@ left finger first, each from the palm outwards (thesis 3.3.2).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -97,7 +98,7 @@ class HandSpec:
         for name in _SIDES:
             check_length(f"hand {self.name!r}: {name}", getattr(self, name))
         check_mass(f"hand {self.name!r}: link_mass", self.link_mass)
-        for side, finger in zip(FINGER_NAMES, self.fingers, strict=True):
+        for side, finger in zip(self.finger_names, self.fingers, strict=True):
             _check_parts(self.name, side, finger)
             for i, length in enumerate(finger.links):
                 dead = self.joint_gap + (self.tip_length if i == len(finger.links) - 1 else 0.0)
@@ -114,30 +115,35 @@ class HandSpec:
         return self.link_mass if finger.masses is None else finger.masses[link]
 
     @property
-    def fingers(self) -> tuple[FingerSpec, FingerSpec]:
-        """Left and right finger."""
+    def fingers(self) -> tuple[FingerSpec, ...]:
+        """The fingers, left and right, in the order that every array has them in."""
         return (self.left, self.right)
 
     @property
-    def n_joints(self) -> int:
-        """Number of joints of both fingers."""
-        return len(self.left.links) + len(self.right.links)
+    def finger_names(self) -> tuple[str, ...]:
+        """Their names."""
+        return FINGER_NAMES
 
     @property
-    def slices(self) -> tuple[slice, slice]:
-        """Places of the left and right finger's joints in an array of all joints."""
-        n_left = len(self.left.links)
-        return (slice(0, n_left), slice(n_left, self.n_joints))
+    def n_joints(self) -> int:
+        """Number of joints of all fingers."""
+        return sum(len(finger.links) for finger in self.fingers)
+
+    @property
+    def slices(self) -> tuple[slice, ...]:
+        """Places of each finger's joints in an array of all joints."""
+        ends = list(accumulate((len(finger.links) for finger in self.fingers), initial=0))
+        return tuple(slice(*pair) for pair in pairwise(ends))
 
     @property
     def finger_length(self) -> float:
-        """Mean length of the two straight fingers [m]; sets the start of the object (thesis 3.1)."""
-        return (self.left.length + self.right.length) / 2
+        """Mean length of the straight fingers [m]; sets the start of the object (thesis 3.1)."""
+        return sum(finger.length for finger in self.fingers) / len(self.fingers)
 
     @property
     def limits(self) -> Array:
         """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return np.array(self.left.limits + self.right.limits)
+        return np.concatenate([finger.limits for finger in self.fingers])
 
     @property
     def start_position(self) -> tuple[float, float]:

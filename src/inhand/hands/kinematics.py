@@ -27,7 +27,7 @@ def joint_positions(finger: FingerSpec, joint_angles: Array) -> Array:
 
 
 def hand_positions(hand: HandSpec, joint_angles: Array) -> Array:
-    """Return joints and tips of both fingers `(..., n_joints + 2, 2)` [m], left finger first."""
+    """Return joints and tips of all F fingers `(..., n_joints + F, 2)` [m], finger by finger."""
     parts = [
         joint_positions(finger, joint_angles[..., place])
         for finger, place in zip(hand.fingers, hand.slices, strict=True)

@@ -18,7 +18,7 @@ from inhand.hands.svg import svg_lines
 TURNS = 10
 """Whole turns that a way-point may be from the start's angle (guessed)."""
 OUTLINE_CLOSE = 0.001
-"""How far an outline may be off its curves, as a share of its larger side; a circle has about 50 corners (guessed)."""
+"""How far an outline may be off its curves, as a share of its larger side; a circle has 64 corners (guessed)."""
 SUFFIXES = (".svg", ".csv", ".dxf")
 """Endings of files with lines."""
 

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import direction_plans, find_controller
-from inhand.control.loop import sense
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -280,7 +279,7 @@ def route_starts(
     *,
     engine: Engine = MUJOCO,
 ) -> Starts:
-    """Return starts with both fingers on the object, each with a route drawn from a pool."""
+    """Return starts with all fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool
     rows = rng.integers(len(routes), size=count)
     fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)
@@ -295,7 +294,7 @@ def recorded(
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
     expert = find_controller(recipe.expert).manipulate(expert_task(held, starts))
-    expert.begin(sense(worlds.state))
+    expert.begin(worlds.seen)
     push = np.zeros(worlds.state.targets.shape)
     strength = recipe.push * rng.random((len(starts), 1))
     pick = rng.integers(EARLIEST, max(interface.horizon, EARLIEST + 1), size=len(starts))
@@ -307,7 +306,7 @@ def recorded(
         there = np.flatnonzero((pick == number) & running & worlds.state.touching.all(axis=-1))
         if len(there):
             parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there]))
-        targets = expert.act(sense(worlds.state))
+        targets = expert.act(worlds.seen)
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
         wanted, action = (
             actions_of(t, interface.actions, held[0], worlds.state) for t in (targets, targets + strength * push)

@@ -1,7 +1,8 @@
 """The manipulation phase as Gymnasium environments, one at a time or a batch in one simulation.
 
-`inhand/Asterisk-v0` moves the object along a direction, `inhand/AsteriskGoal-v0` to a goal that hindsight may replace.
-`import inhand` makes both known to Gymnasium, whichever of the two is imported first.
+`inhand/Asterisk-v0` moves the object along a direction as the thesis has it, `inhand/AsteriskEasy-v0` in a setting to
+learn in from nothing, `inhand/AsteriskGoal-v0` to a goal that hindsight may replace. `import inhand` makes them known
+to Gymnasium, whichever of the two is imported first.
 """
 
 from __future__ import annotations

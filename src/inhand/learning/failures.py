@@ -18,7 +18,6 @@ from inhand.control.scenes import scene_at
 from inhand.control.trial import LOST_CONTACT, NO_GRASP, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array, perpendicular, unit
-from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.shapes import (
     Extent,
     SceneOutline,
@@ -63,7 +62,7 @@ class Failure:
     outline: SceneOutline
     """The hand and the object at that row."""
     contacts_mm: Array
-    """The points of the fingers nearest to the object at that row `(2, 2)` [mm]."""
+    """The points of the fingers nearest to the object at that row `(F, 2)` [mm]."""
     held: tuple[bool, ...]
     """Whether each finger touched at that row."""
 
@@ -77,7 +76,7 @@ def failure_of(trial: Trial, result: Result) -> Failure:
     row = min(start + end, len(trial.time) - 1)
     return Failure(
         name=f"{result.direction}, trial {result.trial}",
-        reason=_reason(result),
+        reason=_reason(result, trial.passport.hand.finger_names),
         angle_deg=result.angle_deg or 0.0,
         path_mm=path,
         end=end,
@@ -132,12 +131,12 @@ def draw_failure(ax: Axes, failure: Failure, extent: Extent) -> None:
     write_above(ax, failure.name, failure.reason)
 
 
-def _reason(result: Result) -> str:
+def _reason(result: Result, fingers: tuple[str, ...]) -> str:
     """Return what happened in a few words, with the place against the limit."""
     if result.outcome == NO_GRASP:
         return "the grasp failed"
     who = f"{result.first_lost} let go" if result.outcome == LOST_CONTACT and result.first_lost else result.outcome
-    if result.first_lost and set(FINGER_NAMES) <= set(result.first_lost.split(" and ")):
+    if result.first_lost == " and ".join(fingers):
         who = "both let go" if result.outcome == LOST_CONTACT else result.outcome
     place = f"{result.metrics.distance_mm:.0f}"
     if result.angle_deg is None or not result.limit:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -40,9 +41,9 @@ class Curve:
     """What it is, written above."""
     unit: str
     """The label of its axis."""
-    at: Array
+    episodes: Array
     """Episodes `(N,)`."""
-    values: Array
+    numbers: Array
     """Its values `(N,)`; those that are not finite are left out."""
     end: float
     """The last episode."""
@@ -52,11 +53,7 @@ class Curve:
 
 def smoothed(values: Array, weight: float = SMOOTHING) -> Array:
     """Return values `(N,)` smoothed as TensorBoard does: exponentially, without pull towards zero at the start."""
-    found, kept = np.empty(len(values)), 0.0
-    for number, value in enumerate(values):
-        kept = weight * kept + (1.0 - weight) * float(value)
-        found[number] = kept / (1.0 - weight ** (number + 1))
-    return found
+    return pd.Series(values).ewm(alpha=1.0 - weight).mean().to_numpy()
 
 
 def spread(at: Array, end: float) -> Array:
@@ -110,8 +107,8 @@ def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
     """Draw a quantity as recorded, faintly, and smoothed; outliers outside the axes are counted above them."""
     ax.set(xlabel="episode", ylabel=curve.unit)
     ax.set_title(curve.title, loc="left")
-    finite = np.isfinite(curve.values)
-    at, values = curve.at[finite], curve.values[finite]
+    finite = np.isfinite(curve.numbers)
+    at, values = curve.episodes[finite], curve.numbers[finite]
     if len(values) == 0:
         ax.text(0.5, 0.5, "nothing recorded", transform=ax.transAxes, ha="center", color=MUTED)
         return

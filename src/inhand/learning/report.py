@@ -15,9 +15,8 @@ from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.comparison import GROUPS, Evaluation, lost, rows
 from inhand.asterisk_test.comparison import HEADER as BOTH
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.page import people_lines
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.report import Run, both_radars, only, side_by_side
+from inhand.asterisk_test.report import Run, both_radars, only, people_told, side_by_side
 from inhand.asterisk_test.results import as_entry, summary_of
 from inhand.asterisk_test.table import failures
 from inhand.control.trial import write_json, write_trials
@@ -25,8 +24,8 @@ from inhand.learning.commands import EvaluateConfig
 from inhand.learning.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
-from inhand.pages import Picture, again_lines, options, picture_lines, table_lines
-from inhand.plots.save import save_figure
+from inhand.pages import again, listed, options, page_of, table_of
+from inhand.plots.save import save_picture
 from inhand.shown import Shown, frame
 from inhand.tasks.primitives import Primitive
 from inhand.versions import versions
@@ -112,29 +111,21 @@ def write_training(folder: Path, what: str) -> None:
         InputError: the folder holds no record of a training.
     """
     found = read_learning(folder)
-    lines = [
+    told = page_of(
         f"# Training: {folder.resolve().name}",
-        "",
         f"{what[:1].upper()}{what[1:]}. {len(found.total)} episodes of the agent, {len(found.evaluations)} evaluations;"
         f" the best policy is that at episode {found.best.episode}.",
-        "",
         "Of limit is the mean share of the hand's own limit, Across and Turn are the worst trial's; returns are sums of"
         " rewards, the expert's from the same starts.",
-        "",
-        *table_lines(HEADER, evaluation_rows(found.best)),
-        "",
-        *picture_lines(curve_pictures(found, folder, folder.resolve().name, what)),
-    ]
-    (folder / "report.md").write_text("\n".join(lines), encoding="utf-8")
+        table_of(HEADER, evaluation_rows(found.best)),
+        *curve_pictures(found, folder, folder.resolve().name, what),
+    )
+    (folder / "report.md").write_text(told, encoding="utf-8")
 
 
-def curve_pictures(found: Learned, folder: Path, title: str, subtitle: str) -> list[Picture]:
+def curve_pictures(found: Learned, folder: Path, title: str, subtitle: str) -> list[str]:
     """Draw the curves of a training into `figures` of a folder."""
-    pictures = []
-    for name, draw, text in CURVES:
-        save_figure(draw(found, title, subtitle), folder / "figures" / name)
-        pictures.append(Picture(text, f"figures/{name}"))
-    return pictures
+    return [save_picture(draw(found, title, subtitle), folder, name, text) for name, draw, text in CURVES]
 
 
 def write_evaluation(found: Compared, folder: Path) -> None:
@@ -142,7 +133,7 @@ def write_evaluation(found: Compared, folder: Path) -> None:
     pictures = [*_asterisks(found, folder), *_failed(found, folder)]
     if found.learned is not None:
         pictures += curve_pictures(found.learned, folder, f"Training of {found.policy.name}", "")
-    (folder / "report.md").write_text("\n".join(_page(found, pictures)), encoding="utf-8")
+    (folder / "report.md").write_text(_page(found, pictures), encoding="utf-8")
 
 
 def summary(found: Compared) -> str:
@@ -151,65 +142,41 @@ def summary(found: Compared) -> str:
     return f"Objects lost in {len(found.policy.results)} episodes: {', '.join(told)}."
 
 
-def _page(found: Compared, pictures: Sequence[Picture]) -> list[str]:
-    config, policy = found.test, found.policy
-    passport = policy.trials[0].passport
-    tables = []
-    for title, group in GROUPS:
-        shown = rows(policy, found.expert, found.people, group)
-        tables += [f"## {title}", "", *table_lines(BOTH, [_escaped(row) for row in shown]), ""]
-    return [
+def _page(found: Compared, pictures: Sequence[str]) -> str:
+    config, policy, passport = found.test, found.policy, found.policy.trials[0].passport
+    failed = [
+        f"{each.name}{told}"
+        for each in (policy, found.expert)
+        for told in ([f", {sentence}" for sentence in failures(each.results)] or [": no trial failed."])
+    ]
+    return page_of(
         f"# Evaluation: {policy.name} on {passport.object.name} with {passport.hand.name}",
-        "",
         f"{policy.shown} trial(s) for each direction, start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
         f" (standard deviations), seed {config.seed}; {policy.name} and the expert {found.expert.name} start from the"
         f" same places. Lost objects are counted over {len(policy.results)} episodes.",
-        "",
         "Distance is the progress up to the first loss of contact, mean ± SD. Lateral, Turn and Contact (share of steps"
-        f" with both fingers touching) are the worst trial's. Cells hold {policy.name}'s value, then"
+        f" with all fingers touching) are the worst trial's. Cells hold {policy.name}'s value, then"
         f" {found.expert.name}'s.",
-        "",
-        *tables,
+        *(table_of(BOTH, rows(policy, found.expert, found.people, group), title) for title, group in GROUPS),
         summary(found),
-        "",
-        *_sentences(found),
-        *people_lines(found.people),
-        *[f"* {note}" for note in found.notes],
-        "",
+        listed(failed, "What failed"),
+        people_told(found.people),
+        listed(found.notes),
         "## Figures",
-        "",
-        *picture_lines(pictures),
-        *again_lines(shlex.join(["inhand", "evaluate", found.config.run, *options(found.config, without=("run",))])),
-    ]
+        *pictures,
+        again(shlex.join(["inhand", "evaluate", found.config.run, *options(found.config, without=("run",))])),
+    )
 
 
-def _escaped(cells: Sequence[str]) -> tuple[str, ...]:
-    """Return cells whose bars do not end them in Markdown."""
-    return tuple(cell.replace("|", "\\|") for cell in cells)
-
-
-def _sentences(found: Compared) -> list[str]:
-    """Return what failed in each direction."""
-    lines = ["## What failed", ""]
-    for each in (found.policy, found.expert):
-        sentences = failures(each.results)
-        lines += [f"* {each.name}, {sentence}" for sentence in sentences]
-        if not sentences:
-            lines.append(f"* {each.name}: no trial failed.")
-    return [*lines, ""]
-
-
-def _asterisks(found: Compared, folder: Path) -> list[Picture]:
+def _asterisks(found: Compared, folder: Path) -> list[str]:
     """Draw people, expert and policy side by side, trained and unseen directions apart, and one radar."""
     run, pictures = found.run, []
     for title, group in GROUPS:
-        stem = title.lower().replace(" ", "_")
-        part = _some(run, group)
-        save_figure(side_by_side(part, title), folder / "figures" / f"{stem}.png")
+        figure, name = side_by_side(_some(run, group), title), f"{title.lower().replace(' ', '_')}.png"
         text = f"{title}: mean object paths up to the first loss of contact [mm]"
-        pictures.append(Picture(text, f"figures/{stem}.png"))
-    save_figure(both_radars(run), folder / "figures" / "radar.png")
-    return [*pictures, Picture("Farthest progress [mm] and efficiency by direction", "figures/radar.png")]
+        pictures.append(save_picture(figure, folder, name, text))
+    text = "Farthest progress [mm] and efficiency by direction"
+    return [*pictures, save_picture(both_radars(run), folder, "radar.png", text)]
 
 
 def _some(run: Run, group: Sequence[Primitive]) -> Run:
@@ -221,7 +188,7 @@ def _some(run: Run, group: Sequence[Primitive]) -> Run:
     )
 
 
-def _failed(found: Compared, folder: Path) -> list[Picture]:
+def _failed(found: Compared, folder: Path) -> list[str]:
     """Draw every trial that the policy did not bring to its end; nothing where there is none."""
     every = [failure_of(trial, result) for trial, result in found.policy.failed]
     pictures = []
@@ -229,9 +196,7 @@ def _failed(found: Compared, folder: Path) -> list[Picture]:
         part = every[first : first + MOST_FAILURES]
         count = f"{len(every)} of {len(found.policy.results)} episodes"
         subtitle = f"{count}; hand and object where contact was lost, or at the end"
-        name = f"failures_{number}.png"
-        save_figure(
-            failures_figure(part, f"{found.policy.name}: trials that failed", subtitle), folder / "figures" / name
-        )
-        pictures.append(Picture("Trials that failed: the path, and where and why it ended", f"figures/{name}"))
+        figure = failures_figure(part, f"{found.policy.name}: trials that failed", subtitle)
+        text = "Trials that failed: the path, and where and why it ended"
+        pictures.append(save_picture(figure, folder, f"failures_{number}.png", text))
     return pictures

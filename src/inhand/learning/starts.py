@@ -13,7 +13,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import direction_plans, rough_plan
+from inhand.control import loop
+from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
@@ -25,6 +26,7 @@ from inhand.geometry import Array, Path
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.sides import rough_plan
 from inhand.records import Config
 from inhand.sim.engine import Simulator
 from inhand.sim.names import MUJOCO, Engine
@@ -104,7 +106,7 @@ def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
 
 def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
-    return carried_by(straight_task(held, starts.angle_deg), starts.state)
+    return carried_by(straight_task(held, starts.angle_deg), loop.sense(starts.state))
 
 
 def grid_of(angles_deg: Array) -> tuple[float, ...]:

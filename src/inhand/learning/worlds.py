@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control import loop
 from inhand.control.controller import SUBSTEPS
-from inhand.control.loop import control_step, dropped, sense
+from inhand.control.loop import control_step, dropped
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -92,7 +93,7 @@ class ManipulationWorlds:
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts = starts
         self._pool = _asked(starts)
-        self._seen = observe(self.layout, sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
+        self._seen = observe(self.layout, loop.sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
         self._observation = np.empty((count, self._seen.shape[1]))
@@ -102,8 +103,13 @@ class ManipulationWorlds:
 
     @property
     def state(self) -> State:
-        """The state to decide on."""
+        """The state as it is."""
         return self._state
+
+    @property
+    def seen(self) -> State:
+        """What a controller sees of it."""
+        return loop.sense(self._state)
 
     @property
     def aim(self) -> Aim:
@@ -137,7 +143,7 @@ class ManipulationWorlds:
         decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
-        successor = observe(self.layout, sense(after), self._aim, self.scene)
+        successor = observe(self.layout, loop.sense(after), self._aim, self.scene)
         shift = self._shift(after, made)
         self._state, self._observation, self._last = after, successor, decision.action
         ended = np.flatnonzero(gone | truncated)

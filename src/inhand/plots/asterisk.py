@@ -127,7 +127,7 @@ def _draw_target(ax: Axes, curve: PathCurve, target_mm: float, cap_mm: float) ->
     """Draw the dashed target, and a cap across its end where that end is the reach limit."""
     target, colour = target_path(curve, target_mm), direction_colour(curve.angle_deg)
     ax.plot(*target.T, "--", color=colour, linewidth=0.9, alpha=0.75, zorder=2.0)
-    if curve.limit_mm is not None and curve.target_mm is None:
+    if curve.limit_mm is not None:
         across = cap_mm * perpendicular(unit(np.deg2rad(curve.angle_deg)))
         cap = np.stack([target[-1] - across, target[-1] + across])
         ax.plot(*cap.T, color=colour, linewidth=1.4, solid_capstyle="butt", alpha=0.85, zorder=2.0)

@@ -107,7 +107,7 @@ def target_path(curve: PathCurve, common_mm: float) -> Array:
 
 def limit_outline(curves: Sequence[PathCurve]) -> Array:
     """Return the corners `(N, 2)` [mm] of the outline through the reach limits; none for fewer than three of them."""
-    known = [curve for curve in curves if curve.limit_mm is not None and curve.target_mm is None]
+    known = [curve for curve in curves if curve.limit_mm is not None]
     limits = {curve.angle_deg % 360.0: target_path(curve, 0.0)[-1] for curve in known}
     return np.array([limits[angle] for angle in sorted(limits)]) if len(limits) > 2 else np.empty((0, 2))
 

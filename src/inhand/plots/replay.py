@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from inhand.errors import InputError
+from inhand.folders import in_place
 from inhand.geometry import Array, unit
-from inhand.hands.hand import FINGER_NAMES
 from inhand.plots.path import check_contact, draw_contact
-from inhand.plots.save import written_whole
 from inhand.plots.shapes import (
     CLEAR,
     WALL,
@@ -111,8 +110,8 @@ def write_replay(
     """
     _check(frames, trail_mm, contact, fps, texts)
     write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
-    with mpl.rc_context(STYLE), written_whole(out) as part:
-        figure, strips = _titled(title, contact, frame_s or 1 / fps)
+    with mpl.rc_context(STYLE), in_place(out) as part:
+        figure, strips = _titled(title, contact, frame_s or 1 / fps, frames[0].fingers)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
         parts = [_scene(ax, frames), *_trail(ax, trail_mm, target_angle_deg, texts), *strips]
         write(Film(figure, parts, len(frames)), part, fps)
@@ -169,11 +168,13 @@ def _target(trail_mm: Array, angle_deg: float | None, path_mm: Array | None) -> 
     return np.stack([np.zeros(2), float(np.max(progress[np.isfinite(progress)], initial=10.0)) * along])
 
 
-def _titled(title: str, contact: NDArray[np.bool_] | None, frame_s: float) -> tuple[Figure, list[Moving]]:
+def _titled(
+    title: str, contact: NDArray[np.bool_] | None, frame_s: float, fingers: tuple[str, ...]
+) -> tuple[Figure, list[Moving]]:
     """Return the figure with its title and, where contacts are known, their strip."""
     figure = new_figure(SIDE_IN, SIDE_IN)
     figure.text(0.2 / SIDE_IN, 1 - 0.15 / SIDE_IN, title, fontsize=TITLE_POINTS, fontweight="bold", va="top")
-    return figure, [] if contact is None else [_cursor(figure, contact, frame_s)]
+    return figure, [] if contact is None else [_cursor(figure, contact, frame_s, fingers)]
 
 
 def _axes(figure: Figure, box: Box) -> Axes:
@@ -222,10 +223,10 @@ def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None, texts: Sequence[s
     )
 
 
-def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float) -> Moving:
+def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float, fingers: tuple[str, ...]) -> Moving:
     """Draw the contacts over time and return the line that says where in them a frame is."""
     strip = _axes(figure, (0.75, 0.3, SIDE_IN - 0.95, 0.13 * contact.shape[1]))
-    draw_contact(strip, contact, FINGER_NAMES if contact.shape[1] == len(FINGER_NAMES) else (), frame_s)
+    draw_contact(strip, contact, fingers, frame_s)
     strip.set_xlabel("")
     strip.xaxis.set_major_formatter("{x:g} s")
     line = strip.axvline(0, color="#d1242f", linewidth=1.4, zorder=5.0)
@@ -267,12 +268,12 @@ def _write_gif(film: Film, part: Path, fps: int) -> None:
     flat = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in _pictures(film, range(film.count)))
     each = round(100.0 / fps) * 10
     durations = [each] * (film.count - 1) + [max(each, round(1000 * HOLD_S))]
-    next(flat).save(part, save_all=True, append_images=flat, duration=durations, loop=0)
+    next(flat).save(part, "GIF", save_all=True, append_images=flat, duration=durations, loop=0)
 
 
 def _write_mp4(film: Film, part: Path, fps: int) -> None:
     """Write an H.264 film through the ffmpeg program."""
-    writer = FFMpegWriter(fps=fps, codec="h264")
+    writer = FFMpegWriter(fps=fps, codec="h264", extra_args=["-f", "mp4"])
     with writer.saving(film.figure, str(part), dpi=film.figure.dpi):
         for number in range(film.count):
             film.show(number)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from inhand.errors import InputError
+from inhand.folders import in_place
+from inhand.pages import pictured
 
 PNG_DPI = 160
 """Resolution of PNG files [dots/in]: sharp on a page at 9 pt, small enough for a repository."""
@@ -37,18 +36,12 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
         raise InputError(f"cannot write a figure as {path.name!r}: the suffix must be .png, .pdf or .svg; rename it")
     # These two have no argument in savefig: identifiers in SVG files are random without a salt, and journals
     # refuse PDF files with Type 3 fonts. The context puts the caller's settings back.
-    with written_whole(path) as part, mpl.rc_context({"svg.hashsalt": "inhand", "pdf.fonttype": 42}):
+    with in_place(path) as part, mpl.rc_context({"svg.hashsalt": "inhand", "pdf.fonttype": 42}):
         figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", metadata=UNDATED[suffix])
     return path
 
 
-@contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path` to write to; moved onto `path` at the end, removed after an error."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
-    try:
-        yield part
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+def save_picture(figure: Figure, folder: Path, name: str, text: str) -> str:
+    """Write a figure into `figures` of a run's folder and return it as a part of the run's page."""
+    save_figure(figure, folder / "figures" / name)
+    return pictured(text, f"figures/{name}")

@@ -22,4 +22,5 @@ def scene_of(hand: HandSpec, spec: ObjectSpec, joints: Array, pose: Array, origi
         object=1e3 * body,
         joints=1e3 * hand_positions(hand, joints),
         origin_mm=1e3 * origin,
+        fingers=hand.finger_names,
     )

@@ -58,6 +58,8 @@ class SceneOutline:
     """Centres `(J, 2)` of the joints [mm]."""
     origin_mm: Array
     """Where the object started `(2,)` [mm]; every figure puts its origin there."""
+    fingers: tuple[str, ...] = ()
+    """Names of the fingers, for what tells of contact."""
 
     def __post_init__(self) -> None:
         """Check every shape once, where the outline is made."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.hands.hand import FINGER_NAMES, HandSpec
+from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
 from inhand.hands.outlines import centroid, second_moments
 from inhand.hands.polygons import is_box
@@ -144,7 +144,7 @@ def _add_finger(mj: mujoco.MjSpec, hand: HandSpec, index: int, height: float) ->
     finger, names = hand.fingers[index], []
     parent, position = mj.worldbody, [*finger.base, height]
     for i, length in enumerate(finger.links):
-        name = f"{FINGER_NAMES[index]}_{i}"
+        name = f"{hand.finger_names[index]}_{i}"
         body = parent.add_body(name=name, pos=position)
         joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
         joint.range = finger.limits[i]

@@ -30,7 +30,7 @@ class State:
     object_velocity: Array
     """Velocity of the object `(B, 6)`: linear [m/s], angular [rad/s]."""
     joint_angles: Array
-    """Joint angles `(B, n)` [rad], left finger first."""
+    """Joint angles `(B, n)` [rad], finger by finger."""
     joint_velocities: Array
     """Joint velocities `(B, n)` [rad/s]."""
     targets: Array

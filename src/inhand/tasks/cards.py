@@ -27,7 +27,7 @@ class PartCard:
     name: str
     """What its numbers are, and their unit before they are scaled."""
     fixed: int
-    """How many they are with every hand,"""
+    """How many they are with every hand of as many fingers as `yardstick`,"""
     for_joint: int
     """and how many more for each joint."""
     scale: tuple[float, ...]
@@ -70,7 +70,10 @@ def interface_card(layout: Layout, actions: Actions = "steps") -> InterfaceCard:
         numbers: Array = np.atleast_1d(numbers_for(given, hand))
         return tuple(float(f"{number:.{DIGITS}g}") for number in numbers)
 
-    parts = (PartCard(p.name, p.fixed, p.for_joint, shown(p.half), shown(p.middle)) for p in layout.parts)
+    parts = (
+        PartCard(p.name, p.fixed + p.for_finger * len(hand.fingers), p.for_joint, shown(p.half), shown(p.middle))
+        for p in layout.parts
+    )
     return InterfaceCard(layout.name, tuple(parts), largest_step(actions))
 
 

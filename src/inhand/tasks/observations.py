@@ -53,11 +53,13 @@ class Part:
     fixed: int = 0
     """How many they are with every hand,"""
     for_joint: int = 0
-    """and how many more for each joint."""
+    """how many more for each joint,"""
+    for_finger: int = 0
+    """and for each finger."""
 
     def size(self, hand: HandSpec) -> int:
         """Return how many numbers they are with a hand."""
-        return self.fixed + self.for_joint * hand.n_joints
+        return self.fixed + self.for_joint * hand.n_joints + self.for_finger * len(hand.fingers)
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def reach_of(hand: HandSpec) -> float:
 
 
 def by_rank(hand: HandSpec) -> list[int]:
-    """Return the joints in the order of table 3.1: both proximal ones, left first, then the next of each finger."""
+    """Return the joints in the order of table 3.1: the proximal ones, finger by finger, then the next."""
     count = max(len(finger.links) for finger in hand.fingers)
     return [place.start + k for k in range(count) for place in hand.slices if place.start + k < place.stop]
 
@@ -221,8 +223,8 @@ _HELD = (
         0.2,
         for_joint=1,
     ),
-    Part("contacts in the object frame [m]", _contacts, 0.04, fixed=4),
-    Part("gaps of the fingers [m]", lambda state, _aim, _scene: state.gaps, 0.005, fixed=2),
+    Part("contacts in the object frame [m]", _contacts, 0.04, for_finger=2),
+    Part("gaps of the fingers [m]", lambda state, _aim, _scene: state.gaps, 0.005, for_finger=1),
 )
 
 GRIP = Layout("grip-1", (_AIMED[0], *_LEFT, *_AIMED[1:], *_HELD))
@@ -260,10 +262,14 @@ LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN, "whole": WHOLE}
 
 def _user_part(name: str, given: object) -> Part:
     """Return a user's part, its values looked at; raise InputError where it is none."""
-    if not isinstance(given, Part) or not callable(given.values) or given.fixed + given.for_joint < 1:
+    if (
+        not isinstance(given, Part)
+        or not callable(given.values)
+        or given.fixed + given.for_joint + given.for_finger < 1
+    ):
         raise InputError(
             f"observation part {name!r} is {describe(getattr(given, 'values', given))}: it must be a function of state,"
-            " aim and scene that gives at least one number a world; tell how many by fixed or for_joint"
+            " aim and scene that gives at least one number a world; tell how many by fixed, for_joint or for_finger"
         )
 
     def values(state: State, aim: Aim, scene: Scene) -> Array:

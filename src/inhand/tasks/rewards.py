@@ -98,7 +98,7 @@ def find_reward(name: str) -> tuple[Term, ...]:
 
 
 def contact(decision: Decision) -> Array:
-    """-exp of the summed gaps of both fingers [m], divided by 100, or -100 beyond the cap (thesis 3.3.3)."""
+    """-exp of the summed gaps of the fingers [m], divided by 100, or -100 beyond the cap (thesis 3.3.3)."""
     value = -np.exp(np.maximum(decision.after.gaps, 0.0).sum(axis=-1))
     return np.where(value <= CONTACT_CAP, -100.0, value / 100.0)
 

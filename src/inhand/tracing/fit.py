@@ -17,7 +17,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array, way_along
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import plan_grasps
-from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
+from inhand.hands.hand import FingerSpec, HandSpec
 from inhand.hands.objects import polygon
 from inhand.hands.reach.limits import farthest, reaches
 from inhand.hands.shapes import link_outline
@@ -72,13 +72,13 @@ def check_extent(held: Held, drawing: Drawing) -> None:
         fits = math.floor(1e3 * size * _share(points, start, most))
         raise InputError(
             f"{drawing.name} of {1e3 * size:.0f} mm is too large for hand {hand.name!r}: way-point {point + 1} lies"
-            f" {1e3 * away[point, side]:.0f} mm from where the {FINGER_NAMES[side]} finger begins, which with this"
+            f" {1e3 * away[point, side]:.0f} mm from where the {hand.finger_names[side]} finger begins, which with this"
             f" object reaches {1e3 * most[side]:.0f} mm; give --size {fits} or less, or --scale"
         )
 
 
 def _share(points: Array, start: Array, most: Array) -> float:
-    """Return the largest share of points `(N, 2)` at which |start + share point| <= most for both fingers."""
+    """Return the largest share of points `(N, 2)` at which |start + share point| <= most for every finger."""
     along, square = points @ start.T, (points**2).sum(axis=-1)[:, None]
     room = most**2 - (start**2).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):

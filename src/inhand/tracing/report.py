@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,9 @@ from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
 from inhand.control.trial import Trial, load_trials, write_json, write_trials
 from inhand.errors import InputError
-from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
+from inhand.pages import again, listed, options, page_of, pictured, table_of
 from inhand.plots.replay import write_replay
-from inhand.plots.save import save_figure
+from inhand.plots.save import save_picture
 from inhand.records import read_record
 from inhand.shown import Shown, frame, saved
 from inhand.tracing.config import TraceConfig
@@ -65,9 +66,9 @@ class TraceRun(Shown):
 
     def figure(self) -> Figure:
         """Return the paths of the object over its plan."""
-        config, count = self.config, len(self.traces)
+        count = len(self.traces)
         part = f"the first {MOST_PANELS} of " if count > MOST_PANELS and not one_plan(self.followed) else ""
-        subtitle = f"{config.object}, {config.hand}; {part}{count} trial{'s' if count > 1 else ''}"
+        subtitle = f"{self.setup.object.name}, {self.setup.hand.name}; {part}{count} trial{'s' if count > 1 else ''}"
         return trace_figure(self.setup, self.followed, self.traces, what_was_done(self.setup), subtitle)
 
     def write(self, folder: Path) -> None:
@@ -136,7 +137,7 @@ def load_trace(folder: Path) -> TraceRun:
         passport.object,
         find_controller(config.controller),
         tuple(each.plan for each in followed),
-        TASKS.get(config.path),
+        TASKS.get(config.path) or TASKS.get(config.path.rpartition(":")[2]),
         None if size is None else size / 1e3,
         whole.notes,
     )
@@ -154,15 +155,14 @@ class _Whole:
 
 def write_trace(run: TraceRun, folder: Path) -> None:
     """Write figures, replay and `report.md` of a run into its folder."""
-    figures = folder / "figures"
-    save_figure(run.figure(), figures / "trace.png")
-    pictures = [Picture("Paths of the object over its plan, and how far off they were", "figures/trace.png")]
+    text = "Paths of the object over its plan, and how far off they were"
+    pictures = [save_picture(run.figure(), folder, "trace.png", text)]
     if len(run.followed[0].trial.time):
-        pictures.append(_replay(run, figures))
-    (folder / "report.md").write_text("\n".join(_page(run, pictures)), encoding="utf-8")
+        pictures.append(_replay(run, folder))
+    (folder / "report.md").write_text(_page(run, pictures), encoding="utf-8")
 
 
-def _replay(run: TraceRun, figures: Path) -> Picture:
+def _replay(run: TraceRun, folder: Path) -> str:
     """Draw the first trial; a long one faster than it was."""
     followed, wall, origin = run.followed[0], run.setup.wall, run.setup.hand.start_pose[:2]
     trial = followed.trial
@@ -172,7 +172,7 @@ def _replay(run: TraceRun, figures: Path) -> Picture:
     write_replay(
         [scene_at(trial, row, origin) for row in rows],
         1e3 * (trial.object_pose[rows, :2] - origin),
-        figures / "replay.gif",
+        folder / "figures" / "replay.gif",
         title=f"{followed.plan.name}, trial {trial.passport.trial}{speed}",
         target_path_mm=plan_line(followed.plan, origin),
         contact=trial.touching[rows],
@@ -180,7 +180,7 @@ def _replay(run: TraceRun, figures: Path) -> Picture:
         wall_mm=None if wall is None else wall_mm(wall, origin),
         texts=[_told(followed, row) for row in rows],
     )
-    return Picture(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
+    return pictured(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
 
 
 def _told(followed: Followed, row: int) -> str:
@@ -192,34 +192,23 @@ def _told(followed: Followed, row: int) -> str:
     return f"primitive {min(int(followed.legs[number]) + 1, count)} of {count}"
 
 
-def _page(run: TraceRun, pictures: list[Picture]) -> list[str]:
+def _page(run: TraceRun, pictures: Sequence[str]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     config, setup, plan = run.config, run.setup, run.setup.plans[0]
-    words, noise = (
-        shlex.join(["inhand", "trace", *options(config)]),
-        f"{config.noise_mm:g} mm and {config.noise_deg:g} deg",
-    )
     way = 1e3 * float(np.mean([each.measured().way[-1] for each in setup.plans]))
-    sentences = faults(setup, run.followed, run.traces)
-    return [
-        f"# {what_was_done(setup)}: {config.object} with {config.hand}",
-        "",
+    pushed = " Pushed is the longest time against the wall, held by all fingers." if setup.wall else ""
+    return page_of(
+        f"# {what_was_done(setup)}: {setup.object.name} with {setup.hand.name}",
         f"{config.trials} trial(s) of {len(plan.legs)} primitives, {plan.approach} of them an approach, then"
-        f" {way:.0f} mm of way; start noise {noise} (standard deviations), seed"
-        f" {config.seed}.",
-        "",
+        f" {way:.0f} mm of way; start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations),"
+        f" seed {config.seed}.",
         "Done is the share of the way that was come after the approach. RMS, Max and Fréchet are distances of the"
         " object's path from the plan, Turn its largest angle from it, all after the approach; Time counts from there."
-        " Failures are primitives that failed and were tried again, or not.",
-        *([" Pushed is the longest time against the wall, held by both fingers."] if setup.wall else []),
-        "",
-        *table_lines(*trace_rows(run.traces)),
-        "",
-        *(listed_lines("What failed", sentences) or [FAULTLESS, ""]),
-        *[f"* {note}" for note in run.notes],
-        "",
+        f" Failures are primitives that failed and were tried again, or not.{pushed}",
+        table_of(*trace_rows(run.traces)),
+        listed(faults(setup, run.followed, run.traces), "What failed") or FAULTLESS,
+        listed(run.notes),
         "## Figures",
-        "",
-        *picture_lines(pictures),
-        *again_lines(words),
-    ]
+        *pictures,
+        again(shlex.join(["inhand", "trace", *options(config)])),
+    )

@@ -73,7 +73,8 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     check_engine(config.engine)
     if entry.policy is not None:
         check_joints(entry.policy, held.hand)
-    if config.path not in TASKS:
+    task = TASKS.find(config.path)
+    if task is None:
         if config.size is not None and config.size <= 0:
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
         drawing = find_path(config.path)
@@ -84,7 +85,7 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
         return held, entry, drawing
     if config.size is not None or config.scale:
         raise InputError(f"--path {config.path} is a task and has no size: leave --size and --scale out")
-    return held, entry, TASKS[config.path]
+    return held, entry, task
 
 
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:

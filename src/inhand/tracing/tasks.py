@@ -11,7 +11,9 @@ import numpy as np
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.objects import polygon
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, polygon
+from inhand.registry import Registry, describe
 from inhand.sim.model import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tasks.primitives import TRAIN, UNSEEN
@@ -105,16 +107,50 @@ def the_wall(held: Held) -> Wall:
     return Wall((float(x), float(y)), -90.0, length=0.6 * float(np.ptp(corners[:, 0])))
 
 
-TASKS = {
-    task.name: task
-    for task in (
-        SequenceTask("pose", "go to a drawn pose and hold it for a second", partial(_goal, most=TURNS)),
-        SequenceTask("place", "go to a drawn place without turning and hold the object there for a second", _goal),
-        SequenceTask("tour", "visit fifty drawn way-points without letting go", _tour),
-        SequenceTask("wall", "move out to a wall, push against it, and come back", _wall, the_wall),
-        SequenceTask("key", "move out, turn by 30 deg, turn back, and return", _key),
-    )
-}
+@dataclass(frozen=True)
+class OwnTask:
+    """A user's way-points, and how long the object is held at the last."""
+
+    points: Callable[[HandSpec, ObjectSpec, np.random.Generator], Array]
+    """Draws way-points `(N, 3)` from the object's start [m, m, rad]."""
+    stay: float = 0.0
+    """Time to hold the object at the last [s]."""
+
+
+def _task(name: str, given: object) -> SequenceTask:
+    """Return the task of a user's way-points; raise InputError where there are none."""
+    if isinstance(given, SequenceTask):
+        return given
+    own = given if isinstance(given, OwnTask) else OwnTask(given) if callable(given) else None
+    if own is None or not callable(own.points) or isinstance(own.points, type):
+        raise InputError(
+            f"task {name!r} is {describe(getattr(given, 'points', given))}: it must be a function of hand, object and"
+            " random generator that gives way-points (N, 3) from the object's start [m, m, rad]"
+        )
+
+    def plan(held: Held, rng: np.random.Generator) -> Plan:
+        points = np.asarray(own.points(*held, rng), dtype=float)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise InputError(f"task {name!r} gives {points.shape}: it must give way-points (N, 3) [m, m, rad]")
+        return plan_along(name, held.start + points, held.start, stay=own.stay)
+
+    return SequenceTask(name, "a user's", plan)
+
+
+TASKS: Registry[SequenceTask] = Registry(
+    "task",
+    {
+        task.name: task
+        for task in (
+            SequenceTask("pose", "go to a drawn pose and hold it for a second", partial(_goal, most=TURNS)),
+            SequenceTask("place", "go to a drawn place without turning and hold the object there for a second", _goal),
+            SequenceTask("tour", "visit fifty drawn way-points without letting go", _tour),
+            SequenceTask("wall", "move out to a wall, push against it, and come back", _wall, the_wall),
+            SequenceTask("key", "move out, turn by 30 deg, turn back, and return", _key),
+        )
+    },
+    _task,
+)
 """Tasks by name."""
 
 
@@ -124,8 +160,9 @@ def find_task(text: str) -> SequenceTask:
     Raises:
         InputError: there is none of that name, or the size is no positive number.
     """
-    if text in TASKS:
-        return TASKS[text]
+    known = TASKS.find(text)
+    if known is not None:
+        return known
     name, colon, size = text.rpartition(":")
     if not colon:
         raise InputError(

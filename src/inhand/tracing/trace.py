@@ -20,7 +20,7 @@ fewer or more than these."""
 TOUCHES = 3e-4
 """An object touches a wall where it is nearer than this [m]."""
 PUSHED = 1.0
-"""Time for which an object must have been pushed against a wall, held by both fingers [s]."""
+"""Time for which an object must have been pushed against a wall, held by all fingers [s]."""
 
 SAME = 1e-18
 """Squares of lengths below this are none [m^2]."""
@@ -57,7 +57,7 @@ class Trace:
     penetration_max_mm: float
     """Deepest overlap of a link and the object in any row of the trial [mm]."""
     pushed_s: float | None
-    """Longest time for which the object was pushed against a wall, held by both fingers [s]; None without a wall."""
+    """Longest time for which the object was pushed against a wall, held by all fingers [s]; None without a wall."""
 
     @property
     def dropped(self) -> bool:
@@ -161,7 +161,7 @@ def _evenly(poses: Array, count: int) -> Array:
 
 
 def _pushed(followed: Followed, wall: Wall) -> float:
-    """Return the longest time for which the object touched a wall, held by both fingers [s]."""
+    """Return the longest time for which the object touched a wall, held by all fingers [s]."""
     trial = followed.trial
     near = clearance(wall, trial.passport.object, planar(trial.object_pose)) <= TOUCHES
     return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.period

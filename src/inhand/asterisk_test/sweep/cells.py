@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import as_entry, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import find_controller
+from inhand.control.run_config import TrialsConfig
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
@@ -69,12 +70,7 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
         "hand": hand,
         "object": spec,
         "directions": parse_directions(config.directions),
-        "trials": config.trials,
-        "seed": config.seed,
-        "noise_mm": config.noise_mm,
-        "noise_deg": config.noise_deg,
-        "controller": config.controller,
-        "engine": config.engine,
+        **{field.name: getattr(config, field.name) for field in fields(TrialsConfig)},
         "versions": dict(versions),
     }
     policy = find_controller(config.controller).policy

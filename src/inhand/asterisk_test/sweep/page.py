@@ -16,9 +16,10 @@ from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
-from inhand.pages import Picture, again_lines, listed_lines, options, picture_lines, table_lines
+from inhand.folders import in_place
+from inhand.pages import again, listed, options, page_of, table_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
-from inhand.plots.save import save_figure
+from inhand.plots.save import save_picture
 from inhand.versions import versions
 
 OVER = {"object": "directions", "direction": "objects"}
@@ -45,9 +46,8 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
     pictures = []
     for kind, text in KINDS.items():
         for column, over in OVER.items():
-            name = f"figures/{column}s_{kind}.png"
-            save_figure(figure_of(config, sweep, kind, column), config.out / name)
-            pictures.append(Picture(f"{text}: hands and {column}s, means over the {over}", name))
+            figure, told = figure_of(config, sweep, kind, column), f"{text}: hands and {column}s, means over the {over}"
+            pictures.append(save_picture(figure, config.out, f"{column}s_{kind}.png", told))
     content = {
         "median_share": sweep.cases.share.median(),
         "kept_share": sweep.cases.kept.mean(),
@@ -61,9 +61,8 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
     write_json(content, config.out / "sweep.json")
     texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures, notes)}
     for name, text in texts.items():
-        part = config.out / f"{name}.part"
-        part.write_text(text, encoding="utf-8")
-        part.replace(config.out / name)
+        with in_place(config.out / name) as part:
+            part.write_text(text, encoding="utf-8")
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
@@ -94,36 +93,29 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
     return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
 
 
-def page(
-    config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Picture], notes: Sequence[str] = ()
-) -> str:
+def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[str], notes: Sequence[str] = ()) -> str:
     """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
-    lines = [
+    found = [make(sweep) for make in (*FOUND, tables.cells_table)]
+    shown = [table_of(table.header, table.rows, table.title) for table in found]
+    return page_of(
         f"# Sweep: {len(sweep.hands)} hands x {len(sweep.objects)} objects x {len(sweep.directions)} directions",
-        "",
         f"Controller {config.controller}, {_trials(config)}, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
-        "",
-        *[f"* {sentence}" for sentence in (*tables.summary(sweep), *notes)],
-        f"* This call took {wall_s / 60:.1f} minutes.",
-        "",
+        listed([*tables.summary(sweep), *notes, f"This call took {wall_s / 60:.1f} minutes."]),
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
         " to the first loss of contact. [L] is in finger lengths, so that small hands compare with large ones. `Skill`"
         " is the distance's share of the limit and tells of the controller, not of the hand. In means of"
         " distances and limits what could not be run counts as 0; in means of shares it does not count."
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
-        "",
-        *picture_lines(pictures),
-    ]
-    for table in (make(sweep) for make in FOUND):
-        lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), ""]
-    lines += listed_lines("What failed", tables.failures(sweep) or ["Every case kept the object to its end."])
-    lines += listed_lines("Kept, but below half of the limit", tables.poor(sweep) or ["None."])
-    lines += listed_lines("Beyond the limit", tables.beyond(sweep) or ["None."])
-    table = tables.cells_table(sweep)
-    lines += [f"## {table.title}", "", *table_lines(table.header, table.rows), "", *again_lines(command(config))]
-    return "\n".join(lines)
+        *pictures,
+        *shown[:-1],
+        listed(tables.failures(sweep), "What failed", "Every case kept the object to its end."),
+        listed(tables.poor(sweep), "Kept, but below half of the limit", "None."),
+        listed(tables.beyond(sweep), "Beyond the limit", "None."),
+        shown[-1],
+        again(command(config)),
+    )
 
 
 def command(config: SweepConfig) -> str:

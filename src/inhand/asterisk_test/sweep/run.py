@@ -24,7 +24,7 @@ from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
-from inhand.shown import Shown, listed
+from inhand.shown import Shown, listed, several
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()
@@ -94,8 +94,8 @@ def sweep(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     folder = Path(tempfile.mkdtemp(prefix="inhand-sweep-")) if out is None else Path(out)
-    settings |= {"hands": tuple(HANDS.name_of(hand) for hand in hands), "jobs": jobs, "out": folder}
-    settings["objects"] = tuple(OBJECTS.name_of(thing) for thing in objects)
+    settings |= {"hands": [HANDS.name_of(hand) for hand in several(hands)], "jobs": jobs, "out": folder}
+    settings["objects"] = [OBJECTS.name_of(thing) for thing in several(objects)]
     settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}
     return run_sweep(configured(SweepConfig, settings))
 

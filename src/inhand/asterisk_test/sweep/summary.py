@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from inhand.asterisk_test.beside import SETTINGS
 from inhand.asterisk_test.results import tidy
 from inhand.asterisk_test.sweep.cells import CellFile
 from inhand.control.trial import KEPT
@@ -33,7 +34,7 @@ class Sweep:
     cells: pd.DataFrame
     """A row for each hand with each object: `reason` why it could not be run, `seconds`, `cpu_seconds`."""
     trials: pd.DataFrame
-    """A row for each trial: `CASE`, `engine`, `reached`, `limit`, `finger_mm`, and what `as_entry` gives."""
+    """A row for each trial: `SETTINGS`, `reached`, `limit`, `finger_mm`, and what `as_entry` gives."""
     cases: pd.DataFrame
     """A row for each case that ran: means over its trials, `share` of the limit, whether all `kept`, `why` not."""
 
@@ -55,9 +56,10 @@ def sweep_of(contents: Iterable[CellFile], primitives: Sequence[Primitive]) -> S
     entries = []
     for cell in cells:
         finger = 1e3 * read_record(cell.settings["hand"], HandSpec).finger_length
-        same = {"hand": cell.hand, "object": cell.object, "engine": cell.settings["engine"], "finger_mm": finger}
+        settings = cell.hand, cell.object, cell.settings["controller"], cell.settings["engine"]
+        same = {**dict(zip(SETTINGS, settings, strict=True)), "finger_mm": finger}
         entries += [same | entry for entry in cell.trials]
-    trials = tidy(entries, ("hand", "object", "engine", "finger_mm"))
+    trials = tidy(entries, (*SETTINGS, "finger_mm"))
     directions = [each.name for each in sorted(primitives, key=_clockwise)]
     told = [(cell.hand, cell.object, cell.reason, cell.seconds, cell.cpu_seconds) for cell in cells]
     table = pd.DataFrame(told, columns=["hand", "object", "reason", "seconds", "cpu_seconds"])

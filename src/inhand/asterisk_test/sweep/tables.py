@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared
-from inhand.pages import NOTHING
+from inhand.pages import NOTHING, spread
 
 POOR = 0.5
 """Share of the limit below which a case is listed as poor although nothing was lost."""
@@ -116,14 +116,7 @@ def beyond(sweep: Sweep) -> list[str]:
 
 def shown(share: float) -> str:
     """Return a share as people read it."""
-    return spread(share, math.nan, 2)
-
-
-def spread(mean: float, sd: float, digits: int = 1) -> str:
-    """Return a mean with its standard deviation, where several trials give one."""
-    if not math.isfinite(mean):
-        return NOTHING
-    return f"{mean:z.{digits}f}" + (f" ± {sd:.{digits}f}" if math.isfinite(sd) else "")
+    return spread(share, digits=2)
 
 
 def _columns(sweep: Sweep) -> tuple[str, ...]:
@@ -136,7 +129,7 @@ def _told(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         spread(row["distance"], row["sd"]),
         shown(row["distance_size"]),
-        spread(row["limit"], math.nan),
+        spread(row["limit"]),
         shown(row["limit_size"]),
         spread(row["share"], row["share_sd"], 2),
         shown(row["median"]),

@@ -17,7 +17,7 @@ from inhand.control.controller import SUBSTEPS
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.learning.environments import AsteriskVectorEnv
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.tasks.actions import LARGEST_STEP
+from inhand.tasks.decisions import LARGEST_STEP
 from timing import best_times, environment, verdict
 
 BATCHES = (64, 256, 1024)

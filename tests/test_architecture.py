@@ -4,8 +4,7 @@ import ast
 import asyncio
 import re
 import sys
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import FrameType
@@ -15,19 +14,22 @@ import pytest
 
 import inhand
 from inhand import geometry
-from inhand.control.catalogue import CONTROLLERS
-from inhand.control.controller import Task
-from inhand.control.loop import control_step
+from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.joint import JointPid
+from inhand.control.loop import control_step, sense
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.hands.sides import rough_plan
+from inhand.sim.engines import make_simulator
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
 
 SOURCE = Path(inhand.__file__).parent
 ROOT = SOURCE.parents[1]
 FILES = sorted(SOURCE.rglob("*.py"))
-LONGEST_FILE, LONGEST_FUNCTION, MOST_ROOMS, MOST_FILES = 350, 40, 9, 8
+LONGEST_FILE, LONGEST_FUNCTION, MOST_ROOMS, MOST_FILES, MOST_FILES_IN_TRAINING = 350, 40, 9, 9, 10
+HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -84,31 +86,88 @@ def test_files_and_functions_are_short(path: Path) -> None:
     assert not long
 
 
-@pytest.mark.parametrize("name", CONTROLLERS)
-def test_few_files_take_part_in_one_control_step(name: str) -> None:
-    hand, cube, path = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"], straight_path(TRAIN[0])
-    simulator = MujocoSimulator(hand, [cube])
-    task = Task(hand, simulator.objects, geometry.Path(path.poses[None]), simulator.timestep)
-    start = hand.start_pose[None]
-    grasp = CONTROLLERS[name].grasp(hand, cube, start[:, None] + task.path.poses)
-    state = simulator.reset(start, grasp.closed)
-    controller = CONTROLLERS[name].manipulate(task)
-    controller.begin(state)
-    seen: Counter[str] = Counter()
+def called(decide: Callable[[], object]) -> list[tuple[str, str]]:
+    """Return file and function of all that runs of the package, each once, in the order of the first calls."""
+    seen: dict[tuple[str, str], None] = {}
 
     def note(frame: FrameType, event: str, argument: object) -> None:
         del argument
         if event == "call" and frame.f_code.co_filename.startswith(str(SOURCE)):
-            seen[str(Path(frame.f_code.co_filename).relative_to(SOURCE))] += 1
+            seen[str(Path(frame.f_code.co_filename).relative_to(SOURCE)), frame.f_code.co_name] = None
 
     before = sys.getprofile()
     sys.setprofile(note)
     try:
-        control_step(simulator, controller.act(state), np.zeros(1, dtype=np.int64), 5)
+        decide()
     finally:
         sys.setprofile(before)
-    assert {"control/loop.py", "sim/mujoco_engine.py"} <= set(seen)
-    assert len(seen) <= MOST_FILES, sorted(seen)
+    return list(seen)
+
+
+def control_step_of(name: str, engine: str) -> list[tuple[str, str]]:
+    """Return what runs in the second control step of a controller."""
+    path = straight_path(TRAIN[0])
+    simulator = make_simulator(engine, HAND, [CUBE])
+    task = Task(HAND, simulator.objects, geometry.Path(path.poses[None]), simulator.timestep)
+    start = HAND.start_pose[None]
+    entry = find_controller("thesis-ik" if name == "joint" else name)
+    grasp = entry.grasp(HAND, CUBE, start[:, None] + task.path.poses)
+    controller = JointPid(task, grasp.closed) if name == "joint" else entry.manipulate(task)
+    states = [simulator.reset(start, grasp.closed)]
+    controller.begin(states[0])
+
+    def decide() -> None:
+        targets = controller.act(sense(states[-1]))
+        states.append(control_step(simulator, targets, np.zeros(1, dtype=np.int64), SUBSTEPS)[0])
+        controller.finished(sense(states[-1]))
+
+    decide()
+    return called(decide)
+
+
+def training_decision() -> list[tuple[str, str]]:
+    """Return what runs in the second decision of training, with what `inhand train` sees, does and pays."""
+    from inhand.learning.collect import Collector
+    from inhand.learning.config import default
+    from inhand.learning.replay import Columns
+    from inhand.learning.starts import gripped
+    from inhand.learning.worlds import ManipulationWorlds
+
+    starts = gripped(HAND, CUBE, ([rough_plan(HAND, CUBE)], np.zeros(1)), np.random.default_rng(0))
+    worlds = ManipulationWorlds((HAND, CUBE), starts, 1, default().interface, np.random.default_rng(0))
+    collector = Collector(worlds, Columns(worlds.layout.size(HAND), HAND.n_joints), (0.98, 5))
+    actor, rng = find_controller("rl").policy, np.random.default_rng(0)
+    assert actor is not None
+    collector.collect(actor, 1, 0.1, rng)
+    return called(lambda: collector.collect(actor, 1, 0.1, rng))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "bullet"])
+@pytest.mark.parametrize("name", [*CONTROLLERS, "rl", "joint"])
+def test_few_files_take_part_in_one_control_step(name: str, engine: str) -> None:
+    if engine == "bullet":
+        pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
+    files = {file for file, _ in control_step_of(name, engine)}
+    assert {"control/loop.py", f"sim/{engine}_engine.py"} <= files
+    assert len(files) <= MOST_FILES, sorted(files)
+
+
+def test_few_files_take_part_in_a_decision_of_training() -> None:
+    pytest.importorskip("jax", reason="learning needs the extra `rl`")
+    files = {file for file, _ in training_decision()}
+    assert {"learning/collect.py", "tasks/decisions.py", "control/loop.py"} <= files
+    assert len(files) <= MOST_FILES_IN_TRAINING, sorted(files)
+
+
+def test_the_page_of_one_decision_names_what_runs_in_its_order() -> None:
+    pytest.importorskip("jax", reason="learning needs the extra `rl`")
+    page = (ROOT / "docs" / "one-decision.md").read_text(encoding="utf-8")
+    _, *parts = page.split("\n## ")
+    for part, ran in zip(parts, (control_step_of("ik", "mujoco"), training_decision()), strict=True):
+        named = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", part, re.MULTILINE)
+        assert len(named) > 10
+        assert not set(named) - set(ran)
+        assert named == sorted(named, key=ran.index)
 
 
 def test_one_place_steps_simulators() -> None:

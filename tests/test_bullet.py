@@ -233,8 +233,10 @@ def test_a_missing_engine_names_its_extra(monkeypatch: pytest.MonkeyPatch) -> No
         BulletSimulator(HAND, [CUBE])
 
 
-def test_a_snapshot_keeps_a_tilted_objects_spin_in_its_own_frame() -> None:
-    simulator = BulletSimulator(HAND, [CUBE])
+@pytest.mark.parametrize("thing", ["cube_39", "triangle"])
+def test_a_snapshot_keeps_a_tilted_objects_spin_in_its_own_frame(thing: str) -> None:
+    """Also of one whose mass is centred off its origin."""
+    simulator = BulletSimulator(HAND, [parse_object_name(thing)])
     state = simulator.reset(ORIGIN[None], OPEN[None])
     quaternion, spin = np.array([0.8, 0.36, -0.48, 0.0]), np.array([0.3, -0.5, 0.7])
     kept = simulator.snapshot()

@@ -1,14 +1,17 @@
 """Objects over any outline in the engines: mass, contacts and gaps of all their convex pieces."""
 
 from dataclasses import fields, replace
+from itertools import combinations
 
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
-from inhand.geometry import Array, cross, inverse_transform, rotate, transform
+from inhand.geometry import Array, cross, inverse_transform, rotate, transform, unit
+from inhand.hands.convex import convex_parts
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object
@@ -297,3 +300,16 @@ def test_a_sensor_is_there_for_every_link_and_piece() -> None:
     assert model.nsensordata == 4 * 3 * 7
     assert model.nsensor == 4 * 3 * 2
     assert model.sensor_type[0] == mujoco.mjtSensor.mjSENS_GEOMDIST
+
+
+@pytest.mark.parametrize("seed", [6, 28, 39])
+def test_no_two_pieces_of_an_outline_would_be_convex_together(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(8, 16))
+    angle, radius = np.sort(rng.uniform(0, 2 * np.pi, count)), rng.uniform(0.4, 1, count)
+    corners = radius[:, None] * unit(angle)
+    pieces = convex_parts(corners)
+    assert sum(map(signed_area, pieces)) == pytest.approx(signed_area(corners))
+    for one, other in combinations(pieces, 2):
+        whole = ConvexHull(np.concatenate([one, other])).volume  # in two dimensions its area
+        assert whole > signed_area(one) + signed_area(other) + 1e-6

@@ -1,6 +1,8 @@
 """The search for contact points: force closure, what a plan promises, and objects no grasp can hold."""
 
 from dataclasses import replace
+from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,12 +10,16 @@ import pytest
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.control import rehearsal
 from inhand.control.catalogue import planned_grasp
+from inhand.control.rehearsal import Closing, _farthest
+from inhand.control.trial import LOST_CONTACT, REACHED, TIME_OUT
 from inhand.errors import InputError
-from inhand.geometry import Array, inverse_transform, unit
+from inhand.geometry import Array, cross, inverse_transform, unit
 from inhand.hands.force_closure import force_closure
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, _grip_lines, fingers_clear, plan_grasps
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, _grip_lines, fingers_clear, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
+from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec, polygon
@@ -182,3 +188,62 @@ def test_a_finger_that_cannot_reach_is_named(side: str) -> None:
     stiff = replace(finger, limits=((-0.01, 0.01), (-0.01, 0.01)))
     with pytest.raises(InputError, match=rf"the {side} finger reaches no point of it within its joint limits"):
         plan_grasps(replace(spec, **{side: stiff}), OBJECTS["cube_39"], poses_along(spec, 90.0))
+
+
+def middle_of(plan: GraspPlan) -> float:
+    """Return how far the grip line is from the object's middle [m]."""
+    line = plan.contacts[1] - plan.contacts[0]
+    return abs(float(cross(line, plan.contacts[0]))) / float(np.linalg.norm(line))
+
+
+def test_what_is_off_the_middle_and_what_has_no_company_costs_progress() -> None:
+    spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
+    poses = poses_along(spec, -45.0)
+    free, centred, alone, company = (
+        plan_grasps(spec, cube, poses, SearchConfig(tilt_cost=tilt, centre_cost=centre, company=weight))[0][0]
+        for tilt, centre, weight in ((0.012, 0.0, 0.0), (0.012, 20.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 20.0))
+    )
+    assert middle_of(centred) < middle_of(free) - 1e-3
+    assert np.abs(company.contacts - alone.contacts).max() > 1e-3
+
+
+def test_a_point_is_moved_along_as_far_as_the_joints_limits_let_it() -> None:
+    finger = parse_hand_name("2v2_50.50_50.50_1.1_53:lab-limits").right
+    joints = np.array([[1.5, 0.1]])
+    tip = joint_positions(finger, joints)[:, -1]
+    moved = moved_along(finger, joints, tip, np.array([[0.0, -0.05]]))
+    assert moved[0, 0] == pytest.approx(finger.limits[0][1])
+    assert (np.array(finger.limits)[:, 0] <= moved).all()
+
+
+def test_of_two_grasps_the_one_that_keeps_the_object_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However much farther the other one went."""
+    spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
+    poses = poses_along(spec, 90.0)
+    ((first, second, *_),) = plan_grasps(spec, cube, poses)
+    expert = SimpleNamespace(progress=np.array([0.14, 0.02]))
+    monkeypatch.setattr(rehearsal, "IkController", lambda *_: expert)
+    for outcomes, best in (((LOST_CONTACT, REACHED), second), ((TIME_OUT, REACHED), first)):
+        monkeypatch.setattr(rehearsal, "simulate", lambda *_, told=outcomes: (None, SimpleNamespace(outcomes=told)))
+        group = [Closing(first), Closing(second)]
+        (found,), (worth,) = _farthest((spec, cube), [group], (poses, poses[:, 0]), None, "mujoco")
+        assert found.plan is best
+        assert worth == (0.02 if best is second else 0.14)
+
+
+def test_a_finger_that_cannot_roll_to_where_the_object_stands_closes_where_it_was_planned() -> None:
+    spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
+    poses = poses_along(spec, 90.0)
+    plans = [plan_grasps(spec, cube, poses)[0][0]] * 2
+    home = poses[[0, 0], 0]
+    away = home + np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]])
+    for joints in rehearsal.closing_joints(spec, cube, plans, home, away):
+        np.testing.assert_allclose(joints[1], joints[0], atol=1e-5)
+
+
+def test_grasps_that_are_kept_differ() -> None:
+    spec, config = parse_hand_name(STANDARD), SearchConfig()
+    (plans,) = plan_grasps(spec, OBJECTS["cube_39"], poses_along(spec, 90.0, length=0.06))
+    assert len(plans) == config.count
+    for one, other in combinations(plans, 2):
+        assert np.linalg.norm(one.contacts - other.contacts, axis=-1).max() >= config.apart

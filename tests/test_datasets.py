@@ -172,12 +172,16 @@ def test_what_is_no_dataset_of_ours_is_refused(tmp_path: Path) -> None:
         read_dataset(tmp_path)
     for name, held, text in (
         ("total_episodes", None, "total_episodes is None; it must be a whole number"),
+        ("total_episodes", -1, "total_episodes is -1; it must be a whole number up to"),
         ("observation_space", None, r"observation_space is None; it must be \{"),
         ("data_format", "arrow", "data_format is 'arrow'; it must be hdf5"),
     ):
         path.write_text(json.dumps(good | {name: held}))
         with pytest.raises(InputError, match=rf"the episodes in .* cannot be read: {text}.*; record them again"):
             read_dataset(tmp_path)
+    path.write_text(json.dumps(good | {"author": None}))
+    with pytest.raises(InputError, match=r"the episodes in .* cannot be read: .*; record them again"):
+        list(read_dataset(tmp_path)[1])
     path.write_text(json.dumps(good))
     (tmp_path / DATA / "main_data.hdf5").write_bytes(b"not HDF5")
     with pytest.raises(InputError, match=r"the episodes in .* cannot be read: .*; record them again"):

@@ -100,6 +100,18 @@ def _six_rows() -> np.ndarray:
     return rows
 
 
+def test_smoothing_noise_moves_the_next_action_within_what_it_may_be() -> None:
+    losses = {}
+    for smoothing in (0.0, 0.2, 1e6, 1e7):
+        learning = replace(HAND_MADE, smoothing=smoothing)
+        _, report = update_many(
+            new_learner(learning, TWO, 0), _six_rows()[None], np.ones((1, 6)), learning, TWO, strength=0.6
+        )
+        losses[smoothing] = float(report.critic_loss[0])
+    assert losses[0.0] != losses[0.2]
+    assert losses[1e6] == losses[1e7]  # the action is cut to -1 or 1
+
+
 def test_one_update_is_the_one_that_is_written_out_by_hand() -> None:
     """Targets, both losses, their gradients, the optimisers' first step and the target networks, in NumPy."""
     fast, slow, rows, weight = _drawn(1), _drawn(6), _six_rows(), np.array([1.0, 0.5, 0.8, 1.0, 0.3, 0.9])

@@ -180,3 +180,9 @@ def product_of(a: Array, b: Array) -> Array:
     """Return the quaternion `(4,)` that turns by b and then by a."""
     w, x, y, z = a
     return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]) @ b
+
+
+def test_the_deepest_overlap_is_that_of_any_link() -> None:
+    state = worlds("mujoco", 3).measure()
+    gaps = np.array([[0.01, -2e-4, 0.0, 0.01], [-3e-4, 0.0, -5e-4, -1e-4], [0.1, 0.2, 0.3, 0.4]])
+    np.testing.assert_allclose(replace(state, link_gaps=gaps).penetration, [2e-4, 5e-4, 0.0])

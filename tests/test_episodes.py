@@ -12,7 +12,7 @@ from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkController
 from inhand.control.joint import JointPid, PidConfig
 from inhand.control.loop import LOST_AFTER, Recording, control_step, dropped, lost_steps, run_episodes
-from inhand.control.phases import Grasp, Phase, standard_phases
+from inhand.control.phases import SPREAD, Grasp, Phase, placed_joints, standard_phases
 from inhand.control.recording import cut_trials
 from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
 from inhand.geometry import Array, Path, spatial
@@ -424,3 +424,8 @@ def test_a_user_adds_a_phase_and_switches_a_controller() -> None:
     trial: Trial = cut_trials(changed, [passport(1)], task.path.poses)[0]
     assert trial.phases == ("place", "grasp", "wait", MANIPULATE)
     assert trial.manipulated_path()[0][-1, 1] > 40
+
+
+def test_the_proximal_joints_start_farther_outside() -> None:
+    grasp = Grasp(np.array([[0.9, -0.4, -0.8, 0.3]]), np.zeros((1, 4)))
+    np.testing.assert_allclose(placed_joints(HAND, grasp), [[0.9 + SPREAD, -0.4, -0.8 - SPREAD, 0.3]])

@@ -11,9 +11,8 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State, select
-from inhand.tasks.aim import Aim
-from inhand.tasks.observations import LAYOUTS, Scene, observe
-from inhand.tasks.rewards import REWARDS, Decision, reward
+from inhand.tasks.decisions import REWARDS, Decision, reward
+from inhand.tasks.observations import LAYOUTS, Aim, Scene, observe
 
 CUBE = CATALOGUE["cube_39"]
 

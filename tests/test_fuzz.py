@@ -38,6 +38,7 @@ from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
+from inhand.records import configured
 from inhand.tasks.observations import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawings import find_drawing
@@ -215,6 +216,18 @@ def runs(draw: Callable[..., Any], folder: Path) -> Callable[[], object]:
     return partial(read_config, folder)
 
 
+def keywords(draw: Callable[..., Any], folder: Path) -> Callable[[], object]:
+    from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
+
+    del folder
+    kind = draw(
+        st.sampled_from((EnvironmentConfig, GoalConfig, AsteriskConfig, TraceConfig, ReachCommand, SweepConfig))
+    )
+    names = st.sampled_from([each.name for each in fields(kind)] + ["x"])
+    odd = st.sampled_from((*damage.ODD, "train", "Out", "rough", np.nan, np.zeros(2), object()))
+    return partial(configured, kind, draw(st.dictionaries(names, odd, min_size=1, max_size=3)))
+
+
 KINDS: dict[str, Try] = {
     "hands": hands,
     "robots": robots,
@@ -223,7 +236,7 @@ KINDS: dict[str, Try] = {
     "recordings": recordings,
     "trials": trials,
     "policies": policies,
-    **({"datasets": datasets, "runs": runs} if RL else {}),
+    **({"datasets": datasets, "runs": runs, "keywords": keywords} if RL else {}),
 }
 """What is read, by the word for it."""
 TRIES = settings().max_examples // len(KINDS) + 1 if DEEP else 20

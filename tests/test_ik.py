@@ -8,12 +8,13 @@ import pytest
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.control import follow
 from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.rehearsal import closing_joints
-from inhand.geometry import Array, Path, inverse_transform, transform
+from inhand.geometry import TURN_ARM, Array, Path, inverse_transform, transform
 from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
@@ -231,3 +232,54 @@ def test_paths_are_sampled_between_waypoints_and_held_at_their_ends(grip: tuple[
     task, _ = grip
     found = task.path.at(np.array([0.0, 0.0105, 9.0, -1.0]))
     np.testing.assert_allclose(found, [(0, 0, 0), (0.0105, 0, 0), (0, -0.15, 0), (0, 0, 0)], atol=1e-12)
+
+
+def test_the_set_point_speeds_up_and_brakes_within_its_acceleration(grip: tuple[Task, State]) -> None:
+    """Where the object follows at once: v^2 <= 2 a s, s being the way left, and no step of the speed above a dt."""
+    task, state = grip
+    controller = IkController(replace(task, distance=np.full(4, 0.02)))
+    controller.begin(state)
+    config, period, came = controller.config, task.control_period, [np.zeros(4)]
+    for _ in range(80):
+        moved = state.object_pose.copy()
+        moved[:, :2] += task.path.at(controller.progress)[:, :2]
+        controller.act(replace(state, object_pose=moved))
+        came.append(controller.progress.copy())
+    speed = np.diff(came, axis=0) / period
+    assert (np.diff(speed, axis=0) <= config.acceleration * period + 1e-9).all()
+    assert (speed**2 <= 2 * config.acceleration * (0.02 - np.array(came[:-1])) + 1e-9).all()
+    assert speed.max() == pytest.approx(config.speed)
+    np.testing.assert_allclose(came[-1], 0.02, atol=2e-4)
+
+
+def test_a_grip_ends_where_its_fingers_meet(grip: tuple[Task, State], monkeypatch: pytest.MonkeyPatch) -> None:
+    task, state = grip
+    assert (follow_limit(task, state, 0.85, (0.0, 0.0)) > 0.02).all()
+    monkeypatch.setattr(follow, "fingers_clear", lambda _, left, __: np.zeros(len(left), dtype=bool))
+    np.testing.assert_array_equal(follow_limit(task, state, 0.85, (0.0, 0.0)), 0.0)
+
+
+def test_where_the_path_turns_more_is_kept_from_the_end_of_the_grip() -> None:
+    """The margin is a distance on a straight path, and an angle, as an arc, on the spot."""
+    _, task, state = gripping(90.0, 90.0, length=0.15)
+    spin = np.linspace(0.0, 3.0, task.path.poses.shape[1])
+    paths = task.path.poses.copy()
+    paths[1] = np.column_stack([0 * spin, 0 * spin, spin])
+    task = replace(task, path=Path(paths))
+    free, kept = (follow_limit(task, state, 0.85, margin) for margin in ((0.0, 0.0), (0.002, 0.16)))
+    assert (free < task.path.length).all()
+    np.testing.assert_allclose(free - kept, [0.002, 0.16 * TURN_ARM], atol=1e-9)
+
+
+def test_the_command_makes_up_for_the_servos_damping(grip: tuple[Task, State]) -> None:
+    """In proportion to the damping and to the speed that the path asks for."""
+    task, state = grip
+    commands = []
+    for damping in (0.0, 0.1, 0.2):
+        controller = IkController(replace(task, hand=replace(HAND, damping=damping)))
+        controller.begin(state)
+        commands.append([controller.act(state) for _ in range(5)])
+    none, once, twice = np.array(commands)
+    np.testing.assert_allclose(twice - none, 2 * (once - none), atol=1e-12)
+    assert np.abs(once[-1] - none[-1]).min() > 1e-4
+    assert np.abs(once[-1] - none[-1]).max() > 2 * np.abs(once[0] - none[0]).max()

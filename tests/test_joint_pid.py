@@ -137,3 +137,16 @@ def test_beginning_again_forgets_the_integral() -> None:
         controller.act(state)
     controller.begin(state)
     np.testing.assert_array_equal(controller.act(state), first)
+
+
+def test_the_derivative_takes_the_joints_speed_from_the_command() -> None:
+    hand = parse_hand_name(STANDARD)
+    simulator, task = worlds(hand, 1)
+    state = simulator.reset(np.array([[0.0, 0.6, 0.0]]), np.zeros((1, 4)))
+    moving = replace(state, joint_velocities=np.array([[0.5, -1.0, 0.0, 2.0]]))
+    commands = []
+    for derivative in (0.0, 0.1):
+        controller = JointPid(task, np.full((1, 4), 0.3), PidConfig(derivative=derivative))
+        controller.begin(moving)
+        commands.append(controller.act(moving))
+    np.testing.assert_allclose(commands[0] - commands[1], 0.1 * moving.joint_velocities)

@@ -12,10 +12,18 @@ from inhand.geometry import Array, inverse_transform, spatial
 from inhand.hands.names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
-from inhand.tasks.actions import FINE_STEP, LARGEST_STEP, Actions, actions_of, targets_of
-from inhand.tasks.aim import Aim
-from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Layout, Scene, by_rank, find_layout, observe
-from inhand.tasks.rewards import REWARDS, Decision, find_reward, reward
+from inhand.tasks.decisions import (
+    FINE_STEP,
+    LARGEST_STEP,
+    REWARDS,
+    Actions,
+    Decision,
+    actions_of,
+    find_reward,
+    reward,
+    targets_of,
+)
+from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Aim, Layout, Scene, by_rank, find_layout, observe
 from test_simulator import CUBE, HAND, mirrored_joints, run, shaken
 
 SCENE = Scene(HAND, (CUBE,) * 3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from inhand.errors import InputError
-from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, Primitive, parse_directions, primitive_at
+from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, Primitive, parse_directions, primitive_at, with_twists
 
 
 def names(text: str) -> list[str]:
@@ -100,3 +100,8 @@ def test_angles_must_be_finite(text: str) -> None:
 def test_no_direction_at_all(text: str | list[str]) -> None:
     with pytest.raises(InputError, match="no direction given"):
         parse_directions(text)
+
+
+def test_a_held_twist_is_clockwise_as_p_first_and_counter_clockwise_as_m() -> None:
+    found = [(each.name, each.rotation_deg) for each in with_twists(TRAIN[:1], 15.0)]
+    assert found == [("Out p15", -15.0), ("Out m15", 15.0)]

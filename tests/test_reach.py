@@ -335,3 +335,23 @@ def test_a_link_outline_keeps_its_shape_in_places() -> None:
     shape = link_outline(hand, hand.left, 1)
     found = knots(shape, 0.004, np.deg2rad(6.0))
     assert np.isin(shape.round(9), found.points.round(9)).all()
+
+
+def test_a_contact_of_the_first_link_counts_for_its_cell_and_both_beside_it() -> None:
+    hand, body = parse_hand_name(HAND), body_of(parse_object_name("cube_39"), 0.002, np.deg2rad(7.5))
+    pose = np.array([[-0.02, 0.05, 0.3]])
+    found = touching_postures(hand, hand.left, body, pose)
+    first = found.only(np.flatnonzero(np.isnan(found.fixed[:, 1])))
+    assert len(first.cell) >= 3
+    for joint in np.unique(first.fixed[:, 0]):
+        cells = np.unique(first.cell[first.fixed[:, 0] == joint])
+        assert len(cells) == 3
+        assert sorted(np.diff(cells)) in ([1, 1], [1, len(body.cells) - 2])
+
+
+@pytest.mark.parametrize("direction", ["Out-Right", "In-Right"])
+def test_freedom_to_rotate_is_worth_as_much_on_either_side(direction: str) -> None:
+    config = ReachConfig(resolution=0.005, rotation=0.3)
+    assert way(HAND, "rectangle_46x15", direction, config) == pytest.approx(
+        way(HAND, "rectangle_46x15", direction.replace("Right", "Left"), config), abs=2e-3
+    )

@@ -18,10 +18,10 @@ from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.learning.starts import straight_task
 from inhand.registry import Registry, load_file, load_packages
+from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
-from inhand.tasks.rewards import find_reward
 from inhand.tracing.tasks import TASKS
 
 BACK = """

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from inhand.geometry import Array, inverse_transform, transform, unit, wrap_angle
+from inhand.hands import rolling
 from inhand.hands.hand import FingerSpec, HandSpec
 from inhand.hands.kinematics import joint_positions, link_angles
 from inhand.hands.names import CATALOGUE as HAND_NAMES
@@ -212,3 +213,27 @@ def test_objects_of_different_sizes_roll_side_by_side() -> None:
     for k, track in enumerate(alone):
         np.testing.assert_array_equal(together.held[k], track.held[0])
         np.testing.assert_allclose(together.joints[k], track.joints[0], atol=1e-12)
+
+
+def test_a_third_link_keeps_near_the_posture_it_started_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    hand = parse_hand_name("3v3_25.40.35_40.35.25_1.1_63")
+    way, strayed = path(hand, 1.2), {}
+    for gain in (0.0, rolling.POSTURE_GAIN):
+        monkeypatch.setattr(rolling, "POSTURE_GAIN", gain)
+        tracks, _ = tracks_from(hand, hand.left, CUBE, outline(CUBE, 0.012), way)
+        whole = tracks.held.all(axis=1)
+        assert whole.any()
+        strayed[gain] = np.linalg.norm(tracks.joints[whole, -1] - tracks.joints[whole, 0], axis=-1).mean()
+    assert strayed[rolling.POSTURE_GAIN] < strayed[0.0] - 1e-3
+
+
+def test_a_track_ends_at_a_joints_limit() -> None:
+    free = parse_hand_name(HAND_NAMES[0])
+    limited = parse_hand_name(f"{HAND_NAMES[0]}:lab-limits")
+    limits, held = np.array(limited.left.limits), []
+    for hand in (free, limited):
+        tracks, _ = tracks_from(limited, hand.left, CUBE, outline(CUBE, 0.012), path(hand, -1.2, length=0.08))
+        joints = tracks.joints[tracks.held]
+        held.append(((joints >= limits[:, 0]) & (joints <= limits[:, 1])).all(axis=-1))
+    assert not held[0].all()
+    assert held[1].all()

@@ -115,8 +115,7 @@ def test_route_worlds_go_on_byte_for_byte_from_what_they_kept(starts: Starts) ->
 
 def test_the_whole_layout_needs_a_whole_task() -> None:
     from inhand.sim.mujoco_engine import MujocoSimulator
-    from inhand.tasks.aim import Aim
-    from inhand.tasks.observations import Scene, observe
+    from inhand.tasks.observations import Aim, Scene, observe
 
     simulator = MujocoSimulator(HAND, [CUBE])
     state = simulator.measure()

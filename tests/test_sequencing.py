@@ -566,3 +566,14 @@ def test_a_seed_gives_the_same_bytes() -> None:
         for name in ("object_pose", "joint_angles", "targets", "gaps"):
             assert getattr(first.trial, name).tobytes() == getattr(second.trial, name).tobytes()
     assert simulate_trace(replace(config, seed=6), setup)[1] != one[1]
+
+
+def test_a_walk_that_creeps_is_stuck() -> None:
+    """A little nearer at every decision, but by less than counts as a gain in all of its patience."""
+    walk = Walk(CORNER, SequenceConfig(), PERIOD)
+    walk.begin(FIRST)
+    x, y, theta = FIRST
+    step = 0.8 * walk.config.gain * PERIOD / walk.config.patience
+    asked = [walk.decide((x + k * step, y, theta), touching=True) for k in range(60)]
+    assert [event.what for event in walk.events] == ["stuck"]
+    assert [each.what for each in asked if each is not None][:1] == ["hold"]

@@ -28,6 +28,7 @@ from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.plots.heatmap import HeatMap, heatmap_figure
+from inhand.plots.style import INK
 from inhand.records import table_of, text_of
 from inhand.tasks.primitives import parse_directions
 
@@ -366,6 +367,8 @@ def test_a_heat_map_writes_every_number_and_marks_what_failed() -> None:
     figure = heatmap_figure(heat, "Fraction", "Title")
     shown = [text.get_text() for text in figure.axes[0].findobj(Text)]
     assert {"0.50", "0.00", "1.00", "2 lost", "cannot run"} <= set(shown)
+    ink = {text.get_text(): text.get_color() for text in figure.axes[0].texts}
+    assert (ink["0.00"], ink["1.00"]) == ("white", INK)  # on dark and on light
     hatched = [patch for patch in figure.axes[0].patches if patch.get_hatch()]
     assert len(hatched) == 1
     with pytest.raises(InputError, match="one value and one note per cell"):

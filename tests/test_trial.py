@@ -14,9 +14,19 @@ import pytest
 from numpy.lib.format import write_array_header_1_0
 from numpy.typing import NDArray
 
-from inhand.control.trial import FORMAT, LOST_CONTACT, MANIPULATE, NO_GRASP, Passport, Trial, load_trial, save_trial
+from inhand.control.trial import (
+    FORMAT,
+    LOST_CONTACT,
+    MANIPULATE,
+    NO_GRASP,
+    TWIST,
+    Passport,
+    Trial,
+    load_trial,
+    save_trial,
+)
 from inhand.errors import InputError
-from inhand.geometry import spatial
+from inhand.geometry import planar, spatial
 from inhand.hands.names import CATALOGUE as HANDS
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -30,7 +40,7 @@ def made_trial(hand: str = HANDS[0], thing: str = "cube_39", rows: int = 12) -> 
     spec = parse_hand_name(hand)
     rng = np.random.default_rng(rows)
     along = 1e-3 * np.arange(rows)
-    pose = np.column_stack([np.full(rows, 0.01), 0.09 + along, np.linspace(3.0, 3.3, rows)])
+    pose = np.column_stack([np.full(rows, 0.01), 0.09 + along, np.linspace(2.85, 3.2, rows)])
     passport = Passport(
         hand=spec,
         object=OBJECTS[thing],
@@ -118,9 +128,10 @@ def test_saving_again_replaces_the_file(tmp_path: Path) -> None:
 def test_the_manipulated_path_starts_at_manipulation_and_never_jumps_a_turn() -> None:
     trial = made_trial()
     assert trial.manipulation == slice(8, 12)
+    assert np.ptp(planar(trial.object_pose[8:])[:, 2]) > 6  # half a turn is passed on the way
     path, rotation, touching = trial.manipulated_path()
     np.testing.assert_allclose(path, [(0, 0), (0, 1), (0, 2), (0, 3)], atol=1e-9)
-    np.testing.assert_allclose(rotation, np.rad2deg(0.3 / 11) * np.arange(4), atol=1e-9)
+    np.testing.assert_allclose(rotation, np.rad2deg(0.35 / 11) * np.arange(4), atol=1e-9)
     np.testing.assert_array_equal(touching, np.tile([True, False], (4, 1)))
 
 
@@ -318,3 +329,12 @@ def test_files_that_are_no_trials_are_refused(damage: Callable[[Path], None], tm
     damage(path)
     with pytest.raises(InputError, match=r"bad\.npz is not a trial: .*give a \.npz file from the `trials` folder"):
         load_trial(path)
+
+
+def test_the_rotation_counts_from_the_grasp_before_a_twist() -> None:
+    trial = made_trial()
+    pose = np.column_stack([np.zeros(12), 0.001 * np.arange(12), np.repeat([0.0, 0.2, 0.2], 4)])
+    pose[4, 2] = 0.0
+    twisted = replace(trial, phases=("grasp", TWIST, MANIPULATE), object_pose=spatial(pose, 0.05))
+    assert twisted.grasped == 4
+    np.testing.assert_allclose(twisted.manipulated_path()[1], np.rad2deg(0.2), atol=1e-9)

@@ -31,9 +31,10 @@ from inhand.learning.starts import (
     taken,
 )
 from inhand.learning.worlds import Interface, ManipulationWorlds, Step
+from inhand.sim import state as measuring
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
-from inhand.tasks.actions import Actions, actions_of
+from inhand.tasks.decisions import Actions, actions_of
 from test_simulator import CUBE, HAND, open_hand
 
 HELD = Held(HAND, CUBE)
@@ -238,9 +239,9 @@ def test_an_episode_that_is_lost_at_its_horizon_is_terminated_and_not_truncated(
 
 def test_the_last_action_of_an_episode_is_not_the_first_ones_past() -> None:
     batch = worlds(interface=Interface(actions="steps", reward="progress", horizon=2))
-    steps = [batch.step(np.full((4, 4), 0.5)) for _ in range(3)]
+    steps = [batch.step(np.full((4, 4), 0.3)) for _ in range(3)]
     jerk = [step.terms["jerk"] for step in steps]
-    np.testing.assert_allclose(jerk, [np.full(4, -0.002 * 0.25), np.zeros(4), np.full(4, -0.002 * 0.25)])
+    np.testing.assert_allclose(jerk, [np.full(4, -0.002 * 0.09), np.zeros(4), np.full(4, -0.002 * 0.09)])
 
 
 def shaking(batch: ManipulationWorlds, number: int) -> Array:
@@ -342,7 +343,8 @@ def test_a_demonstration_carries_the_object_and_is_reproducible() -> None:
 
 
 def test_what_comes_after_a_drop_is_not_valid() -> None:
-    episodes = shown(Recipe(episodes=10, push=0.15), replace(STEPS, reward="progress", horizon=80), seed=3)[0]
+    interface = replace(STEPS, observation="grip", reward="progress", horizon=80)
+    episodes = shown(Recipe(episodes=10, push=0.15), interface, seed=3)[0]
     valid, terminated = episodes.valid, episodes.terminated
     assert 0 < terminated.sum() < 10
     assert not (~valid[:-1] & valid[1:]).any()
@@ -353,6 +355,8 @@ def test_what_comes_after_a_drop_is_not_valid() -> None:
         rewards = episodes.rewards[valid[:, world], world]
         assert rewards[-1] < -9.0  # the drop
         assert (rewards[:-1] > -9.0).all()
+        along = 0.1 * episodes.observations[lengths[world], world, 4]
+        assert episodes.distance[world] == pytest.approx(along)  # not of the episode that began after it
 
 
 def test_an_unpushed_expert_does_what_it_wants() -> None:
@@ -423,3 +427,11 @@ def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() ->
     assert config.pool().engine == "bullet"
     with pytest.raises(InputError, match=r"engine is 'bulet'; it must be mujoco or planar or bullet"):
         EnvironmentConfig(engine=cast("Any", "bulet"))
+
+
+def test_only_states_in_which_the_object_is_held_start_other_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts, made = pool(), (Recipe(), replace(STEPS, horizon=1))
+    monkeypatch.setattr(made_of, "EARLIEST", 0)
+    for tolerance, count in ((measuring.CONTACT_TOLERANCE, len(starts)), (-1.0, 0)):  # nothing touches then
+        monkeypatch.setattr(measuring, "CONTACT_TOLERANCE", tolerance)
+        assert len(recorded(HELD, starts, made, np.random.default_rng(0))[1]) == count

@@ -24,10 +24,9 @@ from inhand.hands.objects import CATALOGUE as OBJECT_NAMES
 from inhand.hands.objects import ObjectSpec
 from inhand.registry import Registry
 from inhand.sim.state import State
-from inhand.tasks.aim import Aim
-from inhand.tasks.observations import PARTS, OfHand, Part, Scene
+from inhand.tasks.decisions import TERMS, Decision, Term
+from inhand.tasks.observations import PARTS, Aim, OfHand, Part, Scene
 from inhand.tasks.primitives import GROUPS, PATHS, TRAIN, TURNS, UNSEEN, OwnPath
-from inhand.tasks.rewards import TERMS, Decision, Term
 from inhand.tracing.drawings import SHAPES
 from inhand.tracing.tasks import TASKS, OwnTask
 

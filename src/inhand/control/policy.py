@@ -24,10 +24,9 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import State
-from inhand.tasks.actions import Actions, targets_of
-from inhand.tasks.aim import Aim
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
-from inhand.tasks.observations import Scene, find_layout, observe
+from inhand.tasks.decisions import Actions, targets_of
+from inhand.tasks.observations import Aim, Scene, find_layout, observe
 from inhand.tasks.routes import routes_of
 
 FORMAT = 2
@@ -168,7 +167,7 @@ class PolicyController:
         Raises:
             InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
         """
-        self._task, self._policy = task, policy
+        self._task, self._policy, self._period = task, policy, task.control_period
         self._angle = straight_angles(task.path.poses)
         self._layout = find_layout(policy.observation)
         if isinstance(policy, Policy):
@@ -200,7 +199,7 @@ class PolicyController:
         along = self._aim.shift(state.pose)[:, 0]
         gained = along > self._best + STILL_WAY
         self._best = np.where(gained, along, self._best)
-        self._still = np.where(gained, 0.0, self._still + self._task.control_period)
+        self._still = np.where(gained, 0.0, self._still + self._period)
         return np.asarray(self._still >= STILL_TIME)
 
 
@@ -217,7 +216,7 @@ class RouteController:
             InputError: a hand with another number of joints than the policy knows.
         """
         check_joints(policy, task.hand)
-        self._task, self._policy = task, policy
+        self._task, self._policy, self._period = task, policy, task.control_period
         self._layout = find_layout(policy.observation)
         self._scene = Scene(task.hand, task.objects)
         self._rows = np.arange(task.n_worlds)
@@ -234,7 +233,7 @@ class RouteController:
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         before, self._come = self._come, self._routes.advance(self._rows, self._come, state.pose)
-        self._still = np.where(self._come > before, 0.0, self._still + self._task.control_period)
+        self._still = np.where(self._come > before, 0.0, self._still + self._period)
         self.came.append(self._routes.way[self._rows, self._come])
         aim = self._routes.aim(self._rows, self._come)
         return targets_of(

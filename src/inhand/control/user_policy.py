@@ -12,7 +12,7 @@ import numpy as np
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.registry import describe
-from inhand.tasks.actions import Actions
+from inhand.tasks.decisions import Actions
 from inhand.tasks.observations import find_layout
 
 GraspKind = Literal["planned", "rough"]

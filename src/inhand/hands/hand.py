@@ -9,9 +9,11 @@ left finger first, each from the palm outwards (thesis 3.3.2).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import accumulate, pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
@@ -45,7 +47,7 @@ class FingerSpec:
     masses: tuple[float, ...] | None = None
     """Mass of each link [kg]; None stands for the hand's `link_mass`."""
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length of the straight finger [m]."""
         return sum(self.links)
@@ -114,46 +116,53 @@ class HandSpec:
         """Return the mass of a finger's link [kg]."""
         return self.link_mass if finger.masses is None else finger.masses[link]
 
-    @property
+    @cached_property
     def fingers(self) -> tuple[FingerSpec, ...]:
         """The fingers, left and right, in the order that every array has them in."""
         return (self.left, self.right)
 
-    @property
+    @cached_property
     def finger_names(self) -> tuple[str, ...]:
         """Their names."""
         return FINGER_NAMES
 
-    @property
+    @cached_property
     def n_joints(self) -> int:
         """Number of joints of all fingers."""
         return sum(len(finger.links) for finger in self.fingers)
 
-    @property
+    @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Places of each finger's joints in an array of all joints."""
         ends = list(accumulate((len(finger.links) for finger in self.fingers), initial=0))
         return tuple(slice(*pair) for pair in pairwise(ends))
 
-    @property
+    @cached_property
     def finger_length(self) -> float:
         """Mean length of the straight fingers [m]; sets the start of the object (thesis 3.1)."""
         return sum(finger.length for finger in self.fingers) / len(self.fingers)
 
-    @property
+    @cached_property
     def limits(self) -> Array:
         """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return np.concatenate([finger.limits for finger in self.fingers])
+        return _fixed(np.concatenate([finger.limits for finger in self.fingers]))
 
-    @property
+    @cached_property
     def start_position(self) -> tuple[float, float]:
         """Origin of the task frame, where the object starts: 0.65 of the finger length (thesis 3.1) [m]."""
         return (0.0, 0.65 * self.finger_length)
 
-    @property
+    @cached_property
     def start_pose(self) -> Array:
         """Pose `(3,)` in which the object starts: at `start_position`, not turned [m, m, rad]."""
-        return np.array([*self.start_position, 0.0])
+        return _fixed([*self.start_position, 0.0])
+
+
+def _fixed(numbers: ArrayLike) -> Array:
+    """Return an array that all who ask share, and nobody may change."""
+    array = np.array(numbers, dtype=float)
+    array.setflags(write=False)
+    return array
 
 
 def build_hand(

@@ -225,8 +225,8 @@ def _about(episode: DatasetEpisode) -> dict[str, Any]:
 
 
 def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[DatasetEpisode]:
-    every = range(storage.total_episodes)
     with reading(folder):
+        every = range(storage.total_episodes)
         for found, about in zip(storage.get_episodes(every), storage.get_episode_metadata(every), strict=True):
             arrays = {name: found[name] for name in ("observations", "actions", "rewards")}
             arrays |= {"wanted": found["infos"]["wanted"], **{name: np.asarray(about[name]) for name in ABOUT}}

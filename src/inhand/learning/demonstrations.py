@@ -28,7 +28,7 @@ from inhand.learning.starts import Noise, Starts, expert_task, grid_of, gripped,
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.records import Config
 from inhand.sim.names import MUJOCO, Engine
-from inhand.tasks.actions import actions_of
+from inhand.tasks.decisions import actions_of
 from inhand.tasks.paths import stacked
 from inhand.tasks.primitives import UNSEEN
 from inhand.tasks.routes import Routes, routes_of

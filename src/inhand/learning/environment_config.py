@@ -23,10 +23,10 @@ from inhand.learning.worlds import Interface
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import START_BYTES, check_memory
 from inhand.sim.names import MUJOCO, Engine
+from inhand.tasks.decisions import find_reward
 from inhand.tasks.goals import GoalReward, goal_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import parse_directions
-from inhand.tasks.rewards import find_reward
 
 POOL_SEED = 0
 """Seed of the pools of starts, so that a seed of `reset` means the same episode in every process."""

@@ -13,6 +13,8 @@ from inhand.errors import InputError
 
 STORED = "hdf5"
 """Minari's word for the form of its files."""
+MOST_EPISODES = 10**9
+"""More than any disk holds."""
 
 
 class Storage(Protocol):
@@ -61,8 +63,9 @@ def open_storage(data: Path, sizes: tuple[int, int]) -> Storage:
     for name, wanted in {**_spaces(sizes), "data_format": STORED}.items():
         if metadata.get(name) != wanted:
             raise InputError(f"{name} is {reprlib.repr(metadata.get(name))}; it must be {wanted}")
-    if type(metadata.get("total_episodes")) is not int:
-        raise InputError(f"total_episodes is {reprlib.repr(metadata.get('total_episodes'))}; it must be a whole number")
+    count = metadata.get("total_episodes")
+    if type(count) is not int or not 0 <= count <= MOST_EPISODES:
+        raise InputError(f"total_episodes is {reprlib.repr(count)}; it must be a whole number up to {MOST_EPISODES}")
     storage: Storage = MinariStorage.read(data)
     return storage
 

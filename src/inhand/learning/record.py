@@ -42,9 +42,9 @@ from inhand.learning.worlds import Interface
 from inhand.records import configured
 from inhand.shown import Kept, listed
 from inhand.sim.engines import check_engine
+from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
-from inhand.tasks.rewards import find_reward
 from inhand.versions import versions
 
 DEFAULT = RecordConfig()

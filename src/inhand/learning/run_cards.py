@@ -20,9 +20,9 @@ from inhand.records import read_json, read_record
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
+from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import primitive_at
-from inhand.tasks.rewards import find_reward
 from inhand.versions import versions
 
 MARK = "config.json"

@@ -20,10 +20,8 @@ from inhand.records import Config
 from inhand.sim.engines import make_simulator
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
-from inhand.tasks.actions import Actions, checked_actions, targets_of
-from inhand.tasks.aim import Aim
-from inhand.tasks.observations import Scene, find_layout, observe
-from inhand.tasks.rewards import Decision, Made, find_reward, reward
+from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
+from inhand.tasks.observations import Aim, Scene, find_layout, observe
 
 _AIMED = ("angle", "start", "distance")
 

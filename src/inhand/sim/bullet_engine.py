@@ -23,7 +23,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass
-from inhand.sim.bullet_model import Part, World, build_world, load_pybullet, object_parts
+from inhand.sim.bullet_model import Part, World, build_world, load_pybullet
 from inhand.sim.engine import Simulator
 from inhand.sim.model import FAR, SceneSpec
 from inhand.sim.snapshot import Snapshot, centre_of
@@ -219,7 +219,7 @@ def _arm(world: World, quaternion: Array) -> Array:
 
 def _distance(engine: ModuleType, world: World, link: int) -> tuple[float, ...]:
     """Return a link's distance to the object [m] and the nearest points of link and object [m]."""
-    found = [point for part in object_parts(world) for point in _closest(engine, world, link, part)]
+    found = [point for part in world.parts for point in _closest(engine, world, link, part)]
     if not found:
         return FAR, *[0.0] * 6
     nearest = min(found, key=lambda point: point[8])

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, product
 from types import ModuleType
 
@@ -50,6 +51,11 @@ class World:
     floor: int
     """The plane it stands on."""
 
+    @cached_property
+    def parts(self) -> list[Part]:
+        """The parts of the object, one for each convex piece."""
+        return [(self.object, link) for link in range(BASE, self.pieces - 1)]
+
 
 def load_pybullet() -> ModuleType:
     """Return the module `pybullet`.
@@ -78,7 +84,7 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
     middle = centroid(pieces[0]) if spec.shape == "polygon" else (0.0, 0.0)
     world = World(client, palm, thing, len(pieces), (float(middle[0]), float(middle[1])), floor)
     _finish(engine, client, (floor, BASE), scene.floor_friction)
-    for part in object_parts(world):
+    for part in world.parts:
         _finish(engine, client, part, spec.friction)
     for link in range(BASE, hand.n_joints):
         _finish(engine, client, (palm, link), hand.friction)
@@ -92,7 +98,7 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
 def touching_pairs(world: World, hand: HandSpec) -> Iterator[tuple[Part, Part]]:
     """Yield the pairs of parts that can touch: those that the MuJoCo model declares."""
     fingers = [[(world.hand, link) for link in range(place.start, place.stop)] for place in hand.slices]
-    palm, things = (world.hand, BASE), object_parts(world)
+    palm, things = (world.hand, BASE), world.parts
     for finger in fingers:
         yield from ((link, thing) for link in finger for thing in things)
         yield from ((link, palm) for link in finger[1:])
@@ -101,11 +107,6 @@ def touching_pairs(world: World, hand: HandSpec) -> Iterator[tuple[Part, Part]]:
     for thing in things:
         yield palm, thing
         yield (world.floor, BASE), thing
-
-
-def object_parts(world: World) -> list[Part]:
-    """Return the parts of the object, one for each convex piece."""
-    return [(world.object, link) for link in range(BASE, world.pieces - 1)]
 
 
 def _add_object(engine: ModuleType, client: int, spec: ObjectSpec) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec, build_hand, lab_limits
-from inhand.tasks.actions import Actions, largest_step
+from inhand.tasks.decisions import Actions, largest_step
 from inhand.tasks.observations import Layout, OfHand, find_layout, numbers_for
 
 NEW = "the scales of observations and the largest step of actions"

@@ -1,4 +1,4 @@
-"""What a learned controller sees: named parts of a `State` in a fixed order, each scaled to [-1, 1].
+"""What a learned controller is asked and sees: an aim, and named parts of a `State` in order, each scaled to [-1, 1].
 
 Two layouts: `thesis` is table 3.1 of the thesis; `grip` tells position along and across the primitive and adds what
 holding and stopping depend on: velocities, commands and contact points. A change of a layout takes a new name.
@@ -18,10 +18,41 @@ from inhand.hands.kinematics import joint_positions
 from inhand.hands.objects import ObjectSpec
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
-from inhand.tasks.aim import Aim
 
 LARGEST_SIZE = 0.12
 """Object sizes are normalised over 0 to this [m], guessed: more than the catalogue's hands can hold."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """The primitive of each of B worlds: a direction, and the pose from which it starts."""
+
+    angle: Array
+    """Direction `(B,)`, counter-clockwise from +x [rad]."""
+    start: Array
+    """Pose of the object where the primitive starts, in the palm frame `(B, 3)` [m, m, rad]."""
+    distance: Array | float = np.inf
+    """Way along the direction at which the object is to stay `(B,)` [m]; infinite where none was given."""
+    share: Array | float = 0.0
+    """Share of a whole route that the object has come `(B,)`; 0 of a primitive."""
+    end: Array | None = None
+    """Pose at the end of a whole route, in the palm frame `(B, 3)`; None of a primitive."""
+
+    def shift(self, pose: Array) -> Array:
+        """Return the way along the direction, the way to its left [m] and the angle turned [rad] of poses `(B, 3)`."""
+        way, direction = pose[:, :2] - self.start[:, :2], unit(self.angle)
+        along = (way * direction).sum(axis=-1)
+        left = (way * perpendicular(direction)).sum(axis=-1)
+        return np.stack([along, left, wrap_angle(pose[:, 2] - self.start[:, 2])], axis=-1)
+
+    def left(self, pose: Array) -> Array:
+        """Return the way that poses `(B, 3)` are from where the object is to stay `(B,)` [m]."""
+        return np.asarray(self.distance - self.shift(pose)[:, 0])
+
+    def goal(self, distance: Array | float) -> Array:
+        """Return the poses `(B, 3)` at a distance [m] along the primitives."""
+        way = np.broadcast_to(distance, self.angle.shape)[:, None] * unit(self.angle)
+        return np.concatenate([self.start[:, :2] + way, self.start[:, 2:]], axis=-1)
 
 
 @dataclass(frozen=True)

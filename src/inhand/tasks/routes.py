@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import TURN_ARM, Array, Path, perpendicular, unit, wrap_angle
-from inhand.tasks.aim import Aim
+from inhand.tasks.observations import Aim
 from inhand.tasks.paths import stacked
 
 LOOK = 0.006

@@ -68,7 +68,7 @@ def recorded(recording: Recording) -> tuple[float, float, float]:
 
 def prediction(recording: Recording) -> float:
     """Return the processor time for predicting the reach of one grip [s]."""
-    held, rng = (recording.hand, recording.object), np.random.default_rng(0)
+    held, rng = recording.held, np.random.default_rng(0)
     plans = plans_for(*held, recording.grid)
     starts = gripped(*held, (plans, rng.choice(recording.grid, WORLDS)), rng, recording.noise)
     best = best_times({"reach": lambda: reach_of(held, starts)}, time.process_time, repeats=5, calls=1)

@@ -18,6 +18,7 @@ from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.joint import JointPid
 from inhand.control.loop import control_step, sense
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.sides import rough_plan
@@ -134,7 +135,7 @@ def training_decision() -> list[tuple[str, str]]:
     from inhand.learning.worlds import ManipulationWorlds
 
     starts = gripped(HAND, CUBE, ([rough_plan(HAND, CUBE)], np.zeros(1)), np.random.default_rng(0))
-    worlds = ManipulationWorlds((HAND, CUBE), starts, 1, default().interface, np.random.default_rng(0))
+    worlds = ManipulationWorlds(Held(HAND, CUBE), starts, 1, default().interface, np.random.default_rng(0))
     collector = Collector(worlds, Columns(worlds.layout.size(HAND), HAND.n_joints), (0.98, 5))
     actor, rng = find_controller("rl").policy, np.random.default_rng(0)
     assert actor is not None

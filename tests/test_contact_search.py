@@ -12,10 +12,11 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import rehearsal
 from inhand.control.catalogue import planned_grasp
-from inhand.control.rehearsal import Closing, _farthest
+from inhand.control.rehearsal import _farthest
 from inhand.control.trial import LOST_CONTACT, REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, unit
+from inhand.hands.fit import Held
 from inhand.hands.force_closure import force_closure
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, _grip_lines, fingers_clear, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
@@ -225,9 +226,8 @@ def test_of_two_grasps_the_one_that_keeps_the_object_is_taken(monkeypatch: pytes
     monkeypatch.setattr(rehearsal, "IkController", lambda *_: expert)
     for outcomes, best in (((LOST_CONTACT, REACHED), second), ((TIME_OUT, REACHED), first)):
         monkeypatch.setattr(rehearsal, "simulate", lambda *_, told=outcomes: (None, SimpleNamespace(outcomes=told)))
-        group = [Closing(first), Closing(second)]
-        (found,), (worth,) = _farthest((spec, cube), [group], (poses, poses[:, 0]), None, "mujoco")
-        assert found.plan is best
+        (found,), (worth,) = _farthest(Held(spec, cube), [[first, second]], (poses, poses[:, 0]), None, "mujoco")
+        assert found is best
         assert worth == (0.02 if best is second else 0.14)
 
 
@@ -237,7 +237,8 @@ def test_a_finger_that_cannot_roll_to_where_the_object_stands_closes_where_it_wa
     plans = [plan_grasps(spec, cube, poses)[0][0]] * 2
     home = poses[[0, 0], 0]
     away = home + np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]])
-    for joints in rehearsal.closing_joints(spec, cube, plans, home, away):
+    grasp = rehearsal.closing_joints(spec, cube, plans, home, away)
+    for joints in (grasp.opened, grasp.closed):
         np.testing.assert_allclose(joints[1], joints[0], atol=1e-5)
 
 

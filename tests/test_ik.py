@@ -213,12 +213,12 @@ def test_fingers_close_part_of_the_way_back_to_the_planned_start() -> None:
     spec, path = OBJECTS["cube_39"], HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses
     plan, there = plan_grasps(HAND, spec, path[None])[0][0], HAND.start_pose[None]
     start = there + np.array([0.002, -0.001, 0.02])
-    opened, closed = closing_joints(HAND, spec, [plan], there, start)
-    planned = closing_joints(HAND, spec, [plan], there, there)[1]
+    whole = closing_joints(HAND, spec, [plan], there, start)
+    planned = closing_joints(HAND, spec, [plan], there, there).closed
     for drawn in (0.5, 1.0):
-        apart, near = closing_joints(HAND, spec, [plan], there, start, drawn=drawn)
-        np.testing.assert_array_equal(apart, opened)
-        np.testing.assert_allclose(near, closed + drawn * (planned - closed), atol=1e-3)
+        part = closing_joints(HAND, spec, [replace(plan, drawn=drawn)], there, start)
+        np.testing.assert_array_equal(part.opened, whole.opened)
+        np.testing.assert_allclose(part.closed, whole.closed + drawn * (planned - whole.closed), atol=1e-3)
 
 
 def test_less_friction_never_predicts_a_longer_grip(grip: tuple[Task, State]) -> None:

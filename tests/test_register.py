@@ -16,6 +16,7 @@ from inhand.control.policy import PolicyController
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
+from inhand.hands.fit import Held
 from inhand.learning.starts import straight_task
 from inhand.registry import Registry, load_file, load_packages
 from inhand.tasks.decisions import find_reward
@@ -275,9 +276,8 @@ def test_a_model_that_predicts_is_a_controller(tmp_path: Path, inhand: Call) -> 
 def test_a_model_itself_is_one_too_with_the_usual_interface(tmp_path: Path) -> None:
     (tmp_path / "alone.py").write_text(MODEL)
     entry = find_controller(f"{tmp_path}/alone.py:model")
-    controller = entry.manipulate(
-        straight_task((front.hand("2v2_50.50_50.50_1.1_53"), front.object("cube_39")), np.zeros(1))
-    )
+    held = Held(front.hand("2v2_50.50_50.50_1.1_53"), front.object("cube_39"))
+    controller = entry.manipulate(straight_task(held, np.zeros(1)))
     assert isinstance(controller, PolicyController)
 
 

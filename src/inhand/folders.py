@@ -78,11 +78,7 @@ def run_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> Iterator[Path
 def alone(folder: Path, out: Path) -> Iterator[None]:
     """Make a folder and keep every other process from writing there; the lock ends with the process, however it ends.
 
-    Windows has no such lock: there nothing is kept out.
-
-    Args:
-        folder: where is written.
-        out: what the user calls it.
+    Windows has no such lock: there nothing is kept out. `out` is what the user calls the folder.
 
     Raises:
         InputError: another process writes there, or the folder cannot be made.

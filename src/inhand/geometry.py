@@ -64,6 +64,11 @@ def way_along(poses: Array) -> Array:
     return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 
+def length(points: Array) -> float:
+    """Return the length of a path `(T, k)`."""
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
 def interpolate(wanted: ArrayLike, knots: Array, rows: Array) -> Array:
     """Return rows `(..., k)` at places `(...)`, linear between rows `(S, k)` at knots `(S,)`, the ends held."""
     return np.stack([np.interp(np.asarray(wanted, dtype=float), knots, column) for column in rows.T], axis=-1)

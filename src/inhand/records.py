@@ -63,11 +63,6 @@ def configured(kind: type[C], settings: dict[str, Any]) -> C:
 def checked(name: str, held: object, kind: Kind) -> Held:
     """Return what a setting holds as its type.
 
-    Args:
-        name: the setting.
-        held: what it was given.
-        kind: its type.
-
     Raises:
         InputError: it is of another type, or a number that is not finite; the text names the setting.
     """

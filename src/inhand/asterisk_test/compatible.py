@@ -65,12 +65,9 @@ def measure_asterisk(
 ) -> AsteriskMetrics:
     """Return the metrics of the Asterisk Test software for one trial.
 
-    Args:
-        path: Positions `(T, 2)`, normalised (`hand_sizes.normalise`), from the start.
-        rotation_deg: Rotation `(T,)` [deg].
-        angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates.
-        target_rotation_deg: Rotation to hold [deg], with the sign convention of `rotation_deg`.
-        raw_path: The unfiltered positions `(U, 2)` for `max_err` and the sliding window; by default `path`.
+    Positions `(T, 2)` count from the start, normalised (`hand_sizes.normalise`). Rotations `(T,)` [deg] and the one to
+    hold have one sign; a trial that only rotates has no direction. Where `raw_path` gives the unfiltered positions `(U,
+    2)`, `max_err` and the sliding window are of those.
 
     Raises:
         InputError: wrong shapes, no row, or a value that is not finite.
@@ -79,28 +76,27 @@ def measure_asterisk(
     raw = path if raw_path is None else np.asarray(raw_path, dtype=float)
     check_rows(path, turn)
     check_rows(raw, np.zeros(len(raw)))
-    if angle_deg is None:
-        return _rotation_only(path, turn)
-    return _translation(path, turn, raw, angle_deg, target_rotation_deg)
+    return _measure(path, turn, raw, angle_deg, target_rotation_deg)
 
 
-def _translation(path: Array, turn: Array, raw: Array, angle_deg: float, target_deg: float) -> AsteriskMetrics:
-    """Return the metrics of a trial that translates."""
-    line = np.linspace(0.0, LINE_LENGTH, LINE_POINTS)
-    nearest = int(np.argmin(np.linalg.norm(line[:, None] * _unit(angle_deg) - path[-1], axis=1)))
-    dist = float(line[min(nearest + 1, LINE_POINTS - 1)])
-    # The line ends before the sample nearest to the last pose; where that leaves nothing, its start remains.
-    target = line[: max(nearest, 1), None] * _unit(angle_deg)
-    arc_len = _length(path)
-    aligned = geometry.rotate(-math.radians(angle_deg), raw)
-    level = np.full(len(target), target_deg)
-    region, centre = _largest_window(aligned, dist)
+def _measure(path: Array, turn: Array, raw: Array, angle_deg: float | None, target_deg: float) -> AsteriskMetrics:
+    if angle_deg is None:  # the target is its own rotation without drift
+        target, level, points = np.zeros_like(path), turn, np.column_stack([path, turn])
+        dist = float(np.abs(turn).max())
+        lateral = rotation = region = centre = math.nan
+    else:
+        dist, target = _target(path[-1], geometry.unit(math.radians(angle_deg)))
+        level, points = np.full(len(target), target_deg), path
+        aligned = geometry.rotate(-math.radians(angle_deg), raw)
+        region, centre = _largest_window(aligned, dist)
+        lateral, rotation = float(np.abs(aligned[:, 1]).max()), float(np.abs(turn - target_deg).max())
+    arc_len = geometry.length(points)
     return AsteriskMetrics(
         dist=dist,
         arc_len=arc_len,
         mvt_eff=_over(dist, arc_len),
-        max_err=_over(float(np.abs(aligned[:, 1]).max()), arc_len),
-        max_err_rot=_over(float(np.abs(turn - target_deg).max()), arc_len),
+        max_err=_over(lateral, arc_len),
+        max_err_rot=_over(rotation, arc_len),
         t_fd=_frechet(path, target),
         fd=_frechet(np.column_stack([path, turn]), np.column_stack([target, level])),
         area_btwn=_area(path, target),
@@ -109,23 +105,12 @@ def _translation(path: Array, turn: Array, raw: Array, angle_deg: float, target_
     )
 
 
-def _rotation_only(path: Array, turn: Array) -> AsteriskMetrics:
-    """Return the metrics of a trial that only rotates, whose target is its own rotation without drift."""
-    poses = np.column_stack([path, turn])
-    target = np.column_stack([np.zeros_like(path), turn])
-    dist, arc_len = float(np.abs(turn).max()), _length(poses)
-    return AsteriskMetrics(
-        dist=dist,
-        arc_len=arc_len,
-        mvt_eff=_over(dist, arc_len),
-        max_err=math.nan,
-        max_err_rot=math.nan,
-        t_fd=_frechet(path, target[:, :2]),
-        fd=_frechet(poses, target),
-        area_btwn=_area(path, target[:, :2]),
-        max_a_reg=math.nan,
-        max_a_loc=math.nan,
-    )
+def _target(end: Array, direction: Array) -> tuple[float, Array]:
+    """Return how far the target line is followed by a path that ends at a point, and the line's points before it."""
+    line = np.linspace(0.0, LINE_LENGTH, LINE_POINTS)
+    nearest = int(np.argmin(np.linalg.norm(line[:, None] * direction - end, axis=1)))
+    # The line ends before the sample nearest to the last pose; where that leaves nothing, its start remains.
+    return float(line[min(nearest + 1, LINE_POINTS - 1)]), line[: max(nearest, 1), None] * direction
 
 
 def _largest_window(aligned: Array, dist: float) -> tuple[float, float]:
@@ -177,14 +162,6 @@ def _frechet(path: Array, target: Array) -> float:
     return float(similaritymeasures.frechet_dist(path, target))
 
 
-def _length(points: Array) -> float:
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-
-
 def _over(part: float, whole: float) -> float:
     """Return part / whole, or NaN where nothing moved."""
     return part / whole if whole > 0.0 else math.nan
-
-
-def _unit(angle_deg: float) -> Array:
-    return geometry.unit(math.radians(angle_deg))

@@ -90,11 +90,16 @@ def measure(
     _check_rest(len(path), contact, angle_deg, target_rotation_deg)
     if contact is None:
         return _measure_rows(path, turn, angle_deg, target_rotation_deg, reference_mm)
-    held = np.all(contact, axis=1)
-    rows = len(path) if held.all() else max(int(np.argmin(held)), 1)
+    held, rows = np.all(contact, axis=1), counted_rows(contact)
     metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg, reference_mm)
     gap = longest_run(~held) * row_s
     return replace(metrics, contact_fraction=float(held.mean()), longest_gap_s=gap)
+
+
+def counted_rows(contact: NDArray[np.bool_]) -> int:
+    """Return how many rows come before the first one in which not all fingers touch `(T, F)`, at least one."""
+    held = np.asarray(np.all(contact, axis=-1))
+    return len(held) if held.all() else max(int(np.argmin(held)), 1)
 
 
 def measure_human(trial: HumanTrial) -> Metrics:
@@ -109,7 +114,7 @@ def _measure_rows(
 ) -> Metrics:
     """Return the metrics of rows `(T, 2)` and `(T,)` that all count, those of contact left None."""
     path = path - path[0]
-    arc = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    arc = geometry.length(path)
     if angle_deg is None:
         along, lateral = np.zeros(len(path)), np.linalg.norm(path, axis=1)
         error = np.abs(turn - turn[0])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from inhand.asterisk_test import metrics
 from inhand.asterisk_test.averages import average_path, compat_average
 from inhand.asterisk_test.people.hand_sizes import hand_size_mm, normalise
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -22,8 +23,7 @@ from inhand.tasks.primitives import twisted_name
 
 def counted_rows(trial: Trial) -> int:
     """Return how many rows of manipulation, from its start, come before the first loss of contact."""
-    held = np.asarray(trial.manipulated_path()[2].all(axis=-1))
-    return len(held) if held.all() else max(int(np.argmin(held)), 1)
+    return metrics.counted_rows(trial.manipulated_path()[2])
 
 
 def mean_distance(results: Sequence[Result]) -> float:

@@ -27,12 +27,13 @@ from inhand.control.policy import (
     load_policy,
     straight_angles,
 )
-from inhand.control.rehearsal import best_closings, closed_on, closing_joints
+from inhand.control.rehearsal import best_grasps, closing_joints
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.files import assumed
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -83,8 +84,8 @@ def planned_grasp(
     Where an object stands elsewhere than its path starts, the fingers go to it from there.
     """
     starts = poses[:, 0] if starts is None else starts
-    best = best_closings((hand, spec), poses, starts, config, engine=engine)
-    return closed_on((hand, spec), best, poses[:, 0], starts)
+    best = best_grasps(Held(hand, spec), poses, starts, config, engine=engine)
+    return closing_joints(hand, spec, best, poses[:, 0], starts)
 
 
 def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = MUJOCO) -> list[GraspPlan]:
@@ -93,8 +94,8 @@ def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str 
     One plan serves every trial of a direction, which is what a learned controller trains and runs with.
     """
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
-    best = best_closings((hand, spec), distinct, distinct[:, 0], engine=engine)
-    return [best[k].plan for k in index]
+    best = best_grasps(Held(hand, spec), distinct, distinct[:, 0], engine=engine)
+    return [best[k] for k in index]
 
 
 def rough_grasp(
@@ -231,7 +232,7 @@ def learned_grasp(
     starts = poses[:, 0] if starts is None else starts
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
-    return Grasp(*closing_joints(hand, spec, plans, poses[:, 0], starts))
+    return closing_joints(hand, spec, plans, poses[:, 0], starts)
 
 
 def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:

@@ -19,11 +19,8 @@ EVERY = 1
 def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[float, float]) -> Array:
     """Return the way `(B,)` [m] up to which rolling contacts hold, from the measured grip and object pose.
 
-    Args:
-        task: the batch's paths.
-        state: the grip.
-        friction_share: share of the friction coefficient that the line between the contacts may use.
-        margin: distance [m] and angle [rad] kept from where the grip ends; none is kept from the end of the path.
+    `friction_share` is the share of the friction coefficient that the line between the contacts may use; of the margin
+    [m, rad] nothing is kept from the end of the path.
     """
     hand, start = task.hand, state.pose
     last = task.path.poses.shape[1] - 1

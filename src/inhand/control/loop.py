@@ -117,15 +117,8 @@ def simulate(
 
     Trials, traces, rehearsals and the starts of training and environments all begin here.
 
-    Args:
-        task: what the worlds have to do.
-        grasp: where the fingers hold the objects.
-        starts: where the objects stand `(B, 3)` [m, m, rad].
-        manipulate: makes the controller that carries them; None leaves them held.
-        bench: in what they are simulated.
-        twists: poses on the spot `(B, S, 3)` that turn the objects first.
-        longest: time after which manipulation ends [s].
-        between: phases that follow the grip.
+    Objects stand at `starts` `(B, 3)`. Once they are gripped the phases `between` follow, and `twists` `(B, S, 3)` turn
+    them. What `manipulate` makes carries them, until `longest` [s] at most; None leaves them held.
     """
     simulator = make_simulator(bench.engine, task.hand, task.objects, bench.surroundings, bench.threads)
     start = simulator.reset(starts, placed_joints(task.hand, grasp))

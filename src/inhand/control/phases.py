@@ -63,12 +63,8 @@ def standard_phases(
 ) -> tuple[Phase, ...]:
     """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with others before the last if asked.
 
-    Args:
-        grasp: joint poses of the first two.
-        manipulate: makes the controller of the last, and of the twist; None ends with the object held.
-        twists: poses on the spot `(B, S, 3)` that turn the object before manipulation starts.
-        longest: time after which manipulation ends [s].
-        between: phases that follow the grip, before any twist.
+    `manipulate` makes the controller of the last, and of the twist, which follows poses on the spot `(B, S, 3)` after
+    the phases `between`; None ends with the object held. Manipulation ends after `longest` [s].
     """
     phases: tuple[Phase, ...] = (
         Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),

@@ -13,7 +13,7 @@ best, and fingers that close a little on the side of the planned start, so that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, rotate, transform, way_along
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
@@ -45,47 +46,22 @@ DRAWN = (0.0, 0.25, 0.375, 0.5)
 Farther than that the object turns too far, or is lost (13 starts of `benchmarks/starts.py`)."""
 
 
-@dataclass(frozen=True)
-class Closing:
-    """A grasp, and where the fingers close on it."""
+def closing_joints(hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], poses: Array, starts: Array) -> Grasp:
+    """Return the joint angles that stand off the contacts of a plan for each path, and those that press on them.
 
-    plan: GraspPlan
-    """Where to hold the object."""
-    drawn: float = 0.0
-    """Share of the way to the planned start by which they close short of where the object stands."""
-
-
-def closing_joints(
-    hand: HandSpec,
-    spec: ObjectSpec,
-    plans: Sequence[GraspPlan],
-    poses: Array,
-    starts: Array,
-    *,
-    drawn: float | Array = 0.0,
-) -> tuple[Array, Array]:
-    """Return joint angles that stand off the contacts of plans and that press on them, each `(P, n_joints)` [rad].
-
-    Args:
-        hand: the hand.
-        spec: the object.
-        plans: a plan for each path.
-        poses: the object's pose that each was planned for `(P, 3)`.
-        starts: where the object stands `(P, 3)`; the fingers roll to it from the planned grasp.
-        drawn: share of the way back to the planned pose by which they close short of where it stands, one or `(P, 1)`.
+    Each was planned for a pose `(P, 3)`, from which the fingers roll to where its object stands `(P, 3)`.
     """
-    config = SearchConfig()
-    opened = _beside(hand, spec, plans, (poses, starts), config.opening)
-    return opened, _beside(hand, spec, plans, (poses, starts + drawn * (poses - starts)), -config.squeeze)
+    held, config, drawn = Held(hand, spec), SearchConfig(), np.array([plan.drawn for plan in plans])[:, None]
+    opened = _beside(held, plans, (poses, starts), config.opening)
+    return Grasp(opened, _beside(held, plans, (poses, starts + drawn * (poses - starts)), -config.squeeze))
 
 
-def _beside(
-    hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], ends: tuple[Array, Array], off: float
-) -> Array:
+def _beside(held: Held, plans: Sequence[GraspPlan], ends: tuple[Array, Array], off: float) -> Array:
     """Return joint angles `(P, n_joints)` [rad] a little off the contacts of plans, or inside the object where below 0.
 
     The fingers roll from the planned contacts and poses to where the object is, the two ends `(P, 3)`.
     """
+    hand, spec = held
     way = ends[0][:, None] + np.linspace(0.0, 1.0, APPROACH)[:, None] * (ends[1] - ends[0])[:, None]
     found = np.empty((len(plans), hand.n_joints))
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
@@ -99,38 +75,24 @@ def _beside(
     return found
 
 
-def closed_on(held: tuple[HandSpec, ObjectSpec], closings: Sequence[Closing], poses: Array, starts: Array) -> Grasp:
-    """Return the grasp of a closing for each path, planned for poses and closed at starts, each `(P, 3)`."""
-    drawn = np.array([closing.drawn for closing in closings])[:, None]
-    plans = [closing.plan for closing in closings]
-    return Grasp(*closing_joints(*held, plans, poses, starts, drawn=drawn))
-
-
-def best_closings(
-    held: tuple[HandSpec, ObjectSpec],
+def best_grasps(
+    held: Held,
     poses: Array,
     starts: Array,
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
     engine: str = MUJOCO,
-) -> list[Closing]:
+) -> list[GraspPlan]:
     """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
 
-    Rehearsals follow every pose of the paths, as trials do: a grip that ends between two poses of a coarser path would
-    end sooner than rehearsed.
-
-    Args:
-        held: the hand and the object.
-        poses: the paths `(P, S, 3)`.
-        starts: where each path's object stands `(P, 3)`.
-        config: numbers of the search, and of the expert that will carry the object.
-        engine: the engine that it will be carried in.
+    Rehearsals follow every pose of the paths `(P, S, 3)`, as trials do: a grip that ends between two poses of a coarser
+    path would end sooner than rehearsed. Objects stand at `starts` `(P, 3)`; `config` has the numbers of the search and
+    of the expert.
     """
     search = config[0] or SearchConfig()
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(*held, distinct, search)
-    groups = [[Closing(plan) for plan in plans[k]] for k in index]
-    best, ways = _farthest(held, groups, (poses, starts), config[1], engine)
+    best, ways = _farthest(held, [plans[k] for k in index], (poses, starts), config[1], engine)
     reaches = [max(plan.reach for plan in group) for group in plans]
     promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
     short = np.flatnonzero(ways < promised[index] - SHORT)
@@ -138,7 +100,7 @@ def best_closings(
         return best
     wanted, which = np.unique(index[short], return_inverse=True)
     close = plan_grasps(*held, distinct[wanted], replace(search, count=CLOSE, apart=CLOSE_APART))
-    groups = [[Closing(plan, share) for share in DRAWN for plan in close[k]] for k in which]
+    groups = [[replace(plan, drawn=share) for share in DRAWN for plan in close[k]] for k in which]
     others, farther = _farthest(held, groups, (poses[short], starts[short]), config[1], engine)
     for k, other, way in zip(short, others, farther, strict=True):
         if way > ways[k]:
@@ -147,20 +109,20 @@ def best_closings(
 
 
 def _farthest(
-    held: tuple[HandSpec, ObjectSpec],
-    groups: Sequence[Sequence[Closing]],
+    held: Held,
+    groups: Sequence[Sequence[GraspPlan]],
     where: tuple[Array, Array],
     config: IkConfig | None,
     engine: str,
-) -> tuple[list[Closing], Array]:
+) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
     hand, spec = held
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
-    each = [closing for group in groups for closing in group]
+    each = [plan for group in groups for plan in group]
     poses, starts = (part[owner] for part in where)
     task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]))
     expert = IkController(task, config)
-    grasp = closed_on(held, each, poses[:, 0], starts)
+    grasp = closing_joints(*held, each, poses[:, 0], starts)
     _, found = simulate(task, grasp, starts, lambda _: expert, Bench(engine))
     value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
     best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(groups))]

@@ -73,18 +73,16 @@ class GraspPlan:
     """Joint angles that touch both contacts at the path's start `(n_joints,)` [rad]."""
     reach: int
     """Number of poses of the path, from the first, that this grip can follow."""
+    drawn: float = 0.0
+    """Share of the way to the path's start by which the fingers close short of where the object stands."""
 
 
 def plan_grasps(
     hand: HandSpec, spec: ObjectSpec, poses: Array, config: SearchConfig | None = None
 ) -> list[list[GraspPlan]]:
-    """Return for every path the grasps that carry the object farthest along it, the best first.
+    """Return for every path `(P, S, 3)` the grasps that carry the object farthest along it, the best first.
 
-    Args:
-        hand: the hand.
-        spec: the object.
-        poses: object poses along P paths from one start pose, in the palm frame `(P, S, 3)`.
-        config: how to search.
+    All paths begin at one pose, in the palm frame.
 
     Raises:
         InputError: no pair of contacts holds the object at the start; the text says which constraint fails.

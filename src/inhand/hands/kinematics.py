@@ -50,15 +50,9 @@ def link_jacobian(joints: Array, point: Array, link: NDArray[np.int64]) -> Array
 def damped_least_squares(jacobian: Array, step: Array, damping: float, posture: Array | None = None) -> Array:
     """Return joint steps `(..., n)` [rad] that move a point by `step` `(..., 2)` [m].
 
-    Minimises |J dq - dx|^2 + damping^2 |dq|^2, so dq = J' (J J' + damping^2 I)^-1 dx. A posture step
-    `(..., n)` [rad] is added where it does not move the point (only fingers of three links have room for it).
-    The weights are mink's with unit cost on position (Wampler 1986; thesis 3.2).
-
-    Args:
-        jacobian: `(..., 2, n)` [m/rad].
-        step: wanted step of the point [m].
-        damping: damping factor [m/rad].
-        posture: joint steps wanted for themselves [rad].
+    Minimises |J dq - dx|^2 + damping^2 |dq|^2 with J `(..., 2, n)` [m/rad], so dq = J' (J J' + damping^2 I)^-1 dx. A
+    posture step `(..., n)` [rad] is added where it does not move the point (only fingers of three links have room for
+    it). The weights are mink's with unit cost on position (Wampler 1986; thesis 3.2).
     """
     a = (jacobian[..., 0, :] ** 2).sum(-1) + damping**2
     b = (jacobian[..., 0, :] * jacobian[..., 1, :]).sum(-1)

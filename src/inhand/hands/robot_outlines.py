@@ -34,11 +34,7 @@ def collision_geoms(model: mujoco.MjModel, bodies: Iterable[int]) -> list[int]:
 def solid_points(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int], axes: Array) -> Array:
     """Return points `(K, 3)` [m] whose convex hull is that of the geoms as seen along the last of `axes`.
 
-    Args:
-        model: the robot.
-        data: its state, with kinematics computed.
-        geoms: numbers of geoms.
-        axes: rows are the x, y and z axes of the wanted frame in the world `(3, 3)`; its origin is the world's.
+    The robot's kinematics are computed. Rows of `axes` `(3, 3)` are the wanted frame's, about the world's origin.
 
     Raises:
         InputError: a geom has no outline, such as a height field.

@@ -61,14 +61,7 @@ class Starts:
 
 
 def roll(hand: HandSpec, finger: FingerSpec, starts: Starts, poses: Array) -> Tracks:
-    """Return the tracks of one finger along object poses `(K, S, 3)` in the palm frame.
-
-    Args:
-        hand: the hand.
-        finger: one of its fingers.
-        starts: contacts to start from.
-        poses: the objects' poses, at steps of at most a few millimetres.
-    """
+    """Return the tracks of one finger along object poses `(K, S, 3)` in the palm frame, a few millimetres apart."""
     joints, (count, steps) = starts.joints, poses.shape[:2]
     points, normals, angles = (np.empty((count, steps, size)) for size in (2, 2, joints.shape[-1]))
     tracks = Tracks(points, normals, angles, np.zeros((count, steps), dtype=bool))

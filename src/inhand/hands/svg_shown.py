@@ -50,9 +50,7 @@ def length_in(unit: float, found: re.Match[str]) -> float:
 def shown_elements(root: Element, unit: float) -> Iterator[tuple[Element, Array]]:
     """Give the elements that a drawing shows, in the file's order and through all groups, and their transforms.
 
-    Args:
-        root: the outermost element.
-        unit: metres in one of the file's units.
+    `unit` is metres in one of the file's units.
 
     Raises:
         InputError: a transform that cannot be read, or too many groups in each other.

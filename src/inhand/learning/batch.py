@@ -68,12 +68,12 @@ class Batch(Generic[C]):
         held = config.held
         check_memory(f"num_envs={count}", count, WORLD_BYTES[config.engine])
         self._pool = config.pool()
-        self._origin = held[0].start_pose
+        self._origin = held.hand.start_pose
         self.worlds = ManipulationWorlds(held, self._pool, count, config.interface, threads=config.threads)
         self._live: Live | None = None
-        size = self.worlds.layout.size(held[0])
+        size = self.worlds.layout.size(held.hand)
         self.observation_space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (size,), np.float32)
-        self.action_space = spaces.Box(-1.0, 1.0, (held[0].n_joints,), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (held.hand.n_joints,), np.float32)
 
     def reset(self, rng: np.random.Generator, options: dict[str, Any] | None) -> tuple[Seen, Info]:
         """Start every episode anew with draws of a generator; return observations and infos."""

@@ -102,9 +102,9 @@ class Recording:
     """Whole task to show instead of directions."""
 
     @property
-    def held(self) -> tuple[HandSpec, ObjectSpec]:
+    def held(self) -> Held:
         """The hand and the object."""
-        return self.hand, self.object
+        return Held(self.hand, self.object)
 
     @property
     def grid(self) -> tuple[float, ...]:
@@ -250,9 +250,7 @@ def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = 
 
 
 @lru_cache(maxsize=16)
-def route_pool(
-    held: tuple[HandSpec, ObjectSpec], task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO
-) -> RoutePool:
+def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO) -> RoutePool:
     """Return drawn routes of a task, each once, and the grasp of each.
 
     Args:
@@ -265,13 +263,13 @@ def route_pool(
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
         raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
-    paths = [found.plan(Held(*held), rng).path.poses for _ in range(count)]
+    paths = [found.plan(held, rng).path.poses for _ in range(count)]
     kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
     return routes_of(kept), direction_plans(*held, stacked(kept), engine)
 
 
 def route_starts(
-    held: tuple[HandSpec, ObjectSpec],
+    held: Held,
     pool: RoutePool,
     count: int,
     rng: np.random.Generator,
@@ -287,7 +285,7 @@ def route_starts(
 
 
 def recorded(
-    held: tuple[HandSpec, ObjectSpec], starts: Starts, made: tuple[Recipe, Interface], rng: np.random.Generator
+    held: Held, starts: Starts, made: tuple[Recipe, Interface], rng: np.random.Generator
 ) -> tuple[Episodes, Starts]:
     """Return one episode from each of B starts, and a state on the way of each that was under way long enough."""
     recipe, interface = made
@@ -309,7 +307,7 @@ def recorded(
         targets = expert.act(worlds.seen)
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
         wanted, action = (
-            actions_of(t, interface.actions, held[0], worlds.state) for t in (targets, targets + strength * push)
+            actions_of(t, interface.actions, held.hand, worlds.state) for t in (targets, targets + strength * push)
         )
         step = worlds.step(action)
         for name, value in zip(rows, (action, wanted, step.reward, running), strict=True):

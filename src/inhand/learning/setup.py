@@ -10,8 +10,8 @@ import numpy as np
 from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training
 from inhand.learning.datasets import DatasetEpisode, read_dataset
 from inhand.learning.demonstrations import (
@@ -47,7 +47,7 @@ _NUMBERS = ("limit", "expert_total", "expert_fraction", "expert_rows")
 class Ready:
     """What a training run starts with."""
 
-    held: tuple[HandSpec, ObjectSpec]
+    held: Held
     """The hand and the object."""
     columns: Columns
     """Layout of a replay's rows."""
@@ -164,7 +164,7 @@ def save_ready(ready: Ready, path: Path) -> None:
 
 def load_ready(config: Training, path: Path) -> Ready:
     """Return what `save_ready` wrote."""
-    held = load_hand(config.hand), load_object(config.object)
+    held = Held(load_hand(config.hand), load_object(config.object))
     with np.load(path, allow_pickle=False) as data:
 
         def starts(name: str) -> Starts:
@@ -176,7 +176,7 @@ def load_ready(config: Training, path: Path) -> Ready:
 
         return Ready(
             held,
-            _columns(config, held[0]),
+            _columns(config, held.hand),
             starts("starts"),
             starts("tests"),
             data["limit"],

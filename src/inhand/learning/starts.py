@@ -17,12 +17,12 @@ from inhand.control import loop
 from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
-from inhand.control.phases import Grasp
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array, Path
+from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -88,23 +88,23 @@ def joined(parts: Sequence[Starts]) -> Starts:
     return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine)
 
 
-def straight_task(held: tuple[HandSpec, ObjectSpec], angle_deg: Array, distance: Array | None = None) -> Task:
+def straight_task(held: Held, angle_deg: Array, distance: Array | None = None) -> Task:
     """Return the task of moving along directions `(B,)` [deg], at most some distance `(B,)` [m]."""
     paths = np.stack([straight_path(primitive_at(angle)).poses for angle in angle_deg])
     hand, spec = held
     return Task(hand, (spec,) * len(paths), Path(paths), distance=distance)
 
 
-def expert_task(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Task:
+def expert_task(held: Held, starts: Starts) -> Task:
     """Return what an expert has to do from some starts: their directions or their routes."""
     if starts.routes is None:
         return straight_task(held, starts.angle_deg, starts.distance)
     poses, paths = starts.routes.poses, starts.routes.poses - starts.routes.poses[:, :1]
-    objects, distance = (held[1],) * len(poses), starts.routes.length
-    return Task(held[0], objects, Path(paths), distance=distance, start=poses[:, 0])
+    objects, distance = (held.object,) * len(poses), starts.routes.length
+    return Task(held.hand, objects, Path(paths), distance=distance, start=poses[:, 0])
 
 
-def reach_of(held: tuple[HandSpec, ObjectSpec], starts: Starts) -> Array:
+def reach_of(held: Held, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
     return carried_by(straight_task(held, starts.angle_deg), loop.sense(starts.state))
 
@@ -146,10 +146,13 @@ def gripped(
         InputError: in ten draws a start could not be held.
     """
     given, angles = grips
+    noise, bench = noise or Noise(), Bench(engine, threads=threads)
+    spread = np.array([noise.position, noise.position, noise.rotation])
     plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
-        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], (rng, noise), (engine, threads))
+        poses = hand.start_pose + spread * rng.standard_normal((len(waiting), 3))
+        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], poses, bench)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])
@@ -176,21 +179,10 @@ def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
     return [float(a) for a in have[away.argmin(axis=1)]]
 
 
-def _close(
-    hand: HandSpec,
-    spec: ObjectSpec,
-    plans: list[GraspPlan],
-    drawn: tuple[np.random.Generator, Noise | None],
-    stepping: tuple[Engine, int],
-) -> Starts:
-    """Place the object with noise and close the fingers on it."""
-    (engine, threads), (rng, noise) = stepping, (drawn[0], drawn[1] or Noise())
+def _close(hand: HandSpec, spec: ObjectSpec, plans: list[GraspPlan], poses: Array, bench: Bench) -> Starts:
+    """Close the fingers on objects that stand at poses `(N, 3)`."""
     count = len(plans)
-    origin = np.tile(hand.start_pose, (count, 1))
-    spread = np.array([noise.position, noise.position, noise.rotation])
-    poses = origin + spread * rng.standard_normal((count, 3))
-    grasp = Grasp(*closing_joints(hand, spec, plans, origin, poses))
+    grasp = closing_joints(hand, spec, plans, np.tile(hand.start_pose, (count, 1)), poses)
     task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
-    simulator, recording = simulate(task, grasp, poses, None, Bench(engine, threads=threads))
-    held, distance = recording.states[-1], np.full(count, np.inf)
-    return Starts(simulator.snapshot(), held, np.zeros(count), distance, engine=engine)
+    simulator, recording = simulate(task, grasp, poses, None, bench)
+    return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.fit import Held
 from inhand.learning.starts import Starts
 from inhand.learning.worlds import Interface, ManipulationWorlds
 
@@ -33,9 +32,7 @@ class Tried:
     """Whether the object was lost `(N,)`."""
 
 
-def tried(
-    held: tuple[HandSpec, ObjectSpec], starts: Starts, interface: Interface, actor: Callable[[Array], Array]
-) -> Tried:
+def tried(held: Held, starts: Starts, interface: Interface, actor: Callable[[Array], Array]) -> Tried:
     """Return what an actor reaches from every start."""
     worlds = ManipulationWorlds(held, starts, len(starts), interface, np.random.default_rng(0))
     observation = worlds.reset(np.arange(len(starts)))

@@ -13,8 +13,7 @@ from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.fit import Held
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.engines import make_simulator
@@ -68,7 +67,7 @@ class ManipulationWorlds:
 
     def __init__(
         self,
-        held: tuple[HandSpec, ObjectSpec],
+        held: Held,
         starts: Starts,
         count: int,
         interface: Interface | None = None,

@@ -29,15 +29,10 @@ def available() -> float | None:
 
 
 def check_memory(given: str, count: int, each: float) -> None:
-    """Refuse more of something than the machine has memory for.
-
-    Args:
-        given: what was given, as the text is to say it.
-        count: how many it asks for.
-        each: what one takes [B].
+    """Refuse more of something than the machine has memory for, where `count` are asked for that take `each` [B].
 
     Raises:
-        InputError: the text tells the estimate and the limit.
+        InputError: the text says what was given, and tells the estimate and the limit.
     """
     room = available()
     if room is not None and count * each > room:

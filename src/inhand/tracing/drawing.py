@@ -30,14 +30,10 @@ class Drawing:
 
 
 def scaled(drawing: Drawing, size: float) -> Drawing:
-    """Return a drawing with its larger side `size` long, in metres; angles stay.
+    """Return a drawing with the larger side of its way-points `size` long, in metres; angles stay.
 
     One without a size keeps its middle at the origin. One with a size is scaled about its origin, from which its
     way-points count: the object's start.
-
-    Args:
-        drawing: What to scale.
-        size: Larger side of the bounding box of its way-points [m].
 
     Raises:
         InputError: a size that no drawing can have, or all way-points are at one place.

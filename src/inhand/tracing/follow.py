@@ -75,15 +75,9 @@ def follow(
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it and return what each world left.
 
-    Args:
-        held: the hand and the object.
-        entry: the low-level controller, which chooses the grasp for the whole plan; a policy that was trained on a
-            whole task follows plans without a sequence.
-        plans: a plan for each world, in the palm frame, from where the object is placed.
-        starts: where each object really stands `(B, 3)` [m, m, rad].
-        bench: in what they are simulated.
-        seed: of the run.
-        config: when primitives have arrived or failed.
+    Plans begin where objects are placed, in the palm frame; really they stand at `starts` `(B, 3)` [m, m, rad]. The
+    low-level controller chooses the grasp for the whole plan; a policy that was trained on a whole task follows it
+    without a sequence. `config` says when primitives have arrived or failed.
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])

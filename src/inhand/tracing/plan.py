@@ -83,17 +83,10 @@ class Plan:
 
 
 def plan_along(name: str, poses: Array, start: Array, *, stay: float = 0.0, tolerance: float = TOLERANCE) -> Plan:
-    """Return the plan that follows way-points from a start pose.
+    """Return the plan that follows way-points `(N, 3)` from a start pose, and stays at the last for `stay` [s].
 
     Where two way-points differ in angle the object is turned on the spot first (the order of the Asterisk Test's
-    twists), then carried. Way-points that lie within the tolerance of a straight line between others fall away.
-
-    Args:
-        name: what the plan is called.
-        poses: way-points `(N, 3)`: x [m], y [m], theta [rad].
-        start: pose `(3,)` from which the object is brought to the first of them.
-        stay: time to hold the object at the last way-point [s].
-        tolerance: how far the plan may leave the way-points' line [m].
+    twists), then carried. Way-points that lie within the tolerance [m] of a straight line between others fall away.
 
     Raises:
         InputError: no way-points, some that are not finite, or all at the start.

@@ -48,12 +48,8 @@ def leave_out_duplicates(trials: Sequence[HumanTrial]) -> tuple[tuple[HumanTrial
 def distance_between(first: Array, second: Array) -> tuple[float, float] | None:
     """Return the RMS distance [mm] and RMS rotation [deg] of two recordings at the shift that fits best.
 
-    With a the longer one, the squared distance at shift k is sum a^2 + sum b^2 - 2 sum a b over the overlap; the
-    last sum, for every k at once, is a correlation.
-
-    Args:
-        first: Rows `(T, 3)` of x [mm], y [mm] and rotation [deg], one per frame.
-        second: Rows `(U, 3)` likewise.
+    Rows are x [mm], y [mm] and rotation [deg] of each frame. With a the longer one, the squared distance at shift k is
+    sum a^2 + sum b^2 - 2 sum a b over the overlap; the last sum, for every k at once, is a correlation.
 
     Returns:
         None where one of them hardly moves, because then every shift fits.

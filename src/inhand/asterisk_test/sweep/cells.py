@@ -83,9 +83,7 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
 def compute(job: Job, parent: int) -> Job:
     """Run a cell on one thread and write its file; a cell that cannot be run leaves the reason in it.
 
-    Args:
-        job: the cell.
-        parent: process that leads the sweep; once it is gone, so is the process that computes for it.
+    Once the process `parent`, which leads the sweep, is gone, so is the one that computes for it.
     """
     end_with(parent)
     clock, cpu = time.perf_counter(), time.process_time()

@@ -35,14 +35,7 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 
 
 def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
-    """Write numbers, heat maps and page of a sweep into its folder.
-
-    Args:
-        config: what was asked for.
-        sweep: what was found.
-        wall_s: how long this call took [s].
-        notes: what a reader should know, a sentence each.
-    """
+    """Write numbers, heat maps and page of a sweep, which took `wall_s` [s], into its folder, with notes on it."""
     pictures = []
     for kind, text in KINDS.items():
         for column, over in OVER.items():
@@ -66,13 +59,9 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
-    """Return the heat map of hands and objects, or hands and directions.
+    """Return the heat map of hands and one of `KINDS` in the columns object or direction.
 
-    Args:
-        config: what was asked for.
-        sweep: what was found.
-        kind: of `KINDS`.
-        column: object or direction; of the directions those whose distances have a common unit.
+    Of the directions it has those whose distances have a common unit.
     """
     names = sweep.objects if column == "object" else sweep.directions if kind == "share" else sweep.alike
     grid = pd.MultiIndex.from_product([sweep.hands, names])

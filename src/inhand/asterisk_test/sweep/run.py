@@ -103,10 +103,6 @@ def sweep(
 def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: computed(found.waiting, jobs)) -> SweepRun:
     """Return the finished sweep of a configuration; what its folder holds is not computed again.
 
-    Args:
-        config: what to run.
-        compute: computes the cells that wait.
-
     Raises:
         InputError: anything in the configuration that cannot be run.
     """

@@ -63,9 +63,7 @@ def plan(config: SweepConfig) -> Plan:
 def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
     """Compute cells and give each once its file is written, in the order in which they end.
 
-    Args:
-        jobs: the cells.
-        at_a_time: how many run side by side, each on one core; 0 takes every core.
+    So many run at a time, each on one core; 0 takes every core.
 
     Raises:
         InputError: a process that computed a cell was killed, or another sweep computes into the same folder.

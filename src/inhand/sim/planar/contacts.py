@@ -99,7 +99,7 @@ def _add_contact(model: Model, worlds: Worlds, b: int, work: Work, named: tuple[
     work.where[number, 0], work.where[number, 1] = work.hit[1], work.hit[2]
     work.finger[number] = model.finger[first] if first < n and second == n else -1
     if second < n:
-        for j in range(n):  # two fingers press on each other
+        for j in range(n):  # fingers press on each other
             work.skyline[j] = 0
 
 

@@ -264,7 +264,7 @@ def test_directions_are_words_or_degrees(given: str | list[str | float], angles:
         ({"directions": "Oot"}, "unknown direction 'Oot'"),
         ({"actions": "step"}, r"actions is 'step'; it must be angles or steps or fine; did you mean steps"),
         ({"grasp": "roug"}, r"grasp is 'roug'; it must be planned or rough; did you mean rough"),
-        ({"engine": "bulet"}, r"engine is 'bulet'; it must be mujoco or bullet; did you mean bullet"),
+        ({"engine": "bulet"}, r"engine is 'bulet'; it must be mujoco or planar or bullet; did you mean bullet"),
         ({"object": "cube_200"}, "object 'cube_200' is 200.0 mm wide; hand .* opens to"),
         ({"observation": "thesi"}, "unknown observation 'thesi'"),
         ({"reward": "sparse"}, "unknown reward 'sparse'"),

@@ -58,7 +58,11 @@ WRONG: list[tuple[Callable[..., object], dict[str, Any], str]] = [
     (AsteriskConfig, {"trials": "3"}, "trials is '3'; it must be a whole number"),
     (AsteriskConfig, {"trials": 2.5}, "trials is 2.5; it must be a whole number"),
     (AsteriskConfig, {"trials": True}, "trials is True; it must be a whole number"),
-    (AsteriskConfig, {"engine": "mujco"}, r"engine is 'mujco'; it must be mujoco or bullet; did you mean mujoco"),
+    (
+        AsteriskConfig,
+        {"engine": "mujco"},
+        r"engine is 'mujco'; it must be mujoco or planar or bullet; did you mean mujoco",
+    ),
     (AsteriskConfig, {"paths": "bent"}, "paths is 'bent'.*; it must be straight or human"),
     (AsteriskConfig, {"beside": "results"}, "beside is 'results'; it must be a list"),
     (AsteriskConfig, {"metrics": (3,)}, r"metrics\[0\] is 3; it must be a text"),

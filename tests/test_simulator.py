@@ -56,7 +56,7 @@ def shaken(hand: HandSpec, spec: ObjectSpec, steps: int, seed: int) -> Array:
     return np.asarray(grip(hand, spec, 0.003) + amplitude * np.sin(phase))
 
 
-def run(simulator: MujocoSimulator, targets: Array, substeps: int = 6, turn: float = 0.0) -> list[State]:
+def run(simulator: Simulator, targets: Array, substeps: int = 6, turn: float = 0.0) -> list[State]:
     """Grip in every world, then follow targets `(S, n)` or `(S, B, n)`; return all states, the start first."""
     hand, count = simulator.hand, len(simulator.objects)
     poses = np.tile(start_pose(hand, turn), (count, 1))

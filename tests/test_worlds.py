@@ -425,7 +425,7 @@ def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() ->
     assert np.abs(ours - batch.starts.state.joint_angles[:1]).max() > 1e-4
     config = EnvironmentConfig(directions=(0.0,), starts=1, grasp="rough", engine="bullet")
     assert config.pool().engine == "bullet"
-    with pytest.raises(InputError, match=r"engine is 'bulet'; it must be mujoco or bullet"):
+    with pytest.raises(InputError, match=r"engine is 'bulet'; it must be mujoco or planar or bullet"):
         EnvironmentConfig(engine=cast("Any", "bulet"))
 
 

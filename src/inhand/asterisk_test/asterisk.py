@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from inhand.asterisk_test.beside import Beside, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
@@ -22,6 +22,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import listed, several
+from inhand.sim.names import Engine
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -51,7 +52,7 @@ def asterisk(
     directions: str | Sequence[str | float] = DEFAULT.directions,
     trials: int = DEFAULT.trials,
     seed: int = DEFAULT.seed,
-    engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
+    engine: Engine = DEFAULT.engine,
     metrics: Sequence[str | UserMetric] = (),
     beside: str | Path | Sequence[str | Path] = (),
     label: str | Sequence[str] = (),
@@ -66,7 +67,7 @@ def asterisk(
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
         seed: of the start noise.
-        engine: mujoco or bullet.
+        engine: mujoco, planar or bullet.
         metrics: names of registered metrics, or functions of a trial.
         beside: folders of at most two earlier runs, to set beside this one.
         label: names of this run and of those, instead of what differs between them.

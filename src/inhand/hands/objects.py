@@ -17,7 +17,7 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.convex import convex_parts, is_convex
 from inhand.hands.object_forms import FORMS
-from inhand.hands.outlines import Corners, clean_outline, points_along, stretched
+from inhand.hands.outlines import Corners, centroid, clean_outline, points_along, stretched
 from inhand.hands.polygons import with_corners
 from inhand.hands.sizes import check_length, check_mass, check_outline_size
 
@@ -124,6 +124,11 @@ def polygon(spec: ObjectSpec, count: int = 48) -> Array:
         return np.array([(-a, -b), (a, -b), (a, b), (-a, b)])
     angle = (np.arange(count) + 0.5) * 2 * np.pi / count
     return np.stack([a * np.cos(angle), b * np.sin(angle)], axis=-1)
+
+
+def centre_of_mass(spec: ObjectSpec) -> Array:
+    """Return an object's centre of mass in its own frame `(2,)` [m]."""
+    return centroid(polygon(spec)) if spec.shape == "polygon" else np.zeros(2)
 
 
 def convex_pieces(spec: ObjectSpec) -> tuple[Array, ...]:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from inhand.asterisk_test.asterisk import people_of
 from inhand.asterisk_test.comparison import Evaluation, with_more
@@ -26,6 +26,7 @@ from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import EXPERT, Compared
 from inhand.records import checked, configured
 from inhand.shown import saved
+from inhand.sim.names import Engine
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""
@@ -55,7 +56,7 @@ def evaluate(
     trials: int = DEFAULT.trials,
     episodes: int = DEFAULT.episodes,
     seed: int = DEFAULT.seed,
-    engine: Literal["mujoco", "bullet"] = DEFAULT.engine,
+    engine: Engine = DEFAULT.engine,
     human: str | Path | None = None,
     **settings: Any,
 ) -> Compared:
@@ -68,7 +69,7 @@ def evaluate(
         trials: for each of the 16 directions, for table and figures; the first of the episodes.
         episodes: episodes in which lost objects are counted, spread evenly over the directions.
         seed: of the start noise.
-        engine: mujoco or bullet.
+        engine: mujoco, planar or bullet.
         human: folder of recorded human trials to set beside both.
         settings: other fields of `EvaluateConfig`, such as last and noise_mm.
 

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.objects import ObjectSpec, centre_of_mass
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet
 from inhand.sim.engine import Simulator
 from inhand.sim.model import FAR, SceneSpec
-from inhand.sim.snapshot import Snapshot
+from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
 
 POSITION_GAIN = 0.1
@@ -95,7 +95,9 @@ class BulletSimulator(Simulator):
         own = turn(inverse_quaternion(poses[:, 3:]), velocities[:, 3:])
         qvel = np.concatenate([speeds, velocities[:, :3], own], axis=1)
         qpos = np.concatenate([joints, poses], axis=1)
-        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), np.zeros_like(qvel), self._forces.copy())
+        centre = centre_of(qpos, qvel, np.stack([centre_of_mass(spec) for spec in self.objects]))
+        zero = np.zeros_like(qvel)
+        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), zero, self._forces.copy(), centre)
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         """Build the worlds anew: contacts that PyBullet remembers would change the next episode."""

@@ -33,6 +33,10 @@ def make_simulator(
         from inhand.sim.bullet_engine import BulletSimulator
 
         return BulletSimulator(hand, objects, scenes)
+    if engine == "planar":
+        from inhand.sim.planar.engine import PlanarSimulator
+
+        return PlanarSimulator(hand, objects, scenes, threads)
     from inhand.sim.mujoco_engine import MujocoSimulator
 
     return MujocoSimulator(hand, objects, scenes, threads)

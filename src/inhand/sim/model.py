@@ -88,6 +88,11 @@ LINK_SENSOR_SIZE = 7
 
 def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:
     """Return the compiled model for stepping: finger joints in the hand's order, then the object's free joint."""
+    return describe_model(hand, spec, scene).compile()
+
+
+def describe_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjSpec:
+    """Return the model for stepping before it is compiled."""
     mj, links = _bodies(hand, spec, scene)
     _add_surroundings(mj, hand, spec)
     for finger, names in zip(hand.fingers, links, strict=True):
@@ -96,7 +101,7 @@ def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.Mj
     _add_walls(mj, list(chain(*links)), hand, spec, scene)
     for names in links:
         _add_force(mj, names[0])
-    return mj.compile()
+    return mj
 
 
 def build_measuring_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:

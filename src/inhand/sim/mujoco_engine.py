@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, convex_pieces
+from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces
 from inhand.hands.polygons import is_box
 from inhand.sim.engine import Simulator
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
 from inhand.sim.names import MUJOCO
-from inhand.sim.snapshot import Snapshot
+from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
 
 
@@ -36,7 +36,7 @@ class Readings:
     sensors: Array
 
 
-_KEPT = tuple(field.name for field in fields(Snapshot) if field.name != "forces")
+_KEPT = tuple(field.name for field in fields(Snapshot) if field.name not in {"forces", "centre"})
 
 
 class MujocoSimulator(Simulator):
@@ -76,6 +76,7 @@ class MujocoSimulator(Simulator):
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
         self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
+        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
         self._start = self._readings.qpos.copy()
 
     def measure(self) -> State:
@@ -92,7 +93,8 @@ class MujocoSimulator(Simulator):
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on: one of like hand, object and scene goes on alike."""
         kept = {name: getattr(self._readings, name).copy() for name in _KEPT}
-        return Snapshot(**kept, forces=self._forces.copy())
+        centre = centre_of(kept["qpos"], kept["qvel"], self._centre)
+        return Snapshot(**kept, forces=self._forces.copy(), centre=centre)
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         n = self.hand.n_joints

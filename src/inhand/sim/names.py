@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-Engine = Literal["mujoco", "bullet"]
-"""Physics engine: MuJoCo, or PyBullet as a witness (extra `bullet`; much slower)."""
+Engine = Literal["mujoco", "planar", "bullet"]
+"""Physics engine: MuJoCo in three dimensions, the same law in the plane (several times as fast), or PyBullet as a
+witness (extra `bullet`; much slower)."""
 MUJOCO: Engine = "mujoco"
 """The engine where none is asked for."""

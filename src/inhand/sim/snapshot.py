@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, perpendicular, planar, rotate
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,10 @@ class Snapshot:
     forces: Array
     """What was last measured of the fingers' forces on the object `(B, F, 3)` [N]; nothing depends on it."""
 
+    centre: Array
+    """Pose of the object's centre of mass in the plane, x, y [m] and theta [rad], and its rates `(B, 6)`: what the
+    planar engine goes on from, where `qpos` and `qvel` are of the object's frame."""
+
     @property
     def n_worlds(self) -> int:
         """Number of worlds B."""
@@ -43,6 +47,21 @@ class Snapshot:
         """
         check_indices(rows, self.n_worlds, "row")
         return Snapshot(**{field.name: getattr(self, field.name)[rows] for field in fields(Snapshot)})
+
+
+def centre_of(qpos: Array, qvel: Array, offset: Array) -> Array:
+    """Return pose and rates of centres of mass in the plane `(B, 6)`.
+
+    Args:
+        qpos: joint angles, then the object's pose `(B, n + 7)`.
+        qvel: their rates `(B, n + 6)`.
+        offset: centres of mass in the objects' frames `(B, 2)` [m].
+    """
+    pose, rates = planar(qpos[:, -7:]), qvel[:, [-6, -5, -1]]
+    arm = rotate(pose[:, 2], offset)
+    pose[:, :2] += arm
+    rates[:, :2] += rates[:, 2:] * perpendicular(arm)
+    return np.concatenate([pose, rates], axis=-1)
 
 
 def join(snapshots: Sequence[Snapshot]) -> Snapshot:

@@ -1,0 +1,165 @@
+"""The planar engine behind the interface of every simulator."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array, perpendicular, rotate, spatial
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec, centre_of_mass
+from inhand.sim.engine import Simulator
+from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec
+from inhand.sim.planar.build import build
+from inhand.sim.planar.kernels import measure_worlds, step_worlds
+from inhand.sim.planar.parts import Work, Worlds, room
+from inhand.sim.snapshot import Snapshot
+from inhand.sim.state import State, ran_away
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What one thread works on: views of some worlds that lie side by side, and room of its own."""
+
+    worlds: Worlds
+    links: Array
+    work: Work
+
+
+class PlanarSimulator(Simulator):
+    """Worlds in the plane; hands, objects and walls may differ in everything but the hands' numbers of joints."""
+
+    engine = "planar"
+
+    def __init__(
+        self,
+        hand: HandSpec | Sequence[HandSpec],
+        objects: Sequence[ObjectSpec],
+        scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+        threads: int = 0,
+    ) -> None:
+        """Build a world for each object, to step on some threads; 0 uses every core.
+
+        Raises:
+            InputError: what no simulator takes.
+        """
+        super().__init__(hand, objects, scenes)
+        each = list(zip(self._hands, objects, self._scenes, strict=True))
+        kinds = {world: number for number, world in enumerate(dict.fromkeys(each))}
+        count, n = len(objects), self.hand.n_joints
+        self._model = build(list(kinds))
+        self._worlds = Worlds(
+            kind=np.array([kinds[world] for world in each]),
+            position=np.zeros((count, n + 3)),
+            velocity=np.zeros((count, n + 3)),
+            target=np.zeros((count, n)),
+            acceleration=np.zeros((count, n + 3)),
+            force=np.zeros((count, len(self.hand.fingers), 2)),
+        )
+        self._time, self._start = np.zeros(count), self._worlds.position.copy()
+        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
+        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
+        self._links = np.zeros((count, n, LINK_SENSOR_SIZE))
+        self._links[:, :, 3::3] = self._height[:, None, None]
+        threads = min(threads or os.cpu_count() or 1, count)
+        self._parts = [self._part(rows) for rows in np.array_split(np.arange(count), threads)]
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+    def measure(self) -> State:
+        """Return the state of the present instant, worlds that diverged put back first."""
+        self._put_back()
+        self._run(lambda part: measure_worlds(self._model, part.worlds, part.work, part.links))
+        n, now = self.hand.n_joints, self._worlds
+        joints = now.position[:, :n].copy(), now.velocity[:, :n].copy()
+        body = self._object_pose(), self._object_velocity()
+        return self._state(self._time.copy(), body, joints, now.target, self._links)
+
+    def snapshot(self) -> Snapshot:
+        """Return copies of all that the worlds' future depends on: one of like hand, object and scene goes on alike."""
+        n, now = self.hand.n_joints, self._worlds
+        return Snapshot(
+            time=self._time.copy(),
+            qpos=np.concatenate([now.position[:, :n], self._object_pose()], axis=-1),
+            qvel=np.concatenate([now.velocity[:, :n], self._object_velocity()], axis=-1),
+            ctrl=now.target.copy(),
+            qacc_warmstart=np.concatenate([now.acceleration[:, :n], _upright(now.acceleration[:, n:])], axis=-1),
+            forces=self._forces.copy(),
+            centre=np.concatenate([now.position[:, n:], now.velocity[:, n:]], axis=-1),
+        )
+
+    def _place(self, object_pose: Array, joint_angles: Array) -> None:
+        n, now = self.hand.n_joints, self._worlds
+        now.position[:, :n] = now.target[:] = joint_angles
+        now.position[:, n:] = object_pose
+        now.position[:, n : n + 2] += rotate(object_pose[:, 2], self._centre)
+        for array in (now.velocity, now.acceleration, self._time):
+            array[:] = 0.0
+        self._start[:] = now.position
+
+    def _advance(self, targets: Array, substeps: int) -> None:
+        self._worlds.target[:] = targets
+        self._run(lambda part: step_worlds(self._model, part.worlds, part.work, substeps))
+        self._forces[..., :2] = self._worlds.force
+        self._time += substeps * self.timestep
+
+    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+        n, now = self.hand.n_joints, self._worlds
+        centre = snapshot.centre[rows]
+        now.position[worlds] = np.concatenate([snapshot.qpos[rows, :n], centre[:, :3]], axis=-1)
+        now.velocity[worlds] = np.concatenate([snapshot.qvel[rows, :n], centre[:, 3:]], axis=-1)
+        now.acceleration[worlds] = snapshot.qacc_warmstart[rows][:, [*range(n + 2), n + 5]]
+        now.target[worlds] = snapshot.ctrl[rows]
+        self._time[worlds] = snapshot.time[rows]
+
+    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
+        n = self.hand.n_joints
+        self._worlds.velocity[worlds, n : n + 2] += impulse[:, :2] / self._mass[worlds, None]
+
+    def _put_back(self) -> None:
+        """Find worlds that diverged and put them at rest where they were last reset to; their time goes on."""
+        now = self._worlds
+        wild = ran_away(now.position, now.velocity)
+        if wild.any():
+            self._diverged |= wild
+            now.position[wild] = self._start[wild]
+            for array in (now.velocity, now.acceleration, self._forces):
+                array[wild] = 0.0
+
+    def _part(self, rows: NDArray[np.int64]) -> Part:
+        here = slice(int(rows[0]), int(rows[-1]) + 1)
+        now = self._worlds
+        views = [array[here] for array in (now.position, now.velocity, now.target, now.acceleration, now.force)]
+        return Part(Worlds(now.kind[here], *views), self._links[here], room(self._model))
+
+    def _run(self, work: Callable[[Part], None]) -> None:
+        """Do something with every part, each on a thread of its own."""
+        if self._pool is None:
+            work(self._parts[0])
+        else:
+            list(self._pool.map(work, self._parts))
+
+    def _object_pose(self) -> Array:
+        """Return the full pose of each object's frame `(B, 7)`."""
+        pose = self._worlds.position[:, self.hand.n_joints :].copy()
+        pose[:, :2] -= rotate(pose[:, 2], self._centre)
+        full = spatial(pose, 0.0)
+        full[:, 2] = self._height
+        return full
+
+    def _object_velocity(self) -> Array:
+        """Return the velocity of each object's frame `(B, 6)`: linear [m/s], angular [rad/s]."""
+        n = self.hand.n_joints
+        rates = self._worlds.velocity[:, n:].copy()
+        rates[:, :2] -= rates[:, 2:] * perpendicular(rotate(self._worlds.position[:, n + 2], self._centre))
+        return _upright(rates)
+
+
+def _upright(rates: Array) -> Array:
+    """Return rates along x, y and about z `(B, 3)` as linear and angular ones `(B, 6)`."""
+    zero = np.zeros(len(rates))
+    return np.stack([rates[:, 0], rates[:, 1], zero, zero, zero, rates[:, 2]], axis=-1)

@@ -234,7 +234,6 @@ def _check_parts(name: str, side: str, finger: FingerSpec) -> None:
 
 
 def _check_outline(name: str, what: str, corners: Corners) -> None:
-    """Refuse outlines that are not convex and counter-clockwise."""
     points = np.array(corners, dtype=float).reshape(-1, 2)
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     if not (len(points) > 2 and np.isfinite(points).all() and (cross(before, after) > 0).all()):

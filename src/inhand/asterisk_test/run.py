@@ -79,12 +79,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     return Setup(hand, spec, entry, tuple(assignments))
 
 
-def simulate(
-    config: AsteriskConfig,
-    setup: Setup,
-    progress: Told | None = None,
-    threads: int = 0,
-) -> tuple[Trial, ...]:
+def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None, threads: int = 0) -> tuple[Trial, ...]:
     """Run every assignment at once and return the trials in the same order.
 
     The hand's own limit along each primitive is computed first and kept in the trials' passports. MuJoCo steps on

@@ -125,11 +125,7 @@ def simulate(
 
 
 def run_episodes(
-    simulator: Simulator,
-    task: Task,
-    phases: Sequence[Phase],
-    start: State,
-    progress: Told | None = None,
+    simulator: Simulator, task: Task, phases: Sequence[Phase], start: State, progress: Told | None = None
 ) -> Recording:
     """Run one episode in every world of a batch, phase by phase, from the state the simulator was reset to.
 

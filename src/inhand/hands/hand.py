@@ -165,12 +165,7 @@ def _fixed(numbers: ArrayLike) -> Array:
     return array
 
 
-def build_hand(
-    name: str,
-    left_links: tuple[float, ...],
-    right_links: tuple[float, ...],
-    palm_width: float,
-) -> HandSpec:
+def build_hand(name: str, left_links: tuple[float, ...], right_links: tuple[float, ...], palm_width: float) -> HandSpec:
     """Return a hand with free joints (limits of +-pi, so that bodies are the only limit).
 
     Its fingers have links of some lengths [m], its palm a width between the proximal joints [m].

@@ -199,11 +199,7 @@ def _outline(points: Array, what: str) -> Corners:
 
 
 def _assemble(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    name: str,
-    found: tuple[Parts, list[_Finger]],
-    numbers: dict[str, Any],
+    model: mujoco.MjModel, data: mujoco.MjData, name: str, found: tuple[Parts, list[_Finger]], numbers: dict[str, Any]
 ) -> RobotHand:
     parts, fingers = found
     origin = (fingers[0].base + fingers[1].base) / 2

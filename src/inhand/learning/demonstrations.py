@@ -208,11 +208,7 @@ def demonstrations(
 
 
 def starts_of(
-    recording: Recording,
-    given: Plans | RoutePool,
-    count: int,
-    rng: np.random.Generator,
-    kept: Starts | None = None,
+    recording: Recording, given: Plans | RoutePool, count: int, rng: np.random.Generator, kept: Starts | None = None
 ) -> Starts:
     """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones."""
     held, recipe = recording.held, recording.recipe
@@ -262,13 +258,7 @@ def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine:
 
 
 def route_starts(
-    held: Held,
-    pool: RoutePool,
-    count: int,
-    rng: np.random.Generator,
-    noise: Noise,
-    *,
-    engine: Engine = MUJOCO,
+    held: Held, pool: RoutePool, count: int, rng: np.random.Generator, noise: Noise, *, engine: Engine = MUJOCO
 ) -> Starts:
     """Return starts with all fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool

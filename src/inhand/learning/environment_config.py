@@ -198,12 +198,7 @@ def _plans(held: Held, angles: tuple[float, ...], grasp: GraspKind, engine: Engi
 
 @cache
 def _pool(
-    held: Held,
-    angles: tuple[float, ...],
-    gripping: tuple[GraspKind, Noise, Engine],
-    count: int,
-    *,
-    stop: bool,
+    held: Held, angles: tuple[float, ...], gripping: tuple[GraspKind, Noise, Engine], count: int, *, stop: bool
 ) -> Starts:
     grasp, noise, engine = gripping
     grips = _plans(held, angles, grasp, engine), np.resize(np.array(angles), count)

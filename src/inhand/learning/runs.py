@@ -23,11 +23,7 @@ WORKING = (CHECKPOINT, READY, EXPERT, AGENT)
 
 
 def train(
-    config: Training,
-    out: Path,
-    told: tuple[Told, Callable[[Evaluation], None]],
-    *,
-    overwrite: bool = False,
+    config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]], *, overwrite: bool = False
 ) -> Path:
     """Train in a new folder and return the folder of the best policy.
 

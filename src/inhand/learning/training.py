@@ -42,6 +42,10 @@ SHOWN_BONUS, PRIORITY_FLOOR = 0.1, 1e-3
 """What the priority of a demonstrated row, and of every row, is raised by; guessed."""
 
 
+def _quiet(what: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
+
 @dataclass(frozen=True, eq=False)
 class Drawn:
     """What U updates learn from."""
@@ -60,12 +64,7 @@ class Trainer:
     """A training run in a folder."""
 
     def __init__(
-        self,
-        config: Training,
-        ready: Ready,
-        folder: Path,
-        told: Callable[[Evaluation], None],
-        progress: Told = lambda *_: None,
+        self, config: Training, ready: Ready, folder: Path, told: Callable[[Evaluation], None], progress: Told = _quiet
     ) -> None:
         """Set the run up; if the folder holds a checkpoint, go on from it.
 

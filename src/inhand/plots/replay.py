@@ -21,16 +21,7 @@ from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array, unit
 from inhand.plots.path import check_contact, draw_contact
-from inhand.plots.shapes import (
-    CLEAR,
-    WALL,
-    SceneOutline,
-    check_points,
-    draw_scene,
-    extent_of,
-    move_scene,
-    scene_points,
-)
+from inhand.plots.shapes import CLEAR, WALL, SceneOutline, check_points, draw_scene, extent_of, move_scene, scene_points
 from inhand.plots.sheet import STYLE, Box, halo, new_figure
 from inhand.plots.style import INK, MUTED, TICK_POINTS, TITLE_POINTS, direction_colour
 

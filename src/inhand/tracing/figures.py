@@ -46,14 +46,7 @@ BAND, BANDS = "#c3ccd5", (5.6, 3.2)
 """The planned line: its colour, and its widths in a panel of several trials and of one [pt]."""
 OTHERS = "#7fa8c9"
 """Trials that have no colour of their own."""
-MARKS = {
-    "lost a finger": "x",
-    "left its path": "+",
-    "stuck": "1",
-    "grip ends": "2",
-    "gave up": "3",
-    "object lost": "X",
-}
+MARKS = {"lost a finger": "x", "left its path": "+", "stuck": "1", "grip ends": "2", "gave up": "3", "object lost": "X"}
 """Crosses of what goes wrong."""
 
 

@@ -19,8 +19,6 @@ from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
 GROUPS = (("Trained directions", TRAIN), ("Unseen directions", UNSEEN))
 """The directions that training may see, and the eight that it never sees (thesis 3.3)."""
-
-
 HEADER = (
     "Direction", "Limit [mm]", "Of limit", "Distance [mm]", "Human [mm]", "Lateral [mm]", "Turn [deg]", "Contact",
     "Lost",

@@ -29,8 +29,6 @@ HEADER = (
     "Overlap",
     "Outcome",
 )
-
-
 WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, NO_MOVEMENT, STOPPED, TIME_OUT, GRIP_END, REACHED)
 """Outcomes in the order in which the table names one for several trials."""
 

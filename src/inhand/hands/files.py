@@ -43,8 +43,6 @@ HEIGHT_MM = 100.0
 """Height of an object over an outline, as of the named ones [mm]."""
 OUTLINE = re.compile(r"(?P<file>.+\.(?:csv|svg|dxf))(?P<keys>(?::\w+=[^:]*)*)", re.IGNORECASE)
 """An outline's file, and keys of an object file after it."""
-
-
 S = TypeVar("S", HandSpec, ObjectSpec)
 """A hand or an object."""
 

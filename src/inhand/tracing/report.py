@@ -36,8 +36,6 @@ FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row),"""
 MOST_FRAMES = 300
 """and more where it would have more frames than this."""
-
-
 FAULTLESS = "Every trial followed its plan to the end without a failure."
 MARK = "trace.json"
 """The file that marks a folder as one of a trace."""

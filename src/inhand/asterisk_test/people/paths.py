@@ -17,8 +17,6 @@ STEP = 0.001
 """Spacing of the waypoints [m]."""
 BIN_STEPS = 2.0
 """Half width of a bin of progress, in steps: wide enough that fast frames, up to 5 mm apart, fill most bins."""
-
-
 SMOOTH_STEPS = 5
 """Window of the mean over neighbouring waypoints."""
 

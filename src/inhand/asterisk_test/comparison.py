@@ -1,7 +1,5 @@
 """A learned policy and the expert from the same starts: what both do, and one table for both."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

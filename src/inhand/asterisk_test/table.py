@@ -1,7 +1,5 @@
 """The table of a run: one row for each direction, for the terminal and the report alike."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Start noise: where each trial's object really stands."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

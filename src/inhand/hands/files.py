@@ -1,7 +1,5 @@
 """Hands and objects from TOML files and outlines, and the one place that turns a name or a file into a spec."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib

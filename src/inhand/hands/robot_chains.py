@@ -1,7 +1,5 @@
 """The named parts of a robot file: a still palm and two chains of hinges that end in a tip, or why they are not one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import mujoco

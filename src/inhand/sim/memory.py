@@ -1,7 +1,5 @@
 """Memory: what worlds take, and whether the machine has it."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

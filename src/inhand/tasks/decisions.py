@@ -4,8 +4,6 @@ Actions are numbers within [-1, 1] for each joint. A reward is a weighted sum of
 decision.
 """
 
-from __future__ import annotations
-
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass

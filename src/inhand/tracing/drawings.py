@@ -1,7 +1,5 @@
 """Drawings by name: shapes, letters, and the files that people draw in."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

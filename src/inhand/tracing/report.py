@@ -1,7 +1,5 @@
 """The report of a trace: its figure, a replay and a Markdown page."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """The path that a person took, without the time it took."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a sweep found, as frames: a row for each trial, their cases, and the means that compare hands."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -35,6 +35,11 @@ def inner(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", numba.njit(**INNER, **WRAPPERLESS, forceinline=True)(function))
 
 
+def leaf(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function that is compiled by itself: one of loops over few arrays, which is faster alone."""
+    return cast("Callable[P, R]", numba.njit(**INNER, **WRAPPERLESS)(function))
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that Python calls, compiled at its first call or read from the cache on disk."""
     folder = cache_folder()

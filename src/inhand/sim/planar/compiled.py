@@ -24,7 +24,8 @@ import platformdirs
 P = ParamSpec("P")
 R = TypeVar("R")
 
-INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+"""Without `_nrt` Numba would count who holds each array at every use of one: half of a step's time. Kernels make none."""
 WRAPPERLESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """What only kernels call needs no way in from Python: two thirds of the time to compile."""
 SEAL = "digests.json"

@@ -78,8 +78,8 @@ def _distance(model: Model, k: int, work: Work, pair: tuple[int, int]) -> float:
     corner = lowest(work.shapes, one, edge, (other, counts[1 - owner]))
     hit[at], hit[at + 1] = work.shapes.corners[other, corner, 0], work.shapes.corners[other, corner, 1]
     hit[4 - at], hit[5 - at] = (
-        hit[at] - gap * work.shapes.normals[one, edge, 0],
-        hit[at + 1] - gap * work.shapes.normals[one, edge, 1],
+        hit[at] - gap * work.shapes.outward[one, edge, 0],
+        hit[at + 1] - gap * work.shapes.outward[one, edge, 1],
     )
     return gap
 

@@ -26,7 +26,7 @@ def place_outline(model: Model, k: int, work: Work, s: int) -> None:
         a, b = model.outline[k, s, i, 0], model.outline[k, s, i, 1]
         work.shapes.corners[s, i, 0], work.shapes.corners[s, i, 1] = c * a - n * b + x, n * a + c * b + y
         a, b = model.normal[k, s, i, 0], model.normal[k, s, i, 1]
-        work.shapes.normals[s, i, 0], work.shapes.normals[s, i, 1] = c * a - n * b, n * a + c * b
+        work.shapes.outward[s, i, 0], work.shapes.outward[s, i, 1] = c * a - n * b, n * a + c * b
     work.placed[s] = True
 
 
@@ -54,7 +54,7 @@ def near(model: Model, k: int, work: Work, pair: int) -> bool:
 def lowest(shapes: Shapes, s: int, edge: int, other: tuple[int, int]) -> int:
     """Return the corner of another outline that is lowest above an edge; `other` is it and its number of corners."""
     o, count = other
-    nx, ny = shapes.normals[s, edge, 0], shapes.normals[s, edge, 1]
+    nx, ny = shapes.outward[s, edge, 0], shapes.outward[s, edge, 1]
     low, corner = FAR, 0
     for j in range(count):
         height = nx * shapes.corners[o, j, 0] + ny * shapes.corners[o, j, 1]
@@ -80,7 +80,7 @@ def widest(
     bx, by = shapes.corners[o, known[1], 0], shapes.corners[o, known[1], 1]
     best, edge = known[2], -1
     for i in range(counts[0]):
-        nx, ny = shapes.normals[s, i, 0], shapes.normals[s, i, 1]
+        nx, ny = shapes.outward[s, i, 0], shapes.outward[s, i, 1]
         off = nx * shapes.corners[s, i, 0] + ny * shapes.corners[s, i, 1]
         if min(nx * ax + ny * ay, nx * bx + ny * by) - off > best:
             low = FAR
@@ -126,7 +126,7 @@ def meet(model: Model, k: int, work: Work, pair: int) -> tuple[int, int, int]:
         return -1, 0, 0
     one, other, sign = (o, s, 1.0) if owner == 1 else (s, o, -1.0)
     corner = lowest(work.shapes, one, edge, (other, counts[1 - owner]))
-    nx, ny = work.shapes.normals[one, edge, 0], work.shapes.normals[one, edge, 1]
+    nx, ny = work.shapes.outward[one, edge, 0], work.shapes.outward[one, edge, 1]
     hit = work.hit
     hit[0], hit[1], hit[2] = gap, sign * nx, sign * ny
     hit[3], hit[4] = (
@@ -141,7 +141,7 @@ def above(shapes: Shapes, count: int, s: int, x: float, y: float) -> float:
     """Return how far a point is above the edge of a polygon that sees it farthest off [m]: at most its distance."""
     most = -FAR
     for i in range(count):
-        nx, ny = shapes.normals[s, i, 0], shapes.normals[s, i, 1]
+        nx, ny = shapes.outward[s, i, 0], shapes.outward[s, i, 1]
         most = max(most, nx * (x - shapes.corners[s, i, 0]) + ny * (y - shapes.corners[s, i, 1]))
     return most
 
@@ -151,12 +151,12 @@ def to_point(shapes: Shapes, count: int, s: int, x: float, y: float) -> tuple[fl
     """Return the signed distance [m] of a point to a polygon, and the unit vector from the polygon to it."""
     best, edge = -FAR, 0
     for i in range(count):
-        height = shapes.normals[s, i, 0] * (x - shapes.corners[s, i, 0]) + shapes.normals[s, i, 1] * (
+        height = shapes.outward[s, i, 0] * (x - shapes.corners[s, i, 0]) + shapes.outward[s, i, 1] * (
             y - shapes.corners[s, i, 1]
         )
         if height > best:
             best, edge = height, i
-    nx, ny = shapes.normals[s, edge, 0], shapes.normals[s, edge, 1]
+    nx, ny = shapes.outward[s, edge, 0], shapes.outward[s, edge, 1]
     if best <= 0.0:
         return best, nx, ny
     # Outside, the nearest point lies on the edge that sees the point farthest off, or on one of its ends.
@@ -197,15 +197,15 @@ def clip(model: Model, k: int, work: Work, found: tuple[int, int, int, int]) -> 
     s, o, edge, corner = found
     count, total = model.corners[k, s], model.corners[k, o]
     after = edge + 1 if edge + 1 < count else 0
-    nx, ny = work.shapes.normals[s, edge, 0], work.shapes.normals[s, edge, 1]
+    nx, ny = work.shapes.outward[s, edge, 0], work.shapes.outward[s, edge, 1]
     tx, ty = -ny, nx
     low = tx * work.shapes.corners[s, edge, 0] + ty * work.shapes.corners[s, edge, 1]
     high = tx * work.shapes.corners[s, after, 0] + ty * work.shapes.corners[s, after, 1]
     face = nx * work.shapes.corners[s, edge, 0] + ny * work.shapes.corners[s, edge, 1]
     # Of the two edges at the deepest corner the one that looks at the face more squarely lies on it.
     before = corner - 1 if corner > 0 else total - 1
-    here = nx * work.shapes.normals[o, corner, 0] + ny * work.shapes.normals[o, corner, 1]
-    there = nx * work.shapes.normals[o, before, 0] + ny * work.shapes.normals[o, before, 1]
+    here = nx * work.shapes.outward[o, corner, 0] + ny * work.shapes.outward[o, corner, 1]
+    there = nx * work.shapes.outward[o, before, 0] + ny * work.shapes.outward[o, before, 1]
     start = corner if here < there else before
     end = start + 1 if start + 1 < total else 0
     ax, ay = work.shapes.corners[o, start, 0], work.shapes.corners[o, start, 1]

@@ -94,7 +94,7 @@ class Shapes(NamedTuple):
 
     corners: Array
     """Their corners `(S, C, 2)` [m]."""
-    normals: Array
+    outward: Array
     """Outward normals of the edges that start there `(S, C, 2)`."""
 
 

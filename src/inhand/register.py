@@ -64,7 +64,7 @@ def phase(name: str, longest: float = 1.0, *, must_hold: bool = False, keep_cont
         keep_contact: whether a contact that stays lost, or running out of time, ends a world's episode.
     """
 
-    def made(given: Any) -> Phase:
+    def made(given: T) -> Phase:
         return Phase(name, maker("phase", name, given), longest, must_hold, keep_contact)
 
     return _adding(PHASES, name, OWN, made)

@@ -6,8 +6,6 @@ step of the object or a slide of one contact along the outline away from the one
 Coulomb friction alone: no controller, no torque, no speed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias

@@ -18,6 +18,7 @@ from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.joint import JointPid
 from inhand.control.loop import control_step, sense
+from inhand.control.policy import Policy
 from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -126,19 +127,19 @@ def control_step_of(name: str, engine: str) -> list[tuple[str, str]]:
     return called(decide)
 
 
-def training_decision() -> list[tuple[str, str]]:
+def training_decision(preset: str = "default") -> list[tuple[str, str]]:
     """Return what runs in the second decision of training, with what `inhand train` sees, does and pays."""
     from inhand.learning.collect import Collector
-    from inhand.learning.config import default
+    from inhand.learning.config import PRESETS
     from inhand.learning.replay_buffer import Columns
     from inhand.learning.starts import gripped
     from inhand.learning.worlds import ManipulationWorlds
 
     starts = gripped(HAND, CUBE, ([rough_plan(HAND, CUBE)], np.zeros(1)), np.random.default_rng(0))
-    worlds = ManipulationWorlds(Held(HAND, CUBE), starts, 1, default().interface, np.random.default_rng(0))
+    worlds = ManipulationWorlds(Held(HAND, CUBE), starts, 1, PRESETS[preset]().interface, np.random.default_rng(0))
     collector = Collector(worlds, Columns(worlds.layout.size(HAND), HAND.n_joints), (0.98, 5))
-    actor, rng = find_controller("rl").policy, np.random.default_rng(0)
-    assert actor is not None
+    sizes, rng = (worlds.layout.size(HAND), HAND.n_joints), np.random.default_rng(0)
+    actor = Policy((np.zeros(sizes),), (np.zeros(sizes[1]),), "", "steps", "rough", {})
     collector.collect(actor, 1, 0.1, rng)
     return called(lambda: collector.collect(actor, 1, 0.1, rng))
 
@@ -153,9 +154,10 @@ def test_few_files_take_part_in_one_control_step(name: str, engine: str) -> None
     assert len(files) <= MOST_FILES, sorted(files)
 
 
-def test_few_files_take_part_in_a_decision_of_training() -> None:
+@pytest.mark.parametrize("preset", ["default", "thesis"])
+def test_few_files_take_part_in_a_decision_of_training(preset: str) -> None:
     pytest.importorskip("jax", reason="learning needs the extra `rl`")
-    files = {file for file, _ in training_decision()}
+    files = {file for file, _ in training_decision(preset)}
     assert {"learning/collect.py", "tasks/decisions.py", "control/loop.py"} <= files
     assert len(files) <= MOST_FILES_IN_TRAINING, sorted(files)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from inhand.asterisk_test.labels import LabelRules, is_averaged, labels_of
+from inhand.asterisk_test.labels import is_averaged, labels_of
 from inhand.errors import InputError
 from inhand.geometry import Array
 
@@ -60,10 +60,6 @@ def test_a_rotation_is_judged_by_its_angle() -> None:
 
 def test_a_single_row_and_an_unknown_rotation_are_ordinary() -> None:
     assert labels_of(np.zeros((1, 2)), None, 0.0) == {"no movement"}
-
-
-def test_limits_can_be_changed() -> None:
-    assert labels_of(path(), STILL, 0.0, LabelRules(movement=0.5)) == {"no movement"}
 
 
 def test_averages_leave_out_the_deviated_kinds() -> None:

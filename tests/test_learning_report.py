@@ -11,7 +11,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from inhand.asterisk_test.comparison import HEADER, Evaluation, lost, rows, with_more
+from inhand.asterisk_test.comparison import HEADER, ControllerTrials, lost, rows, with_more
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
@@ -206,18 +206,18 @@ def test_an_object_that_went_backwards_does_not_press_the_others_together(tmp_pa
 
 
 @pytest.fixture(scope="module")
-def both() -> tuple[Evaluation, Evaluation]:
+def both() -> tuple[ControllerTrials, ControllerTrials]:
     """Return 5 trials of two directions by the thesis's controller, which loses objects, and by the expert."""
     found = []
     for name in ("thesis-ik", "ik"):
         config = AsteriskConfig(directions="Right,Right'", trials=2, controller=name)
         setup = with_more(prepare(config), 5)
         trials = simulate(config, setup)
-        found.append(Evaluation(name, trials, tuple(map(result_of_trial, trials)), 2))
+        found.append(ControllerTrials(name, trials, tuple(map(result_of_trial, trials)), 2))
     return found[0], found[1]
 
 
-Both = tuple[Evaluation, Evaluation]
+Both = tuple[ControllerTrials, ControllerTrials]
 
 
 def test_more_episodes_leave_the_first_trials_as_they_are(both: Both) -> None:

@@ -71,7 +71,6 @@ def check_shapes(
 
 
 def _array(file: zipfile.ZipFile, name: str, kind: str) -> NDArray[Any]:
-    """Return one array of an archive."""
     if f"{name}.npy" not in file.namelist():
         raise InputError(f"it has no array {name}")
     info = file.getinfo(f"{name}.npy")

@@ -80,7 +80,6 @@ def _columns(file: TextIO, header: Header, most: int | None) -> Columns:
 
 
 def _check_names(names: Sequence[str], header: Header) -> None:
-    """Complain about the first line."""
     missing = [name for name in header.required if name not in names]
     if missing:
         may = f" and may have {', '.join(header.optional)}" if header.optional else ""

@@ -127,6 +127,16 @@ def compose(pose_a_b: Array, pose_b_c: Array) -> Array:
     return np.concatenate([position, angle[..., None]], axis=-1)
 
 
+def chain(base: ArrayLike, links: ArrayLike, joint_angles: Array) -> Array:
+    """Return the joints and the end `(..., n + 1, 2)` [m] of a chain of links [m] from a base `(2,)` [m].
+
+    Each joint angle `(..., n)` [rad] counts from the link before; at zero all links point along +y.
+    """
+    steps = perpendicular(unit(np.cumsum(joint_angles, axis=-1))) * np.asarray(links)[:, None]
+    first = np.broadcast_to(np.asarray(base), (*steps.shape[:-2], 1, 2))
+    return np.concatenate([first, first + np.cumsum(steps, axis=-2)], axis=-2)
+
+
 def yaw(quaternion: ArrayLike) -> Array:
     """Return the rotation about z [rad] of unit quaternions `(..., 4)` (w, x, y, z)."""
     w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)

@@ -35,12 +35,8 @@ class Config:
     """
 
     def __post_init__(self) -> None:
-        """Look at every field.
-
-        Raises:
-            InputError: one that holds something else; the text names it, what it holds and what is needed.
-        """
-        for name, kind in _hints(type(self)).items():
+        """Look at every field."""
+        for name, kind in get_type_hints(type(self)).items():
             object.__setattr__(self, name, checked(name, getattr(self, name), kind))
 
 
@@ -53,7 +49,7 @@ def configured(kind: type[C], settings: dict[str, Any]) -> C:
     Raises:
         InputError: an unknown keyword, or a value that cannot be.
     """
-    allowed = list(_hints(kind))
+    allowed = list(get_type_hints(kind))
     for name in settings:
         if name not in allowed:
             raise InputError(f"unknown keyword {name!r}{near_matches(name, allowed)}; allowed are {', '.join(allowed)}")
@@ -143,11 +139,6 @@ def _made(kind: type[object], held: object) -> object:
     raise ValueError(f"Expected `str`, got `{type(held).__name__}`")
 
 
-def _hints(kind: Kind) -> dict[str, Any]:
-    """Return the fields of a class with their types."""
-    return get_type_hints(kind)
-
-
 def _built_in(held: object) -> object:
     """Return NumPy's numbers and arrays as Python's own, also within a list."""
     if isinstance(held, list | tuple):
@@ -175,7 +166,9 @@ def _complaint(error: str, entry: object, kind: Kind) -> str:
         words = " or ".join(_WORDS.get(name, name) for name in found[1].split(" | "))
         return f"{field} is {held}; it must be {words}{found[2]}"
     if message.startswith("Invalid enum value"):
-        wanted = reduce(lambda outer, step: (outer if isinstance(outer, dict) else _hints(outer))[step], steps, kind)
+        wanted = reduce(
+            lambda outer, step: (outer if isinstance(outer, dict) else get_type_hints(outer))[step], steps, kind
+        )
         allowed = [str(each) for each in _allowed(wanted) if each is not type(None)]
         return f"{field} is {held}; it must be {' or '.join(allowed)}{near_matches(str(value), allowed)}"
     return f"{field}: {message}" if field else message

@@ -26,7 +26,6 @@ class Shown:
     """A finished run: its table and its figure, which a notebook shows, and its folder."""
 
     config: Any
-    """What was run."""
     mark: ClassVar[str] = MARK
     """The file that marks its folder as one of its kind."""
 
@@ -54,11 +53,9 @@ class Shown:
         return out
 
     def _repr_html_(self) -> str:
-        """Return the table as a notebook shows it."""
         return str(self.table().to_html(index=False, float_format="{:.2f}".format))
 
     def _repr_png_(self) -> bytes:
-        """Return the figure as a notebook shows it."""
         with io.BytesIO() as file:
             self.figure().savefig(file, format="png")
             return file.getvalue()
@@ -69,7 +66,6 @@ class Kept(Shown):
     """A finished run that lives in its folder, and can be given where that folder is asked for."""
 
     folder: Path
-    """The folder."""
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
         """Copy the run to another folder and return that.

@@ -50,7 +50,6 @@ def _tree(folder: Path) -> bytes:
 
 
 def _digest(kind: bytes, content: bytes) -> bytes:
-    """Return git's digest of a file or a list of them."""
     return hashlib.sha1(b"%b %d\0%b" % (kind, len(content), content), usedforsecurity=False).digest()
 
 

@@ -38,7 +38,6 @@ class MeanSd(NamedTuple):
     """Mean and standard deviation of one metric."""
 
     mean: float
-    """Mean over the trials."""
     sd: float
     """Standard deviation (n - 1), 0 for a single trial."""
 

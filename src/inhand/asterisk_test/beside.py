@@ -27,7 +27,6 @@ class Beside:
     name: str
     """What tells it from the others."""
     trials: tuple[Trial, ...]
-    """Its trials."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
     told: str = "an earlier run"

@@ -29,13 +29,11 @@ HEADER = (
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluation:
+class ControllerTrials:
     """Every trial of one controller."""
 
     name: str
-    """The controller."""
     trials: tuple[Trial, ...]
-    """Its trials."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
     shown: int
@@ -81,7 +79,7 @@ def lost(results: Sequence[Result]) -> int:
 
 
 def rows(
-    policy: Evaluation, expert: Evaluation, people: Sequence[HumanTrial], group: Sequence[Primitive]
+    policy: ControllerTrials, expert: ControllerTrials, people: Sequence[HumanTrial], group: Sequence[Primitive]
 ) -> list[tuple[str, ...]]:
     """Return a row for each of some directions that was run, and one for all: the policy's values beside the expert's.
 

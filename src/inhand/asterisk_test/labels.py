@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,31 +22,20 @@ LEFT_OUT = frozenset({DEVIATED, END_DEVIATED, ROTATION_DEVIATED})
 """Labels that keep a trial out of averages."""
 
 
-@dataclass(frozen=True)
-class LabelRules:
-    """Limits of the labels in normalised units; the defaults are the Asterisk Test's (docs/metrics.md)."""
-
-    movement: float = 0.1
-    """Least progress of a trial that moved."""
-    turn_deg: float = 10.0
-    """Least rotation of a rotation-only trial that moved [deg] (the Asterisk Test software)."""
-    centre: float = 0.05
-    """Distance from the origin within which one of the first rows must lie."""
-    first_rows: int = 10
-    """How many rows count as the first."""
-    lateral: float = 0.2
-    """Lateral distance beyond which a row deviates."""
-    rotation_deg: float = 75.0
-    """Rotation beyond which a row deviates [deg]."""
-    share: float = 0.1
-    """Share of rows that may deviate, and the share at the end in which none may."""
-    backtrack: float = 0.1
-    """How far progress may fall below its running maximum."""
+# The limits of the Asterisk Test, in normalised units (docs/metrics.md).
+MOVEMENT, TURN_DEG = 0.1, 10.0
+"""Least progress of a trial that moved, and least rotation [deg] of one that only rotates."""
+CENTRE, FIRST_ROWS = 0.05, 10
+"""Distance from the origin within which one of so many first rows must lie."""
+LATERAL, ROTATION_DEG = 0.2, 75.0
+"""Lateral distance, and rotation [deg], beyond which a row deviates."""
+SHARE = 0.1
+"""Share of rows that may deviate, and the share at the end in which none may."""
+BACKTRACK = 0.1
+"""How far progress may fall below its running maximum."""
 
 
-def labels_of(
-    path_normalised: Array, rotation_deg: Array | None, angle_deg: float | None, config: LabelRules | None = None
-) -> frozenset[str]:
+def labels_of(path_normalised: Array, rotation_deg: Array | None, angle_deg: float | None) -> frozenset[str]:
     """Return the labels of a trial.
 
     Args:
@@ -56,29 +44,27 @@ def labels_of(
         rotation_deg: Rotation `(T,)` [deg], or None where it is unknown.
         angle_deg: Direction counter-clockwise from +x [deg], or None for a trial that only rotates, which gets
             only `no movement` and `not centred`.
-        config: The limits, by default `LabelRules()`.
 
     Raises:
         InputError: wrong shapes, no row, or a value that is not finite.
     """
-    rules = config or LabelRules()
     path = np.asarray(path_normalised, dtype=float)
     turn = np.zeros(len(path)) if rotation_deg is None else np.asarray(rotation_deg, dtype=float)
     check_rows(path, turn)
-    centred = bool(np.any(np.linalg.norm(path[: rules.first_rows], axis=1) <= rules.centre))
+    centred = bool(np.any(np.linalg.norm(path[:FIRST_ROWS], axis=1) <= CENTRE))
     if angle_deg is None:
-        found = {NO_MOVEMENT: np.abs(turn).max() < rules.turn_deg, NOT_CENTRED: not centred}
+        found = {NO_MOVEMENT: np.abs(turn).max() < TURN_DEG, NOT_CENTRED: not centred}
     else:
         along, across = geometry.rotate(-math.radians(angle_deg), path).T
-        off = np.abs(across) > rules.lateral
-        last = math.ceil(rules.share * len(path))
+        off = np.abs(across) > LATERAL
+        last = math.ceil(SHARE * len(path))
         found = {
-            NO_MOVEMENT: along.max() < rules.movement,
+            NO_MOVEMENT: along.max() < MOVEMENT,
             NOT_CENTRED: not centred,
-            DEVIATED: off.mean() > rules.share,
+            DEVIATED: off.mean() > SHARE,
             END_DEVIATED: off[len(off) - last :].any(),
-            ROTATION_DEVIATED: np.mean(np.abs(turn) > rules.rotation_deg) > rules.share,
-            BACKTRACKING: np.any(np.maximum.accumulate(along) - along > rules.backtrack),
+            ROTATION_DEVIATED: np.mean(np.abs(turn) > ROTATION_DEG) > SHARE,
+            BACKTRACKING: np.any(np.maximum.accumulate(along) - along > BACKTRACK),
         }
     return frozenset(label for label, holds in found.items() if holds)
 

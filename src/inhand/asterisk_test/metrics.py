@@ -167,7 +167,6 @@ def _share(part: float, whole: float) -> float:
 
 
 def _check_rest(rows: int, contact: NDArray[np.bool_] | None, angle_deg: float | None, target_deg: float) -> None:
-    """Refuse contact of the wrong shape and angles that are not finite."""
     if contact is not None and (np.ndim(contact) != 2 or len(contact) != rows):
         raise InputError(
             f"contact has shape {np.shape(contact)} for {rows} rows: give (T, F), every finger of each row"

@@ -23,7 +23,7 @@ from inhand.hands.reach.limits import Farthest, ReachConfig
 from inhand.plots.save import save_figure
 from inhand.records import read_record
 from inhand.shown import Shown, frame, listed, saved
-from inhand.tasks.primitives import Primitive, parse_directions, with_twists
+from inhand.tasks.primitives import Primitive, parse_directions
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
 
@@ -40,7 +40,6 @@ class Reach(Shown):
     mark = MARK
 
     config: ReachCommand
-    """What was asked for."""
     held: Held
     """The hand and the object."""
     start: Farthest
@@ -108,7 +107,6 @@ class Asked:
     assumed: ReachConfig
     """Resolution, friction and bound of rotation."""
     primitives: tuple[Primitive, ...]
-    """The directions."""
     notes: tuple[str, ...]
     """What a reader should know, a sentence each."""
 
@@ -159,9 +157,7 @@ def ready_reach(config: ReachCommand) -> Asked:
     known = ReachConfig(
         resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
     )
-    primitives = parse_directions(config.directions)
-    if config.twist:
-        primitives = with_twists(primitives, config.twist)
+    primitives = parse_directions(config.directions, config.twist)
     check_fit(*held)
     return Asked(held, known, primitives, assumed([config.hand]))
 
@@ -200,8 +196,6 @@ def load_reach(folder: Path) -> Reach:
 
 @dataclass(frozen=True)
 class _Entry:
-    """A limit as the JSON has it."""
-
     direction: str
     angle_deg: float | None
     rotation_deg: float

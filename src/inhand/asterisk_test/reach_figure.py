@@ -27,12 +27,7 @@ def reach_figure(
 ) -> Figure:
     """Return a figure of the workspace: the start grip, the asterisk of limits, and the object at each of them.
 
-    Args:
-        held: the hand and the object.
-        start: a grip at the start pose.
-        limits: limits of primitives that translate, in any order.
-        title: First line.
-        subtitle: Second line, smaller.
+    The limits are those of primitives that translate, in any order.
     """
     hand, spec = held
     origin = start.pose[:2]

@@ -52,9 +52,7 @@ class Run(Shown):
     """A finished run."""
 
     config: AsteriskConfig
-    """What was run."""
     trials: tuple[Trial, ...]
-    """Its trials."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
     people: tuple[HumanTrial, ...] = ()
@@ -260,7 +258,6 @@ def side_by_side(run: Run, title: str) -> Figure:
 
 
 def _turns(run: Run) -> Figure:
-    """Return the figure of the angles turned each way."""
     series = [turn_series(run.name, run.results)]
     people = [result_of_human(trial) for trial in run.people if trial.angle_deg is None]
     if people:
@@ -281,7 +278,6 @@ def both_radars(run: Run) -> Figure:
 
 
 def _replay(run: Run, folder: Path) -> str:
-    """Draw the trial that went farthest."""
     best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial, result = run.trials[best], run.results[best]
     rows = list(range(0, len(trial.time), FRAME_STEPS))
@@ -301,7 +297,6 @@ def _replay(run: Run, folder: Path) -> str:
 
 
 def _paths(run: Run, folder: Path) -> list[str]:
-    """Draw the first trial of every direction that translates."""
     pictures: list[str] = []
     for trial, result in zip(run.trials, run.results, strict=True):
         if result.trial != 1 or result.angle_deg is None:

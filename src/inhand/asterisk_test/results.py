@@ -42,7 +42,6 @@ class Result:
     """What one trial reached."""
 
     direction: str
-    """Name of the primitive."""
     angle_deg: float | None
     """Its direction [deg], None where it only rotates."""
     trial: int
@@ -50,7 +49,6 @@ class Result:
     outcome: str
     """How it ended."""
     metrics: Metrics
-    """The primary metrics."""
     carried_mm: float
     """Farthest progress before the end with lost and regained contacts allowed, as in the thesis [mm]."""
     first_lost: str | None
@@ -257,5 +255,4 @@ def largest(values: Iterable[float | None]) -> float | None:
 
 
 def _limit_entry(result: Result) -> dict[str, float | None]:
-    """Return the limit under a name that gives its unit."""
     return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}

@@ -25,7 +25,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.engines import check_engine
 from inhand.tasks.paths import ReferencePath, path_of, stacked, twist_poses, whole_path
-from inhand.tasks.primitives import Primitive, parse_directions, twisted_name, with_twists
+from inhand.tasks.primitives import Primitive, parse_directions, twisted_name
 from inhand.tasks.reach import limits
 
 
@@ -34,9 +34,7 @@ class Assignment:
     """What one world has to do."""
 
     primitive: Primitive
-    """The primitive."""
     path: ReferencePath
-    """The path to follow."""
     trial: int
     """Number of the trial in its direction, from 1."""
 
@@ -46,9 +44,7 @@ class Setup:
     """Everything a run needs, checked before anything is written."""
 
     hand: HandSpec
-    """The hand."""
     object: ObjectSpec
-    """The object."""
     controller: ControllerEntry
     """The controller of the manipulation phase."""
     assignments: tuple[Assignment, ...]
@@ -68,9 +64,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     check_draws(config)
     hand, spec = load_hand(config.hand), load_object(config.object)
     entry = find_controller(config.controller)
-    primitives = parse_directions(config.directions)
-    if config.twist:
-        primitives = with_twists(primitives, config.twist)
+    primitives = parse_directions(config.directions, config.twist)
     count = config.trials * len(primitives)
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
     check_fit(hand, spec)
@@ -85,12 +79,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     return Setup(hand, spec, entry, tuple(assignments))
 
 
-def simulate(
-    config: AsteriskConfig,
-    setup: Setup,
-    progress: Told | None = None,
-    threads: int = 0,
-) -> tuple[Trial, ...]:
+def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None, threads: int = 0) -> tuple[Trial, ...]:
     """Run every assignment at once and return the trials in the same order.
 
     The hand's own limit along each primitive is computed first and kept in the trials' passports. MuJoCo steps on

@@ -9,15 +9,7 @@ import pandas as pd
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import (
-    Result,
-    as_entry,
-    averaged,
-    by_direction,
-    mean_fraction,
-    result_of_human,
-    tidy,
-)
+from inhand.asterisk_test.results import Result, as_entry, averaged, by_direction, mean_fraction, result_of_human, tidy
 from inhand.control.trial import DIVERGED, GRIP_END, LOST_CONTACT, NO_GRASP, NO_MOVEMENT, REACHED, STOPPED, TIME_OUT
 from inhand.pages import NO_VERDICT, NOTHING, spread
 

@@ -61,13 +61,11 @@ class Watch:
         self._screen.line(line, _table(reached))
 
     def _speed(self, now: Counters) -> str:
-        """Return the updates in a second since the evaluation before."""
         if self._before is None or now.seconds <= self._before.seconds:
             return ""
         return f"{(now.updates - self._before.updates) / (now.seconds - self._before.seconds):.0f} updates/s"
 
     def _time_left(self, now: Counters) -> str:
-        """Return the time that is left at the speed of this sitting."""
         left = self._total - now.episodes
         if self._first is None or now.episodes <= self._first.episodes or left <= 0:
             return ""

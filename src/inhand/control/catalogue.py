@@ -119,11 +119,7 @@ CAUTIOUS = (SearchConfig(cone=0.7, start_cone=0.65), IkConfig(friction_share=0.8
 
 
 def _entry(name: str, given: object) -> ControllerEntry:
-    """Return the controller that a user's class, policy, model with `predict` or function that makes one of these is.
-
-    Raises:
-        InputError: not what makes a controller.
-    """
+    """Return the controller of a user's class, policy, model with `predict`, or function that makes one of these."""
     if isinstance(given, FunctionType) and not signature(given).parameters:
         made = given()
         return _entry(str(getattr(made, "name", name)), made)
@@ -265,7 +261,6 @@ def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
 
 
 def _shipped() -> ControllerEntry:
-    """Return the controller that comes with the package."""
     with resources.as_file(resources.files("inhand") / "policies" / "default") as folder:
         if not (folder / ACTOR).is_file():
             raise InputError(

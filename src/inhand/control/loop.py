@@ -31,7 +31,6 @@ class Recording:
     states: tuple[State, ...]
     """Every measured state, the first before the first phase."""
     phases: tuple[str, ...]
-    """Names of the phases."""
     phase: NDArray[np.int64]
     """Phase of each state `(T,)`, its number in `phases`."""
     last: NDArray[np.int64]
@@ -93,7 +92,6 @@ class Bench:
     """In what worlds are simulated, and who is told how far it is."""
 
     engine: str = MUJOCO
-    """The physics engine."""
     surroundings: SceneSpec | None = None
     """What stands around; None for the floor alone."""
     threads: int = 0
@@ -127,11 +125,7 @@ def simulate(
 
 
 def run_episodes(
-    simulator: Simulator,
-    task: Task,
-    phases: Sequence[Phase],
-    start: State,
-    progress: Told | None = None,
+    simulator: Simulator, task: Task, phases: Sequence[Phase], start: State, progress: Told | None = None
 ) -> Recording:
     """Run one episode in every world of a batch, phase by phase, from the state the simulator was reset to.
 

@@ -88,8 +88,6 @@ class Policy:
 
 @dataclass(frozen=True)
 class _Card:
-    """What a policy's folder says beside its weights."""
-
     format: int
     layers: int
     observation: str

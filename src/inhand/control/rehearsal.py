@@ -109,11 +109,7 @@ def best_grasps(
 
 
 def _farthest(
-    held: Held,
-    groups: Sequence[Sequence[GraspPlan]],
-    where: tuple[Array, Array],
-    config: IkConfig | None,
-    engine: str,
+    held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
 ) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
     hand, spec = held

@@ -47,13 +47,10 @@ class Passport:
     """Where a trial comes from: enough to run it again."""
 
     hand: HandSpec
-    """The hand."""
     object: ObjectSpec
-    """The object."""
     controller: str
     """Name of the controller that manipulates."""
     primitive: str
-    """Name of the primitive."""
     angle_deg: float | None
     """Direction of the primitive [deg], None where it only rotates."""
     rotation_deg: float
@@ -63,7 +60,6 @@ class Passport:
     trial: int
     """Number of the trial in its direction, from 1."""
     seed: int
-    """Seed of the run."""
     substeps: int
     """Physics steps between two rows."""
     timestep: float
@@ -71,7 +67,6 @@ class Passport:
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
     engine: str = "mujoco"
-    """Physics engine."""
     limit: float | None = None
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
 
@@ -92,7 +87,6 @@ class Trial:
     """One recorded episode of T rows, in the palm frame and SI units."""
 
     passport: Passport
-    """Where it comes from."""
     outcome: str
     """How it ended, one of `OUTCOMES`."""
     phases: tuple[str, ...]
@@ -189,8 +183,6 @@ _WHOLE = ("phase", "contact_links")
 
 @dataclass(frozen=True)
 class _Head:
-    """What a trial's file says beside its arrays."""
-
     format: int
     outcome: str
     phases: tuple[str, ...]

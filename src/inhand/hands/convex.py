@@ -75,7 +75,6 @@ def _joined(first: Array, second: Array) -> Array | None:
 
 
 def _best_diagonal(corners: Array) -> tuple[int, int]:
-    """Return the corners i < j to cut between."""
     inward = turns(corners) < -STRAIGHT
     inside, straightens = _directions(corners)
     i, j = np.nonzero(np.triu(inside & inside.T & (inward[:, None] | inward), 2))

@@ -63,7 +63,6 @@ def _document(path: Path) -> Drawing:
 
 
 def _entities(document: Drawing) -> list[DXFGraphic]:
-    """Return the lines and curves that a document shows."""
     hidden = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
     shown = [
         entity

@@ -17,9 +17,7 @@ class Held(NamedTuple):
     """Which object is in which hand."""
 
     hand: HandSpec
-    """The hand."""
     object: ObjectSpec
-    """The object."""
 
     @property
     def start(self) -> Array:

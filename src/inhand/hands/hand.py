@@ -165,12 +165,7 @@ def _fixed(numbers: ArrayLike) -> Array:
     return array
 
 
-def build_hand(
-    name: str,
-    left_links: tuple[float, ...],
-    right_links: tuple[float, ...],
-    palm_width: float,
-) -> HandSpec:
+def build_hand(name: str, left_links: tuple[float, ...], right_links: tuple[float, ...], palm_width: float) -> HandSpec:
     """Return a hand with free joints (limits of +-pi, so that bodies are the only limit).
 
     Its fingers have links of some lengths [m], its palm a width between the proximal joints [m].
@@ -234,7 +229,6 @@ def _check_parts(name: str, side: str, finger: FingerSpec) -> None:
 
 
 def _check_outline(name: str, what: str, corners: Corners) -> None:
-    """Refuse outlines that are not convex and counter-clockwise."""
     points = np.array(corners, dtype=float).reshape(-1, 2)
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     if not (len(points) > 2 and np.isfinite(points).all() and (cross(before, after) > 0).all()):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import Array, perpendicular
+from inhand.geometry import Array, chain, perpendicular, unit
 from inhand.hands.hand import FingerSpec, HandSpec
 
 
@@ -16,14 +16,12 @@ def link_angles(joint_angles: Array) -> Array:
 
 def link_direction(angle: Array) -> Array:
     """Return the unit vectors `(..., 2)` along links at absolute angles [rad]; zero points along +y."""
-    return np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+    return perpendicular(unit(angle))
 
 
 def joint_positions(finger: FingerSpec, joint_angles: Array) -> Array:
     """Return the joints and the tip `(..., n + 1, 2)` [m] of a finger in the palm frame."""
-    steps = link_direction(link_angles(joint_angles)) * np.array(finger.links)[:, None]
-    base = np.broadcast_to(np.array(finger.base), (*steps.shape[:-2], 1, 2))
-    return np.concatenate([base, base + np.cumsum(steps, axis=-2)], axis=-2)
+    return chain(finger.base, finger.links, joint_angles)
 
 
 def hand_positions(hand: HandSpec, joint_angles: Array) -> Array:

@@ -38,9 +38,7 @@ class RobotNames:
     palm: str
     """Body or site whose axes are those of the palm frame."""
     left: FingerNames
-    """Left finger."""
     right: FingerNames
-    """Right finger."""
     palm_x: str = "x"
     """Axis of the palm's body that points right, one of `AXES`."""
     palm_y: str = "y"
@@ -233,5 +231,4 @@ def _above(model: mujoco.MjModel, body: int, end: int) -> set[int]:
 
 
 def _moved_by(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
-    """Return the bodies that move rigidly with a body."""
     return tuple(int(b) for b in np.flatnonzero(model.body_weldid == body))

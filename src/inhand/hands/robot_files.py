@@ -129,14 +129,12 @@ def _load(path: Path, joints: tuple[str, ...]) -> tuple[mujoco.MjModel, tuple[st
 
 
 def _assumed(model: mujoco.MjModel, parts: Parts) -> tuple[str, ...]:
-    """Return a note on joints that the file gives no limits."""
     joints = [joint for chain in parts.chains for joint in chain.joints if not model.jnt_limited[joint]]
     named = ", ".join(model.joint(joint).name for joint in joints)
     return (f"The robot file gives no limits for {named}: they turn freely, +-180 deg.",) if joints else ()
 
 
 def _finger(model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, index: int) -> _Finger:
-    """Measure one finger at the file's reference posture."""
     chain, side = parts.chains[index], FINGER_NAMES[index]
     joints = list(chain.joints)
     corners = np.concatenate([data.xanchor[joints], parts.tips[index][None]]) @ parts.axes[:2].T
@@ -201,13 +199,8 @@ def _outline(points: Array, what: str) -> Corners:
 
 
 def _assemble(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    name: str,
-    found: tuple[Parts, list[_Finger]],
-    numbers: dict[str, Any],
+    model: mujoco.MjModel, data: mujoco.MjData, name: str, found: tuple[Parts, list[_Finger]], numbers: dict[str, Any]
 ) -> RobotHand:
-    """Put the origin between the proximal joints and build the hand."""
     parts, fingers = found
     origin = (fingers[0].base + fingers[1].base) / 2
     left, right = (np.round(finger.base - origin, DECIMALS) for finger in fingers)

@@ -42,8 +42,6 @@ class RobotText:
 
 @dataclass(frozen=True)
 class _Xml:
-    """A parsed file and the line of each element."""
-
     path: Path
     root: Element
     lines: dict[Element, int] = field(default_factory=dict)
@@ -160,7 +158,6 @@ def _counts(xml: _Xml, element: Element) -> list[int]:
 
 
 def _check_joints(xml: _Xml, joints: tuple[str, ...]) -> None:
-    """Refuse named joints whose limits leave no way."""
     for joint in xml.root.iter("joint"):
         limit = joint.find("limit")
         urdf = xml.root.tag == "robot"
@@ -202,7 +199,6 @@ def left_out(path: Path, shown: int, empty: int) -> tuple[str, ...]:
 
 
 def _is_empty(collision: Element) -> bool:
-    """Return whether every number of a basic shape is zero."""
     shape = next(iter(collision.find("geometry") or ()), None)
     words = [] if shape is None or shape.tag == "mesh" else " ".join(value for _, value in shape.items()).split()
     try:
@@ -212,7 +208,6 @@ def _is_empty(collision: Element) -> bool:
 
 
 def _mesh(xml: _Xml, mesh: Element, number: int) -> tuple[str, bytes]:
-    """Rename a URDF's mesh and return its new name and its bytes."""
     named = mesh.get("filename", "")
     suffix = Path(named).suffix.lower()
     if suffix not in MESHES:
@@ -236,7 +231,6 @@ def _mesh(xml: _Xml, mesh: Element, number: int) -> tuple[str, bytes]:
 
 
 def _places(xml: _Xml, named: str) -> Iterator[Path]:
-    """Give the places at which a mesh may lie."""
     folder = xml.path.parent
     scheme, is_uri, rest = named.partition("://")
     if not is_uri or scheme == "file":

@@ -71,7 +71,6 @@ def svg_lines(path: Path, close: float) -> tuple[list[Array], float | None]:
 
 
 def _root(path: Path) -> Element:
-    """Return the outermost element of an SVG file."""
     from svgpathtools import Document
 
     try:

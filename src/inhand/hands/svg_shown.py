@@ -80,7 +80,6 @@ def _given(found: dict[str, str], name: str) -> bool:
 
 
 def _sheet(root: Element) -> Matcher:
-    """Return the matcher of the rules in a file's style sheets."""
     from cssselect2 import Matcher, SelectorError, compile_selector_list
     from tinycss2 import parse_stylesheet
 

@@ -150,7 +150,6 @@ def _joints(hand: HandSpec, finger: FingerSpec, points: Array, direction: Array,
 def _three_link_choice(
     hand: HandSpec, finger: FingerSpec, points: Array, direction: Array, inward: Array
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Choose the inclination with the least squared bend of the distal joints."""
     angle = inward[..., None] + INCLINATIONS
     joints = _joints(hand, finger, points[..., None, :], direction[..., None, :], angle)
     allowed = within_limits(finger, joints)

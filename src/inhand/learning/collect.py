@@ -14,6 +14,8 @@ from inhand.learning.worlds import ManipulationWorlds
 
 CORRELATION = 0.8
 """How much of the exploration noise of one decision is left in the next."""
+_KEPT = ("observations", "actions", "rewards", "at", "noise", "observation")
+"""What a collector goes on from."""
 
 
 @dataclass(frozen=True)
@@ -80,31 +82,19 @@ class Collector:
 
     def state_dict(self) -> dict[str, Any]:
         """Return everything that `load_state_dict` needs: arrays and the worlds' own."""
-        own = {
-            "observations": self._observations,
-            "actions": self._actions,
-            "rewards": self._rewards,
-            "at": self._at,
-            "noise": self._noise,
-            "observation": self._observation,
-        }
-        return {f"collect.{name}": array for name, array in own.items()} | self._worlds.state_dict()
+        own = {f"collect.{name}": getattr(self, f"_{name}") for name in _KEPT}
+        return own | self._worlds.state_dict()
 
     def load_state_dict(self, kept: dict[str, Any]) -> None:
         """Go on from what `state_dict` returned, byte for byte."""
-        self._observations, self._actions = kept["collect.observations"], kept["collect.actions"]
-        self._rewards, self._at = kept["collect.rewards"], kept["collect.at"]
-        self._noise, self._observation = kept["collect.noise"], kept["collect.observation"]
+        for name in _KEPT:
+            setattr(self, f"_{name}", kept[f"collect.{name}"])
         self._worlds.load_state_dict(kept)
 
     def _cut(self, world: int, *, terminated: bool) -> Rows:
         count = self._at[world]
-        episode = (
-            self._observations[world, : count + 1],
-            self._actions[world, :count],
-            None,
-            self._rewards[world, :count],
-        )
+        seen, rewards = self._observations[world, : count + 1], self._rewards[world, :count]
+        episode = seen, self._actions[world, :count], None, rewards
         return rows_of(self._columns, episode, self._looking, terminated=terminated)
 
     def _told(self, world: int, *, dropped: bool) -> Finished:

@@ -24,7 +24,6 @@ class DatasetKind:
     """What a dataset and the controller that learns from it must have in common."""
 
     hand: HandSpec
-    """The hand."""
     interface: InterfaceCard
     """How a controller sees and acts."""
     actions: str
@@ -45,13 +44,11 @@ class DatasetHead:
     kind: DatasetKind
     """Hand, observations, actions and horizon."""
     object: ObjectSpec
-    """The object."""
     expert: str
     """Controller that demonstrates."""
     grasp: str
     """Grip of the starts: planned or rough."""
     reward: str
-    """Name of the reward."""
     directions: str
     """Words for the directions, or `CONTINUOUS`."""
     noise: tuple[float, float]
@@ -65,11 +62,9 @@ class DatasetHead:
     grip_spread: float
     """Standard deviation of the angle between a direction and the one whose grip is used [deg]."""
     seed: int
-    """Seed of everything drawn."""
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
     engine: Engine = MUJOCO
-    """Physics engine."""
 
     @property
     def dataset_id(self) -> str:

@@ -18,11 +18,7 @@ SIDE_IN = 4.2
 def dataset_figure(angle_deg: Array, distance: Array, lost: NDArray[np.bool_], title: str) -> Figure:
     """Return the figure of where episodes ended, seen from where they began.
 
-    Args:
-        angle_deg: direction of each episode `(E,)` [deg].
-        distance: way along it at its end `(E,)` [m].
-        lost: whether it lost the object `(E,)`.
-        title: First line.
+    Of each episode that is its direction [deg], the way along it at its end [m], and whether it lost the object `(E,)`.
     """
     subtitle = f"{len(lost)} episodes, {int(lost.sum())} of them lost the object"
     angle = np.deg2rad(angle_deg)

@@ -46,8 +46,6 @@ BLOCK = 256
 
 @dataclass(frozen=True)
 class _Entry:
-    """Our part of Minari's metadata."""
-
     format: int
     head: DatasetHead
 
@@ -106,7 +104,7 @@ def write_dataset(
         while block := list(islice(coming, BLOCK)):
             storage.update_episodes([_buffer(episode) for episode in block])
             numbers = range(written, written + len(block))
-            storage.update_episode_metadata([_about(episode) for episode in block], numbers)
+            storage.update_episode_metadata([{name: getattr(each, name) for name in ABOUT} for each in block], numbers)
             written += len(block)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -150,22 +148,15 @@ class StoredEpisodes:
     """The episodes of a dataset, read from the disk as they are asked for."""
 
     folder: Path
-    """Folder of the dataset."""
     kind: DatasetKind
-    """What they hold."""
     storage: Storage
-    """Minari's."""
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return self.storage.total_episodes
+        return int(self.storage.total_episodes)
 
     def __iter__(self) -> Iterator[DatasetEpisode]:
-        """Give one after the other.
-
-        Raises:
-            InputError: one cannot be read.
-        """
+        """Give one after the other."""
         return _episodes(self.folder, self.kind, self.storage)
 
 
@@ -180,12 +171,10 @@ def check_installed(what: str) -> None:
 
 
 def _sizes(kind: DatasetKind) -> tuple[int, int]:
-    """Return how many numbers an observation and an action have."""
     return kind.size, kind.hand.n_joints
 
 
 def _metadata(head: DatasetHead) -> dict[str, Any]:
-    """Return Minari's metadata with ours among it."""
     import minari
 
     kind = head.kind
@@ -203,7 +192,6 @@ def _metadata(head: DatasetHead) -> dict[str, Any]:
 
 
 def _buffer(episode: DatasetEpisode) -> object:
-    """Return an episode as Minari takes it."""
     from minari.data_collector.episode_buffer import EpisodeBuffer
 
     count = len(episode.rewards)
@@ -217,11 +205,6 @@ def _buffer(episode: DatasetEpisode) -> object:
         infos={"wanted": episode.wanted},
     )
     return buffer
-
-
-def _about(episode: DatasetEpisode) -> dict[str, Any]:
-    """Return what Minari keeps beside an episode."""
-    return {name: getattr(episode, name) for name in ABOUT}
 
 
 def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[DatasetEpisode]:
@@ -246,11 +229,7 @@ def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[Dat
 
 
 def _check_episode(arrays: dict[str, NDArray[Any]], kind: DatasetKind) -> None:
-    """Refuse arrays of an episode that hold anything but finite numbers, or do not fit together.
-
-    Raises:
-        InputError: the text names the array.
-    """
+    """Refuse arrays of an episode that hold anything but finite numbers, or do not fit together."""
     for name, array in arrays.items():
         if array.dtype.kind != "f" or not np.isfinite(array).all():
             raise InputError(f"{name} holds {array.dtype}, not finite throughout; it must hold finite numbers")

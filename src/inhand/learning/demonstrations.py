@@ -7,7 +7,7 @@ Datasets and training record by the same lines; one writes episodes to a folder,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import direction_plans, find_controller
+from inhand.control.loop import Told
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -34,8 +35,6 @@ from inhand.tasks.primitives import UNSEEN
 from inhand.tasks.routes import Routes, routes_of
 from inhand.tracing.tasks import find_task
 
-Told = Callable[[str, int, int], None]
-"""Told what is being done, how far it is and how far it has to go."""
 Plans = dict[float, GraspPlan]
 """Grasps by direction [deg]."""
 RoutePool = tuple[Routes, list[GraspPlan]]
@@ -79,21 +78,15 @@ class Recording:
     """What is to be recorded."""
 
     hand: HandSpec
-    """The hand."""
     object: ObjectSpec
-    """The object."""
     angles_deg: tuple[float, ...]
     """Directions, drawn evenly [deg]."""
     recipe: Recipe
-    """How demonstrations are made."""
     interface: Interface
     """What is seen, done and rewarded."""
     noise: Noise
-    """Noise of the starts."""
     seed: int
-    """Seed of everything drawn."""
     engine: Engine = MUJOCO
-    """Physics engine."""
     continuous: bool = False
     """Whether half of the directions are drawn anywhere on the circle but near the 8 unseen ones."""
     held_out: float = 5.0
@@ -215,11 +208,7 @@ def demonstrations(
 
 
 def starts_of(
-    recording: Recording,
-    given: Plans | RoutePool,
-    count: int,
-    rng: np.random.Generator,
-    kept: Starts | None = None,
+    recording: Recording, given: Plans | RoutePool, count: int, rng: np.random.Generator, kept: Starts | None = None
 ) -> Starts:
     """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones."""
     held, recipe = recording.held, recording.recipe
@@ -269,13 +258,7 @@ def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine:
 
 
 def route_starts(
-    held: Held,
-    pool: RoutePool,
-    count: int,
-    rng: np.random.Generator,
-    noise: Noise,
-    *,
-    engine: Engine = MUJOCO,
+    held: Held, pool: RoutePool, count: int, rng: np.random.Generator, noise: Noise, *, engine: Engine = MUJOCO
 ) -> Starts:
     """Return starts with all fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool

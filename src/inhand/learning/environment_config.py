@@ -56,11 +56,7 @@ class EnvironmentConfig(Interface, HeldConfig):
     """Threads of the simulation; 0 uses every core."""
 
     def __post_init__(self) -> None:
-        """Refuse values that no environment can have.
-
-        Raises:
-            InputError: the text says which.
-        """
+        """Refuse values that no environment can have."""
         super().__post_init__()
         for name, least in (("noise_mm", 0), ("noise_deg", 0), ("threads", 0), ("horizon", 1)):
             if getattr(self, name) < least:
@@ -116,11 +112,7 @@ class GoalConfig(EnvironmentConfig):
     drops objects on purpose needs `truncated`, after which it counts on as if the episode went on."""
 
     def __post_init__(self) -> None:
-        """Refuse values that no environment can have.
-
-        Raises:
-            InputError: the text says which.
-        """
+        """Refuse values that no environment can have."""
         super().__post_init__()
         for name in ("nearest_mm", "tolerance_mm", "tolerance_deg"):
             if getattr(self, name) <= 0:
@@ -206,12 +198,7 @@ def _plans(held: Held, angles: tuple[float, ...], grasp: GraspKind, engine: Engi
 
 @cache
 def _pool(
-    held: Held,
-    angles: tuple[float, ...],
-    gripping: tuple[GraspKind, Noise, Engine],
-    count: int,
-    *,
-    stop: bool,
+    held: Held, angles: tuple[float, ...], gripping: tuple[GraspKind, Noise, Engine], count: int, *, stop: bool
 ) -> Starts:
     grasp, noise, engine = gripping
     grips = _plans(held, angles, grasp, engine), np.resize(np.array(angles), count)

@@ -7,7 +7,7 @@ to Gymnasium, whichever of the two is imported first.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,10 +25,22 @@ try:
 except ImportError as error:
     raise needs_extra("rl", "an environment") from error
 
+Kinds: TypeAlias = tuple[type[EnvironmentConfig], type[Batch[Any]]]
+"""What reads an environment's keywords, and the worlds that they ask for."""
 METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 50}
 """What Gymnasium asks about one environment: it gives pictures, and a second has 50 decisions."""
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.SAME_STEP}
 """The same about a batch."""
+
+
+class _WithGoals:
+    _kinds: Kinds = (GoalConfig, GoalBatch)
+    _batch: Batch[GoalConfig]
+
+    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object) -> Array:
+        """Return the reward `(...)` of poses `(..., 3)` for goals `(..., 3)`; what else is known changes nothing."""
+        del info
+        return self._batch.config.reward_of(achieved_goal, desired_goal)
 
 
 class AsteriskEnv(gymnasium.Env[Any, Any]):
@@ -40,7 +52,7 @@ class AsteriskEnv(gymnasium.Env[Any, Any]):
     """
 
     metadata = METADATA
-    _kinds: tuple[type[EnvironmentConfig], type[Batch[Any]]] = (EnvironmentConfig, Batch)
+    _kinds: Kinds = (EnvironmentConfig, Batch)
 
     def __init__(self, *, render_mode: str | None = None, **keywords: object) -> None:
         """Make the environment; grasps and starts are made once in a process for equal keywords.
@@ -87,7 +99,7 @@ class AsteriskEnv(gymnasium.Env[Any, Any]):
         return None if self.render_mode is None else self._batch.pictures(*self._shown)[0]
 
 
-class AsteriskGoalEnv(AsteriskEnv):
+class AsteriskGoalEnv(_WithGoals, AsteriskEnv):
     """Move a held object to a goal on a direction (`inhand/AsteriskGoal-v0`).
 
     Observations are a dict of `observation`, `achieved_goal` and `desired_goal`; goals are poses of the object x [m],
@@ -96,19 +108,12 @@ class AsteriskGoalEnv(AsteriskEnv):
     stays a part of `observation`.
     """
 
-    _kinds = (GoalConfig, GoalBatch)
-
-    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object) -> Array:
-        """Return the reward `(...)` of poses `(..., 3)` for goals `(..., 3)`; what else is known changes nothing."""
-        del info
-        return _reward(self._batch, achieved_goal, desired_goal)
-
 
 class AsteriskVectorEnv(VectorEnv[Any, Any, Any]):
     """Many of `AsteriskEnv` in one simulation on all cores, restarted in the step in which they end."""
 
     metadata = VECTOR_METADATA
-    _kinds: tuple[type[EnvironmentConfig], type[Batch[Any]]] = (EnvironmentConfig, Batch)
+    _kinds: Kinds = (EnvironmentConfig, Batch)
 
     def __init__(self, num_envs: int = 1, *, render_mode: str | None = None, **keywords: object) -> None:
         """Make the environments.
@@ -166,23 +171,11 @@ class AsteriskVectorEnv(VectorEnv[Any, Any, Any]):
         return None if self.render_mode is None else batch.pictures(batch.worlds.state, batch.ways())
 
 
-class AsteriskGoalVectorEnv(AsteriskVectorEnv):
+class AsteriskGoalVectorEnv(_WithGoals, AsteriskVectorEnv):
     """Many of `AsteriskGoalEnv` in one simulation on all cores, restarted in the step in which they end."""
 
-    _kinds = (GoalConfig, GoalBatch)
 
-    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: object) -> Array:
-        """Return the reward `(...)` of poses `(..., 3)` for goals `(..., 3)`; what else is known changes nothing."""
-        del info
-        return _reward(self._batch, achieved_goal, desired_goal)
-
-
-def _batch(
-    kinds: tuple[type[EnvironmentConfig], type[Batch[Any]]],
-    keywords: dict[str, Any],
-    count: int,
-    render_mode: str | None,
-) -> Batch[Any]:
+def _batch(kinds: Kinds, keywords: dict[str, Any], count: int, render_mode: str | None) -> Batch[Any]:
     return kinds[1](configured(kinds[0], keywords), count, render_mode)
 
 
@@ -194,17 +187,11 @@ def _seed(given: object) -> int | None:
     return None if seed is None else int(seed)
 
 
-def _reward(batch: Batch[GoalConfig], achieved: ArrayLike, desired: ArrayLike) -> Array:
-    return batch.config.reward_of(achieved, desired)
-
-
 def _one(seen: Seen, world: int = 0) -> Seen:
-    """Return the observation of one world."""
     return {name: part[world].copy() for name, part in seen.items()} if isinstance(seen, dict) else seen[world].copy()
 
 
 def _one_info(info: Info) -> Info:
-    """Return the info of the first world."""
     return {name: _one_info(told) if isinstance(told, dict) else told[0].item() for name, told in info.items()}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from inhand.asterisk_test.asterisk import people_of
-from inhand.asterisk_test.comparison import Evaluation, with_more
+from inhand.asterisk_test.comparison import ControllerTrials, with_more
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
@@ -154,8 +154,8 @@ def _test(config: EvaluateConfig, name: str, trained: dict[str, Any]) -> Asteris
     )
 
 
-def _evaluation(trials: tuple[Trial, ...], shown: int) -> Evaluation:
-    return Evaluation(trials[0].passport.controller, trials, tuple(map(result_of_trial, trials)), shown)
+def _evaluation(trials: tuple[Trial, ...], shown: int) -> ControllerTrials:
+    return ControllerTrials(trials[0].passport.controller, trials, tuple(map(result_of_trial, trials)), shown)
 
 
 def _learned(run: str) -> Learned | None:

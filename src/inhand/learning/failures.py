@@ -90,11 +90,6 @@ def failure_of(trial: Trial, result: Result) -> Failure:
 def failures_figure(failures: Sequence[Failure], title: str = "", subtitle: str = "") -> Figure:
     """Return the figure of one to twelve trials that failed, each with the hand and object at its end.
 
-    Args:
-        failures: The trials.
-        title: First line.
-        subtitle: Second line, smaller.
-
     Raises:
         InputError: none, or more than a figure holds.
     """

@@ -76,13 +76,7 @@ def shown_range(raw: Array, smooth: Array) -> tuple[float, float]:
 
 
 def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
-    """Return the figure of rewards and losses over the episodes (thesis figures 4.7 to 4.9).
-
-    Args:
-        found: the record of a run.
-        title: First line.
-        subtitle: Second line, smaller.
-    """
+    """Return the figure of rewards and losses over the episodes (thesis figures 4.7 to 4.9)."""
     count = len(found.total)
     episodes, rounds = np.arange(1.0, count + 1.0), spread(found.at, float(count))
     curves = [
@@ -131,13 +125,7 @@ def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
 
 
 def progress_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
-    """Return the figure of what evaluations reached: return, share of the hand's limit, and lost objects.
-
-    Args:
-        found: the record of a run.
-        title: First line.
-        subtitle: Second line, smaller.
-    """
+    """Return the figure of what evaluations reached: return, share of the hand's limit, and lost objects."""
     groups = ((TRAIN, "8 trained directions"), (UNSEEN, "8 unseen directions"))
     handles = [
         Line2D([], [], color=look.colour, marker=look.marker, markersize=4, linewidth=1.6, label=name)
@@ -154,13 +142,7 @@ def progress_figure(found: Learned, title: str = "", subtitle: str = "") -> Figu
 
 
 def directions_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
-    """Return the figure of the share of the hand's limit over the episodes, one small plot for each direction.
-
-    Args:
-        found: the record of a run.
-        title: First line.
-        subtitle: Second line, smaller.
-    """
+    """Return the figure of the share of the hand's limit over the episodes, one small plot for each direction."""
     names = [p for p in (*TRAIN, *UNSEEN) if p.name in found.best.directions]
     fractions = [each.directions[p.name].fraction for each in found.evaluations for p in names]
     ends = (LEAST if min(fractions) < LEAST else min(0.0, *fractions)) - 0.06, max(1.12, *fractions)
@@ -236,7 +218,6 @@ def _draw_group(
 
 
 def _dress_progress(axes: Sequence[Axes], found: Learned) -> None:
-    """Give the plots of evaluations their texts and axes."""
     names = (("Return", "mean return"), ("Distance", "share of the hand's limit"), ("Lost objects", "trials lost [%]"))
     last = max(found.evaluations[-1].episode, 1)
     for ax, (title, unit) in zip(axes, names, strict=True):

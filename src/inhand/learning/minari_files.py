@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import reprlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 from inhand.errors import InputError
 
@@ -15,27 +15,8 @@ STORED = "hdf5"
 """Minari's word for the form of its files."""
 MOST_EPISODES = 10**9
 """More than any disk holds."""
-
-
-class Storage(Protocol):
-    """What is used of Minari's storage, which has no types."""
-
-    total_episodes: int
-
-    def update_metadata(self, metadata: dict[str, Any]) -> None:
-        """Add to the metadata of the dataset."""
-
-    def update_episodes(self, episodes: Iterable[object]) -> None:
-        """Write episodes behind those that are there."""
-
-    def update_episode_metadata(self, metadatas: Iterable[dict[str, Any]], episode_indices: Iterable[int]) -> None:
-        """Add to the metadata of some episodes."""
-
-    def get_episodes(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]:
-        """Give episodes by their numbers."""
-
-    def get_episode_metadata(self, episode_indices: Iterable[int]) -> Iterable[dict[str, Any]]:
-        """Give their metadata."""
+Storage: TypeAlias = Any
+"""Minari's storage, which has no types."""
 
 
 def new_storage(folder: Path, sizes: tuple[int, int]) -> Storage:
@@ -47,8 +28,7 @@ def new_storage(folder: Path, sizes: tuple[int, int]) -> Storage:
     from minari.serialization import deserialize_space
 
     spaces = map(deserialize_space, _spaces(sizes).values())
-    storage: Storage = MinariStorage.new(folder, *spaces, data_format=STORED)
-    return storage
+    return MinariStorage.new(folder, *spaces, data_format=STORED)
 
 
 def open_storage(data: Path, sizes: tuple[int, int]) -> Storage:
@@ -66,8 +46,7 @@ def open_storage(data: Path, sizes: tuple[int, int]) -> Storage:
     count = metadata.get("total_episodes")
     if type(count) is not int or not 0 <= count <= MOST_EPISODES:
         raise InputError(f"total_episodes is {reprlib.repr(count)}; it must be a whole number up to {MOST_EPISODES}")
-    storage: Storage = MinariStorage.read(data)
-    return storage
+    return MinariStorage.read(data)
 
 
 @contextmanager
@@ -80,7 +59,6 @@ def reading(folder: Path) -> Iterator[None]:
 
 
 def _spaces(sizes: tuple[int, int]) -> dict[str, str]:
-    """Return the spaces of observations and actions as Minari's metadata has them."""
     return {
         name: json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-1.0] * n, "high": [1.0] * n})
         for name, n in zip(("observation_space", "action_space"), sizes, strict=True)

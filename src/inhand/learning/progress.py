@@ -20,6 +20,8 @@ BEST = "best"
 """Folder of a run's best policy."""
 JOURNAL = "metrics.jsonl"
 """Name of the file of lines."""
+CHECKPOINT, READY, EXPERT, AGENT = "checkpoint.npz", "ready.npz", "expert.rows", "agent.rows"
+"""What only a run that is not finished has: its checkpoint, what it began with, and the rows of both buffers."""
 HEADER = ("Direction", "Of limit", "Lost", "Across [mm]", "Turn [deg]", "Return", "Expert's")
 """Columns of `evaluation_rows`."""
 
@@ -33,7 +35,6 @@ class Reached:
     dropped: int
     """Trials that lost the object."""
     trials: int
-    """Trials."""
     across: float
     """Largest way across [m]."""
     turned: float
@@ -77,7 +78,6 @@ class Learned:
     actor_loss: Array
     """Mean loss of the actor in each round `(M,)`."""
     evaluations: tuple[Evaluated, ...]
-    """Evaluations in their order."""
 
     @property
     def best(self) -> Evaluated:

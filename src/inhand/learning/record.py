@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from inhand.control.catalogue import find_controller
 from inhand.control.draws import check_draws
+from inhand.control.loop import Told
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.folders import run_folder
@@ -27,15 +28,8 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import RecordConfig
 from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, kind_of
 from inhand.learning.dataset_figure import dataset_figure
-from inhand.learning.datasets import (
-    MARK,
-    DatasetEpisode,
-    StoredEpisodes,
-    check_installed,
-    read_dataset,
-    write_dataset,
-)
-from inhand.learning.demonstrations import Episodes, Recipe, Recording, Told, check_episodes, demonstrations, plans_of
+from inhand.learning.datasets import MARK, DatasetEpisode, StoredEpisodes, check_installed, read_dataset, write_dataset
+from inhand.learning.demonstrations import Episodes, Recipe, Recording, check_episodes, demonstrations, plans_of
 from inhand.learning.environment_config import angles_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
@@ -183,7 +177,7 @@ def recording_of(config: RecordConfig) -> Recording:
         raise InputError(f"--horizon {config.horizon}: give at least 1")
     check_draws(config)
     for name in ("push", "grip_spread"):
-        if not (np.isfinite(getattr(config, name)) and getattr(config, name) >= 0):
+        if getattr(config, name) < 0:
             raise InputError(f"--{name.replace('_', '-')} {getattr(config, name):g}: give 0 or more")
     for name in ("midway", "whole"):
         if not 0 <= getattr(config, name) <= 1:

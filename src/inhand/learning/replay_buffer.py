@@ -175,7 +175,6 @@ class Priorities:
             self.largest, self._known = float(kept["scalars"][0]), int(kept["scalars"][1])
 
     def _welcome(self) -> None:
-        """Give rows that are new the largest priority."""
         new = np.arange(max(self._known, self._replay.written - len(self.values)), self._replay.written)
         self.values[new % len(self.values)] = self.largest
         self._known = self._replay.written

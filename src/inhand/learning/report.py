@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from inhand.asterisk_test.beside import Beside
-from inhand.asterisk_test.comparison import GROUPS, Evaluation, lost, rows
+from inhand.asterisk_test.comparison import GROUPS, ControllerTrials, lost, rows
 from inhand.asterisk_test.comparison import HEADER as BOTH
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -45,12 +45,10 @@ class Compared(Shown):
     """A policy's evaluation beside the expert."""
 
     config: EvaluateConfig
-    """What was asked for."""
     test: AsteriskConfig
     """What was run, as a run of the Asterisk Test has it."""
-    policy: Evaluation
-    """The policy's trials."""
-    expert: Evaluation
+    policy: ControllerTrials
+    expert: ControllerTrials
     """The expert's, from the same starts."""
     trained: dict[str, Any]
     """What the policy says of its training."""

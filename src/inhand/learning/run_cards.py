@@ -36,9 +36,7 @@ class RunCard:
     """What a run's folder says of itself."""
 
     format: int
-    """Version of the folder."""
     version: str
-    """Version of this package."""
     interface: InterfaceCard
     """How the controller sees and acts."""
     config: Training

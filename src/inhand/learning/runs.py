@@ -7,27 +7,23 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, clear, writing
 from inhand.learning.config import Training
-from inhand.learning.demonstrations import Told
 from inhand.learning.journal import Evaluation
-from inhand.learning.progress import BEST, PAGE
+from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT, PAGE, READY
 from inhand.learning.run_cards import MARK, card_of, check, read_config
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
 from inhand.records import text_of
 
-WORKING = ("checkpoint.npz", "ready.npz", "expert.rows", "agent.rows")
+WORKING = (CHECKPOINT, READY, EXPERT, AGENT)
 """What only a run that is not finished needs."""
 
 
 def train(
-    config: Training,
-    out: Path,
-    told: tuple[Told, Callable[[Evaluation], None]],
-    *,
-    overwrite: bool = False,
+    config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]], *, overwrite: bool = False
 ) -> Path:
     """Train in a new folder and return the folder of the best policy.
 
@@ -80,7 +76,7 @@ def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], No
 
 
 def _ready(config: Training, out: Path, told: Told) -> Ready:
-    path = out / "ready.npz"
+    path = out / READY
     if path.is_file():
         return load_ready(config, path)
     for name in WORKING:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from inhand.control.loop import Told
 from inhand.folders import in_place
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
@@ -18,7 +19,6 @@ from inhand.learning.demonstrations import (
     BATCH,
     Plans,
     RoutePool,
-    Told,
     demonstrations,
     plans_of,
     recorded,
@@ -26,6 +26,7 @@ from inhand.learning.demonstrations import (
     route_starts,
     starts_of,
 )
+from inhand.learning.progress import EXPERT
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
 from inhand.learning.starts import Starts, gripped, joined, reach_of
 from inhand.sim.snapshot import Snapshot
@@ -62,7 +63,6 @@ class Ready:
     expert_fraction: Array
     """Share of `limit` that the expert reached from each test start `(N,)`."""
     expert_rows: int
-    """Rows of the demonstrations."""
 
     @property
     def trained(self) -> Array:
@@ -71,11 +71,11 @@ class Ready:
 
 
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
-    """Plan grasps, write the rows of the demonstrations to `folder/expert.rows`, and measure the expert."""
+    """Plan grasps, write the rows of the demonstrations into a folder, and measure the expert."""
     recording, test_rng = config.recording, np.random.default_rng(config.seed + TEST_SEED)
     given, tests, limit = (_of_task if config.task else _of_primitives)(config, test_rng, told)
     held, columns = recording.held, _columns(config, recording.hand)
-    replay, starts = _demonstrated(config, given, folder / "expert.rows", told)
+    replay, starts = _demonstrated(config, given, folder / EXPERT, told)
     told("measuring the expert", 0, len(tests))
     shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
     total = (shown.rewards * shown.valid).sum(axis=0)

@@ -115,11 +115,7 @@ def grid_of(angles_deg: Array) -> tuple[float, ...]:
 
 
 def plans_for(
-    hand: HandSpec,
-    spec: ObjectSpec,
-    angles_deg: Sequence[float],
-    grasp: GraspKind = "planned",
-    engine: Engine = MUJOCO,
+    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned", engine: Engine = MUJOCO
 ) -> dict[float, GraspPlan]:
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":

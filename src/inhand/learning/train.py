@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from matplotlib.figure import Figure
 
+from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
 from inhand.hands.files import HANDS, OBJECTS
@@ -22,9 +23,8 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import TrainConfig
 from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named
-from inhand.learning.demonstrations import Told
 from inhand.learning.figures import learning_figure
-from inhand.learning.progress import BEST, Learned, read_learning
+from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
 from inhand.learning.report import write_training
 from inhand.learning.run_cards import MARK, read_config
 from inhand.shown import Kept
@@ -216,10 +216,10 @@ def refuse_changes(given: dict[str, Any], out: Path) -> None:
 def kept(out: Path) -> tuple[str, str]:
     """Return what a run that was stopped has kept, and how to go on with it."""
     again = f"Go on with: {shlex.join(['inhand', 'train', '--out', str(out), '--resume'])}"
-    if (out / "checkpoint.npz").is_file():
+    if (out / CHECKPOINT).is_file():
         episode = read_learning(out).evaluations[-1].episode
         return f"Stopped. Kept: the run up to episode {episode}, and its best policy in {out / BEST}.", again
-    if (out / "ready.npz").is_file():
+    if (out / READY).is_file():
         return "Stopped before the first checkpoint. Kept: grasps and demonstrations.", again
     if out.is_dir():
         return "Stopped before all demonstrations were there; they will be recorded anew.", again

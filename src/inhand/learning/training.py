@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control.loop import Told
 from inhand.control.policy import Policy, save_policy
 from inhand.errors import InputError
 from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
-from inhand.learning.demonstrations import Told
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.networks import Network
-from inhand.learning.progress import BEST
+from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
 from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
@@ -87,7 +87,7 @@ class Trainer:
         self._learner = new_learner(config.learning, ready.columns, config.seed)
         rows = config.agent_episodes * config.interface.horizon
         spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon
-        checkpoint = folder / "checkpoint.npz"
+        checkpoint = folder / CHECKPOINT
         arrays: dict[str, Any] = {}
         written, length = 0, 0
         if checkpoint.is_file():
@@ -97,8 +97,8 @@ class Trainer:
             self._rng.bit_generator.state = arrays["rng.training"]
             self._collector.load_state_dict(arrays)
         self._journal = Journal(folder, length)
-        self._expert = ReplayBuffer(folder / "expert.rows", ready.columns, ready.expert_rows, 0, ready.expert_rows)
-        self._agent = ReplayBuffer(folder / "agent.rows", ready.columns, rows, spare, written)
+        self._expert = ReplayBuffer(folder / EXPERT, ready.columns, ready.expert_rows, 0, ready.expert_rows)
+        self._agent = ReplayBuffer(folder / AGENT, ready.columns, rows, spare, written)
         self._priorities = self._all_priorities(arrays)
         self._began = time.perf_counter() - self.counters.seconds
 
@@ -132,7 +132,6 @@ class Trainer:
         return self._policy(self._learner.target_actor if self.config.learning.imitation else self._learner.actor)
 
     def _imitate(self) -> None:
-        """Fit the actor to the demonstrations."""
         left, learning = self.config.imitate, self.config.learning
         actor, moments = self._learner.actor, None
         for done in range(0, left, CHUNK):
@@ -181,7 +180,6 @@ class Trainer:
         return found
 
     def _draw(self, updates: int, share: float) -> Drawn:
-        """Draw the batches of some updates from both buffers."""
         batch = self.config.learning.batch
         if len(self._agent) == 0:
             share = 1.0
@@ -241,11 +239,10 @@ class Trainer:
             save_policy(policy, self._folder / BEST)
         evaluation = Evaluation(Counters(**vars(counters)), found, fraction, score)
         self._journal.evaluation(evaluation, ready)
-        self._keep("checkpoint.npz")
+        self._keep(CHECKPOINT)
         self._told(evaluation)
 
     def _keep(self, name: str) -> None:
-        """Write everything that going on needs."""
         self._agent.flush()
         arrays = self._collector.state_dict() | {"rng.training": self._rng.bit_generator.state}
         for number, priorities in enumerate(self._priorities):

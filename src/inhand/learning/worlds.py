@@ -23,6 +23,8 @@ from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, fin
 from inhand.tasks.observations import Aim, Scene, find_layout, observe
 
 _AIMED = ("angle", "start", "distance")
+_KEPT = ("observation", "steps", "lost", "last", "row", "come")
+"""What worlds go on from, beside their states and aims."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,6 @@ class ManipulationWorlds:
         return np.stack([self._starts.routes.way[self._row, self._come], made.across, made.turned], axis=-1)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
-        """Start episodes in some worlds from rows of the pool."""
         self.simulator.restore(worlds, self._starts.snapshot, rows)
         self._state = put(self._state, worlds, self._starts.state, rows)
         self._aim = Aim(
@@ -185,12 +186,7 @@ class ManipulationWorlds:
         arrays = {f"world.{field.name}": getattr(snapshot, field.name) for field in fields(Snapshot)}
         return arrays | {
             **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
-            "observation": self._observation,
-            "steps": self._steps.copy(),
-            "lost": self._lost.copy(),
-            "last": self._last,
-            "row": self._row.copy(),
-            "come": self._come.copy(),
+            **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
             "rng": self.rng.bit_generator.state,
         }
 
@@ -201,16 +197,14 @@ class ManipulationWorlds:
         self.simulator.restore(every, snapshot, every)
         self._state = self.simulator.measure()
         self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
-        self._observation, self._last = kept["observation"], kept["last"]
-        self._steps, self._lost = kept["steps"].copy(), kept["lost"].copy()
-        self._row, self._come = kept["row"].copy(), kept["come"].copy()
+        for name in _KEPT:
+            setattr(self, f"_{name}", kept[name].copy())
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
         self.rng.bit_generator.state = kept["rng"]
 
 
 def _asked(starts: Starts) -> Aim:
-    """Return what is asked at the beginning of every start."""
     if starts.routes is None:
         return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance)
     return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))

@@ -49,12 +49,8 @@ def asterisk_figure(
 ) -> Figure:
     """Return a figure of one asterisk with its legend (thesis figures 4.1 and 4.3).
 
-    Args:
-        curves: One per direction, any number, in any order.
-        outline: The hand and the object at the start, drawn faintly behind the paths.
-        extent_mm: What to show: left, right, bottom, top [mm] from the object's start; None shows everything.
-        title: First line.
-        subtitle: Second line, smaller.
+    Curves, one per direction, may be any number in any order; the outline, of hand and object at the start, is drawn
+    faintly behind them. The extent is left, right, bottom and top [mm] from the object's start; None shows everything.
     """
     extent = extent_mm or curves_extent(curves, outline, target_length(curves))
     keys = [*direction_handles(curves), *key_handles(curves, outline)]

@@ -50,10 +50,7 @@ class DonutSeries:
 def donut_figure(series: Sequence[DonutSeries], title: str = "", subtitle: str = "") -> Figure:
     """Return a donut of reached angles [deg]: 0 at the top, clockwise to the right, the first series outermost.
 
-    Args:
-        series: What to compare; none at all leaves the scale alone.
-        title: First line.
-        subtitle: Second line, smaller.
+    No series at all leaves the scale alone.
     """
     keys: list[Artist] = [Patch(facecolor=series_look(i).colour, label=one.name) for i, one in enumerate(series)]
     if any(one.clockwise_range_deg or one.counter_clockwise_range_deg for one in series):

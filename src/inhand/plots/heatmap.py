@@ -36,9 +36,7 @@ class HeatMap:
     """
 
     rows: tuple[str, ...]
-    """Names of the rows."""
     columns: tuple[str, ...]
-    """Names of the columns."""
     values: Array
     """One number per cell `(R, C)`, drawn from 0 to `top`; NaN where there is none."""
     notes: Sequence[Sequence[str]]
@@ -58,14 +56,7 @@ class HeatMap:
 
 
 def heatmap_figure(heat: HeatMap, scale: str, title: str = "", subtitle: str = "") -> Figure:
-    """Return a heat map with its colour bar.
-
-    Args:
-        heat: rows, columns, values and notes.
-        scale: What the colour bar says.
-        title: First line.
-        subtitle: Second line, smaller.
-    """
+    """Return a heat map with its colour bar, beside which the text `scale` stands."""
     lines = max(note.count("\n") + 1 for row in heat.notes for note in row)
     height = max((CELL_IN[1] + NOTE_IN * (lines - 1)) * len(heat.rows), 1.2)
     sizes = (CELL_IN[0] * len(heat.columns), height), (BAR_IN, height)

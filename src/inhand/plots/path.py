@@ -98,11 +98,7 @@ def path_figure(
 ) -> Figure:
     """Return the figure of one trial: path, lateral and rotation over progress, contact over time.
 
-    Args:
-        trial: What happened.
-        outline: The hand and the object at the start, drawn faintly behind the path.
-        title: First line.
-        subtitle: Second line, smaller.
+    The outline is that of hand and object at the start, drawn faintly behind the path.
     """
     fingers = 0 if trial.contact is None else np.shape(trial.contact)[1]
     heights = [WIDTH_IN, PLOT_IN, PLOT_IN, *([ROW_IN * fingers] if fingers else [])]

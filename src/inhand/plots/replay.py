@@ -21,16 +21,7 @@ from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array, unit
 from inhand.plots.path import check_contact, draw_contact
-from inhand.plots.shapes import (
-    CLEAR,
-    WALL,
-    SceneOutline,
-    check_points,
-    draw_scene,
-    extent_of,
-    move_scene,
-    scene_points,
-)
+from inhand.plots.shapes import CLEAR, WALL, SceneOutline, check_points, draw_scene, extent_of, move_scene, scene_points
 from inhand.plots.sheet import STYLE, Box, halo, new_figure
 from inhand.plots.style import INK, MUTED, TICK_POINTS, TITLE_POINTS, direction_colour
 
@@ -68,7 +59,6 @@ class Film:
     parts: Sequence[Moving]
     """What moves."""
     count: int
-    """Number of frames."""
 
     def show(self, number: int) -> None:
         """Move everything to a frame."""
@@ -142,7 +132,6 @@ def _check(
 
 
 def _writer(out: Path) -> Callable[[Film, Path, int], None]:
-    """Return the function that writes the format of the suffix."""
     suffix = out.suffix.lower()
     if suffix == ".gif":
         return _write_gif
@@ -178,7 +167,6 @@ def _titled(
 
 
 def _axes(figure: Figure, box: Box) -> Axes:
-    """Return axes whose box is given in inches of the square figure."""
     left, bottom, width, height = (each / SIDE_IN for each in box)
     ax = figure.add_axes((left, bottom, width, height))
     ax.tick_params(labelsize=TICK_POINTS - 1.5)
@@ -272,7 +260,6 @@ def _write_gif(film: Film, part: Path, fps: int) -> None:
 
 
 def _write_mp4(film: Film, part: Path, fps: int) -> None:
-    """Write an H.264 film through the ffmpeg program."""
     writer = FFMpegWriter(fps=fps, codec="h264", extra_args=["-f", "mp4"])
     with writer.saving(film.figure, str(part), dpi=film.figure.dpi):
         for number in range(film.count):

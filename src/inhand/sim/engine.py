@@ -27,7 +27,6 @@ class Simulator(ABC):
     """
 
     engine: ClassVar[Engine]
-    """Name of the engine."""
 
     def __init__(
         self,

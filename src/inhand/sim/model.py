@@ -168,7 +168,6 @@ def _piece_names(spec: ObjectSpec) -> list[str]:
 
 
 def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
-    """Add the body of an object and its geoms."""
     body = mj.worldbody.add_body(name="object", pos=[0, 0.1, spec.height / 2])
     body.add_freejoint(name="object")
     half = [s / 2 for s in spec.size]

@@ -135,7 +135,6 @@ class MujocoSimulator(Simulator):
 
 
 def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> None:
-    """Refuse objects and scenes whose models would differ in more than numbers."""
     if len({spec.shape for spec in objects}) > 1:
         raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
     cuts = {tuple("a box" if is_box(p) else f"{len(p)} corners" for p in convex_pieces(spec)) for spec in set(objects)}

@@ -110,7 +110,6 @@ class Decision:
     dropped: NDArray[np.bool_]
     """Whether the episode ended by losing the object `(B,)`."""
     aim: Aim
-    """What was asked."""
     route: Made | None = None
     """What was made of a route's way; None where a primitive was asked for."""
 
@@ -211,11 +210,7 @@ costs least; in `gain` holding it still costs nothing."""
 
 
 def _term(name: str, given: object) -> Term:
-    """Return a user's term, its values looked at.
-
-    Raises:
-        InputError: not a term with a finite weight and a function.
-    """
+    """Return a user's term, its values looked at."""
     if not isinstance(given, Term) or not callable(given.value) or not np.isfinite(given.weight):
         raise InputError(
             f"reward term {name!r} is {describe(getattr(given, 'value', given))} with weight"

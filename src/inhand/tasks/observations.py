@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from inhand.errors import InputError, near_matches
-from inhand.geometry import Array, inverse_transform, perpendicular, unit, wrap_angle
+from inhand.geometry import Array, chain, inverse_transform, perpendicular, unit, wrap_angle
 from inhand.hands.hand import HandSpec
-from inhand.hands.kinematics import joint_positions
 from inhand.hands.objects import ObjectSpec
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
@@ -60,7 +59,6 @@ class Scene:
     """What stays the same while a batch runs."""
 
     hand: HandSpec
-    """The hand."""
     objects: tuple[ObjectSpec, ...]
     """The object of each world."""
 
@@ -100,7 +98,6 @@ class Layout:
     name: str
     """Name, which changes with the parts."""
     parts: tuple[Part, ...]
-    """The parts."""
 
     def size(self, hand: HandSpec) -> int:
         """Return how many numbers an observation has."""
@@ -151,7 +148,7 @@ def _link_ends(state: State, _aim: Aim, scene: Scene) -> Array:
     """Ends of the links: the next joint or the fingertip. The proximal joints themselves never move."""
     hand = scene.hand
     ends = [
-        joint_positions(finger, state.joint_angles[:, place])[:, 1:]
+        chain(finger.base, finger.links, state.joint_angles[:, place])[:, 1:]
         for finger, place in zip(hand.fingers, hand.slices, strict=True)
     ]
     ranked = np.concatenate(ends, axis=1)[:, by_rank(hand)]
@@ -159,7 +156,6 @@ def _link_ends(state: State, _aim: Aim, scene: Scene) -> Array:
 
 
 def _velocity(state: State, aim: Aim, _scene: Scene) -> Array:
-    """Velocity of the object along the primitive and to its left."""
     direction, linear = unit(aim.angle), state.object_velocity[:, :2]
     return np.stack([(linear * direction).sum(-1), (linear * perpendicular(direction)).sum(-1)], axis=-1)
 
@@ -171,11 +167,6 @@ def _contacts(state: State, _aim: Aim, _scene: Scene) -> Array:
 
 
 def _end(aim: Aim) -> Array:
-    """Return the end of the task.
-
-    Raises:
-        InputError: a primitive is asked for, which has none.
-    """
     if aim.end is None:
         raise InputError("observation 'whole' tells the end of a whole task and primitives have none: use 'grip'")
     return aim.end

@@ -77,6 +77,6 @@ def _grid(what: str, length: float, step: float) -> Array:
 
 def _checked(what: str, value: float) -> float:
     """Return a value that is positive and finite, or refuse it."""
-    if not (math.isfinite(value) and value > 0.0):
+    if not 0.0 < value < math.inf:
         raise InputError(f"{what} {value:g} is not usable: give a positive, finite number (metres; a rotation not 0)")
     return value

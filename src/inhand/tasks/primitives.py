@@ -66,17 +66,19 @@ GROUPS = {"train": TRAIN, "unseen": UNSEEN, "all": TRAIN + UNSEEN, "twist": TURN
 """Words that stand for several primitives."""
 
 
-def parse_directions(text: str | Sequence[str]) -> tuple[Primitive, ...]:
-    """Return the primitives that words name, each once, in the order given.
+def parse_directions(text: str | Sequence[str], twist_deg: float = 0.0) -> tuple[Primitive, ...]:
+    """Return the primitives that words name, each once, in the order given, or `with_twists`.
 
     Args:
         text: Words separated by commas or spaces, or a sequence of such texts: `train`, `unseen`, `all`; thesis
             names in any case (`Out-Right`, `Out'-Right'`; one apostrophe is enough, and a shell takes `Out2` or
             `out-prime` for one); the labels of recordings
             (`a` to `h`, `no` to `nw`, `cw`, `ccw`); angles in degrees counter-clockwise from +x (`30`, `-12.5 deg`).
+        twist_deg: twist to hold, each way [deg]; 0 for none.
 
     Raises:
-        InputError: no word, an unknown word (the text offers the nearest) or an angle that is not finite.
+        InputError: no word, an unknown word (the text offers the nearest), an angle that is not finite, or a twist
+            as in `with_twists`.
     """
     pieces = [text] if isinstance(text, str) else list(text)
     # "30 deg" is one word, although spaces separate words.
@@ -84,7 +86,8 @@ def parse_directions(text: str | Sequence[str]) -> tuple[Primitive, ...]:
     words = [word for word in re.split(r"[,;\s]+", joined) if word]
     if not words:
         raise InputError(f"no direction given. {_allowed()}")
-    return tuple(dict.fromkeys(primitive for word in words for primitive in _meant_by(word)))
+    found = tuple(dict.fromkeys(primitive for word in words for primitive in _meant_by(word)))
+    return with_twists(found, twist_deg) if twist_deg else found
 
 
 def with_twists(primitives: Sequence[Primitive], twist_deg: float) -> tuple[Primitive, ...]:
@@ -93,7 +96,7 @@ def with_twists(primitives: Sequence[Primitive], twist_deg: float) -> tuple[Prim
     Raises:
         InputError: the twist is not between 0 and 90 deg, or a primitive only rotates.
     """
-    if not (math.isfinite(twist_deg) and 0 < twist_deg < 90):
+    if not 0 < twist_deg < 90:
         raise InputError(f"--twist {twist_deg:g}: give the size of the twist to hold, more than 0 and less than 90 deg")
     return tuple(
         Primitive(twisted_name(each.name, rotation), math.degrees(each.angle), rotation)
@@ -123,7 +126,6 @@ def primitive_at(angle_deg: float) -> Primitive:
 
 
 def _meant_by(word: str) -> tuple[Primitive, ...]:
-    """Return the primitives that one word stands for."""
     if word.lower() in GROUPS:
         return GROUPS[word.lower()]
     found = _named().get(_key(word)) or PATHS.find(word)
@@ -139,7 +141,6 @@ def _meant_by(word: str) -> tuple[Primitive, ...]:
 
 
 def _named() -> dict[str, Primitive]:
-    """Return every single primitive by each of its words."""
     words = {_key(primitive.name): primitive for primitive in (*GROUPS["all"], *TURNS)}
     for direction, primitive in zip(DIRECTIONS, TRAIN, strict=True):
         words[direction.letter] = words[direction.compass] = primitive
@@ -159,11 +160,6 @@ class OwnPath:
 
 
 def _path_primitive(name: str, given: object) -> Primitive:
-    """Return the primitive of a user's path.
-
-    Raises:
-        InputError: not poses `(N, 3)` from the start, or a path without a direction that was given none.
-    """
     angle = given.angle_deg if isinstance(given, OwnPath) else None
     given = given.poses if isinstance(given, OwnPath) else given
     made = given() if callable(given) else given

@@ -22,11 +22,9 @@ class Limit:
     """How far a hand could carry an object along one primitive."""
 
     primitive: Primitive
-    """The primitive."""
     distance: float
     """Distance along its direction [m], or angle turned where it only rotates [rad]."""
     end: Farthest
-    """The last grip."""
 
 
 def limits(

@@ -38,7 +38,7 @@ def scaled(drawing: Drawing, size: float) -> Drawing:
     Raises:
         InputError: a size that no drawing can have, or all way-points are at one place.
     """
-    if not (math.isfinite(size) and size > 0.0):
+    if not 0.0 < size < math.inf:
         raise InputError(f"size {size:g} of drawing {drawing.name!r}: give a positive, finite number of metres")
     check_length(f"the size of drawing {drawing.name!r}", size, "--size and files give mm, Python gives metres")
     side = larger_side(drawing)

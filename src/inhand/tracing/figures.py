@@ -46,14 +46,7 @@ BAND, BANDS = "#c3ccd5", (5.6, 3.2)
 """The planned line: its colour, and its widths in a panel of several trials and of one [pt]."""
 OTHERS = "#7fa8c9"
 """Trials that have no colour of their own."""
-MARKS = {
-    "lost a finger": "x",
-    "left its path": "+",
-    "stuck": "1",
-    "grip ends": "2",
-    "gave up": "3",
-    "object lost": "X",
-}
+MARKS = {"lost a finger": "x", "left its path": "+", "stuck": "1", "grip ends": "2", "gave up": "3", "object lost": "X"}
 """Crosses of what goes wrong."""
 
 
@@ -62,13 +55,10 @@ class Path:
     """One trial as it is drawn."""
 
     followed: Followed
-    """What it left."""
     trace: Trace
-    """What it reached."""
     points_mm: Array
     """Object positions in the manipulation phase `(M, 2)` [mm] from the object's start."""
     colour: str
-    """Its colour."""
     first: bool
     """Whether it is drawn stronger."""
     alone: bool = False
@@ -102,13 +92,6 @@ def trace_figure(
     """Return the figure of a run: every path over its plan, below them the error along the way, and the rotation.
 
     Trials of one plan share a panel. Where each has its own, the first `MOST_PANELS` get a panel each.
-
-    Args:
-        setup: the run's setup.
-        followed: what its trials left.
-        traces: what they reached.
-        title: First line.
-        subtitle: Second line, smaller.
     """
     shared = one_plan(followed)
     few = not shared or len(traces) <= MOST_COLOURS
@@ -222,7 +205,7 @@ def _draw_turns(ax: Axes, paths: Sequence[Path], *, shared: bool) -> None:
     for path in reversed(paths):
         trial = path.followed.trial
         theta = np.rad2deg(np.unwrap(planar(trial.object_pose[trial.manipulation])[:, 2]))
-        time = np.arange(1, len(theta) + 1) * trial.passport.substeps * trial.passport.timestep
+        time = np.arange(1, len(theta) + 1) * trial.passport.period
         ax.plot(time, theta, color=path.colour, linewidth=path.line_points, zorder=path.layer)
         if path.first or not shared:
             wanted = [

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry
-from inhand.control.controller import Controller, Task
+from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
@@ -56,11 +57,12 @@ def repertoire_of(entry: ControllerEntry) -> Repertoire:
     """
     expert = CONTROLLERS["ik"].manipulate
     turn = entry.manipulate if entry.policy is None else expert
-    return {"move": entry.manipulate, "turn": turn, "press": _press, "hold": expert}
-
-
-def _press(task: Task) -> Controller:
-    return IkController(task, IkConfig(push=PUSH, grip=GRIP))
+    return {
+        "move": entry.manipulate,
+        "turn": turn,
+        "press": partial(IkController, config=IkConfig(push=PUSH, grip=GRIP)),
+        "hold": expert,
+    }
 
 
 def follow(

@@ -50,11 +50,8 @@ class TraceRun(Shown):
     mark = MARK
 
     config: TraceConfig
-    """What was run."""
     setup: TraceSetup
-    """Its plans and surroundings."""
     followed: tuple[Followed, ...]
-    """What its trials left."""
     traces: tuple[Trace, ...]
     """What they reached, in the same order."""
     notes: tuple[str, ...]
@@ -146,8 +143,6 @@ def load_trace(folder: Path) -> TraceRun:
 
 @dataclass(frozen=True)
 class _Whole:
-    """What the JSON has of all worlds."""
-
     followed: tuple[_Left, ...]
     size_mm: float | None
     notes: tuple[str, ...]
@@ -184,7 +179,6 @@ def _replay(run: TraceRun, folder: Path) -> str:
 
 
 def _told(followed: Followed, row: int) -> str:
-    """Return what is done in a row of a trial."""
     trial, count = followed.trial, len(followed.plan.legs)
     number = row - trial.manipulation.start
     if number < 0 or number >= len(followed.legs):

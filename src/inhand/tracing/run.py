@@ -36,9 +36,7 @@ class TraceSetup:
     """Everything a run needs, checked before anything is written."""
 
     hand: HandSpec
-    """The hand."""
     object: ObjectSpec
-    """The object."""
     controller: ControllerEntry
     """The low-level controller."""
     plans: tuple[Plan, ...]

@@ -40,8 +40,6 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Worlds that started a primitive together."""
-
     controller: Controller
     worlds: NDArray[np.int64]
 
@@ -139,7 +137,6 @@ class Sequencer:
         return replace(self._part(worlds, path), distance=path.length, start=start)
 
     def _part(self, worlds: NDArray[np.int64], path: Path) -> Task:
-        """Return the task of some worlds with paths of their own."""
         return replace(self._task, objects=tuple(self._task.objects[world] for world in worlds), path=path)
 
 

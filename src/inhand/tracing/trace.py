@@ -31,7 +31,6 @@ class Trace:
     """What one trial of following a plan reached."""
 
     trial: int
-    """Its number, from 1."""
     outcome: str
     """How it ended."""
     completion: float

@@ -56,9 +56,7 @@ def trace(
 
 
 def run_trace(
-    config: TraceConfig,
-    prepare: Callable[[TraceConfig], TraceSetup] = prepare_trace,
-    run: Simulate = simulate_trace,
+    config: TraceConfig, prepare: Callable[[TraceConfig], TraceSetup] = prepare_trace, run: Simulate = simulate_trace
 ) -> TraceRun:
     """Return the finished run of a configuration, prepared and simulated as the command line shows it or silently.
 

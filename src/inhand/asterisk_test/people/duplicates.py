@@ -37,7 +37,11 @@ def leave_out_duplicates(trials: Sequence[HumanTrial]) -> tuple[tuple[HumanTrial
         if _task(first) != _task(second) or dropped.keys() & {first.source, second.source}:
             continue
         apart = distance_between(series[first.source], series[second.source])
-        if apart is not None and apart[0] < SAME_MM and (apart[1] < SAME_DEG or not _both_usable(first, second)):
+        if (
+            apart is not None
+            and apart[0] < SAME_MM
+            and (apart[1] < SAME_DEG or not (first.rotation_usable and second.rotation_usable))
+        ):
             keep, leave = (second, first) if len(second.path_mm) > len(first.path_mm) else (first, second)
             dropped[leave.source] = (
                 f"{leave.source} left out: it is the same recording as {keep.source} ({apart[0]:.1f} mm apart)"
@@ -70,10 +74,6 @@ def distance_between(first: Array, second: Array) -> tuple[float, float] | None:
 
 def _task(trial: HumanTrial) -> tuple[str, str, float]:
     return (trial.hand, trial.primitive, trial.twist_deg)
-
-
-def _both_usable(first: HumanTrial, second: HumanTrial) -> bool:
-    return first.rotation_usable and second.rotation_usable
 
 
 def _series(trial: HumanTrial) -> Array:

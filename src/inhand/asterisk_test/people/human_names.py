@@ -40,7 +40,6 @@ class HumanName:
     twist_deg: float
     """Rotation to hold while translating, counter-clockwise [deg]: 0, -15 (p15) or 15 (m15)."""
     trial: int
-    """Number of the trial."""
 
 
 def parse_human_name(file_name: str) -> HumanName:

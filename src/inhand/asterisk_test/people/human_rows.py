@@ -27,7 +27,6 @@ class Unseen:
     """Frames in which the camera did not see the object."""
 
     frames: int = 0
-    """How many."""
     longest: int = 0
     """The longest run of them."""
     gaps: Gaps = "refuse"

@@ -13,7 +13,6 @@ class HumanTrial:
     """One recorded trial in mm and degrees, x right and y away from the palm."""
 
     source: str
-    """Name of the file."""
     subject: str
     """The person, or the controller."""
     hand: str
@@ -27,7 +26,6 @@ class HumanTrial:
     twist_deg: float
     """Rotation to hold while translating, counter-clockwise [deg]: 0, -15 (p15) or 15 (m15)."""
     trial: int
-    """Number of the trial."""
     unit: str
     """The unit that was assumed for the file."""
     frame: Array

@@ -49,9 +49,7 @@ class CellFile:
     """What the file of a cell holds."""
 
     hand: str
-    """Name of the hand."""
     object: str
-    """Name of the object."""
     reason: str | None
     """Why it could not be run, None where it ran."""
     seconds: float
@@ -61,7 +59,6 @@ class CellFile:
     trials: list[dict[str, Any]]
     """Its trials, as `as_entry` gives them."""
     settings: dict[str, Any]
-    """Everything they depend on."""
 
 
 def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: Mapping[str, str], folder: Path) -> Job:

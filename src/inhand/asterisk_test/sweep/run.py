@@ -40,7 +40,6 @@ class SweepRun(Shown):
     config: SweepConfig
     """What was run; `out` is where its cells are."""
     sweep: Sweep
-    """What was found."""
     seconds: float
     """How long this call took [s]."""
     notes: tuple[str, ...] = ()

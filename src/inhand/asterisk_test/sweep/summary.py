@@ -28,7 +28,6 @@ class Sweep:
     hands: tuple[str, ...]
     """Names of the hands, in the order asked for."""
     objects: tuple[str, ...]
-    """Names of the objects."""
     directions: tuple[str, ...]
     """Names of the directions, clockwise from Out, turns last."""
     cells: pd.DataFrame
@@ -102,7 +101,6 @@ def compared(sweep: Sweep, by: Sequence[str]) -> pd.DataFrame:
 
 
 def _cases(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return the cases of trials."""
     failed = ~trials.outcome.isin(KEPT)
     ends = zip(trials.outcome, trials.first_lost, strict=True)
     told = trials.assign(

@@ -102,11 +102,6 @@ def _jobs(config: SweepConfig, folder: Path) -> tuple[Job, ...]:
 
 
 def _make_cells_folder(out: Path) -> None:
-    """Make the folder of the cells where it is not there yet.
-
-    Raises:
-        InputError: `out` is a file, holds something else, or cannot be written.
-    """
     folder = out / CELLS
     if not place_of(folder).is_dir():
         check_folder(out, overwrite=False, mark=CELLS)

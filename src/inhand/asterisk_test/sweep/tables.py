@@ -23,11 +23,8 @@ class Table:
     """A table of texts."""
 
     title: str
-    """What it shows."""
     header: tuple[str, ...]
-    """Names of its columns."""
     rows: tuple[tuple[str, ...], ...]
-    """Its rows."""
 
 
 def hands_table(sweep: Sweep) -> Table:
@@ -176,7 +173,6 @@ def _speed(cells: pd.DataFrame) -> str:
 
 
 def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the rows of a frame."""
     named = table if isinstance(table.index, pd.RangeIndex) or table.index.names == [None] else table.reset_index()
     return [{str(key): value for key, value in row.items()} for row in named.to_dict("records")]
 

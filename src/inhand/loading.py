@@ -1,7 +1,5 @@
 """Saved runs, back as the values that made them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -5,8 +5,6 @@ Each decorator takes the name that command line and functions then know. The com
 What is no such thing, or has a name that is taken, is refused with an `InputError`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 

@@ -3,8 +3,6 @@
 The tables of names are the one thing that a process shares: a name must mean the same wherever it is asked for.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re

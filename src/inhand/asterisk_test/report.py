@@ -1,7 +1,5 @@
 """The report of a run: figures, a replay and a Markdown page, from its trials and results."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace

@@ -1,7 +1,5 @@
 """The table of a run: one row for each direction, for the terminal and the report alike."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,8 +27,6 @@ HEADER = (
     "Overlap",
     "Outcome",
 )
-
-
 WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, NO_MOVEMENT, STOPPED, TIME_OUT, GRIP_END, REACHED)
 """Outcomes in the order in which the table names one for several trials."""
 

@@ -5,8 +5,6 @@ The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, v
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass

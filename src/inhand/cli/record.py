@@ -1,7 +1,5 @@
 """`inhand record`: an expert's demonstrations, recorded and written as a Minari dataset."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from inhand.cli.terminal import print_table, progress, say

@@ -1,7 +1,5 @@
 """`inhand trace`: trace a drawing with the object, or do a task, write the report and print its table."""
 
-from __future__ import annotations
-
 from inhand.cli.terminal import print_table, progress, say, trials_shown
 from inhand.folders import run_folder
 from inhand.tracing import tracing

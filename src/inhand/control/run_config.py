@@ -1,7 +1,5 @@
 """Settings that commands share; imports nothing heavy, so that `--help` stays fast."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from inhand.records import Config

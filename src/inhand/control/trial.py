@@ -1,7 +1,5 @@
 """What an episode leaves: a `Trial`, and its file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

@@ -9,8 +9,6 @@ where zero is the angle between the link and the one before (for the first, betw
 reaches from its joint's axis to the next, the last to the tip. Its outline is the convex hull of its collision geoms.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Configurations of `inhand record`, `train` and `evaluate`; imports nothing heavy, so that `--help` stays fast."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

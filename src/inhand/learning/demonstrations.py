@@ -5,8 +5,6 @@ A part of the episodes starts in the middle of earlier ones with a new direction
 Datasets and training record by the same lines; one writes episodes to a folder, the other rows to learn from.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Recording as a function: what is to be shown in, a dataset of demonstrations out."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """What training needs before it starts: grasps, demonstrations, starts and what to measure against."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Two things are asked. The hand's own reach: contacts may slide, whatever control
 the best single grip whose contacts roll, which is what controllers carry an object with.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

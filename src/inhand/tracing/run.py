@@ -1,7 +1,5 @@
 """Run `inhand trace`: a drawing or a task becomes plans, which are checked against the hand's reach and followed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

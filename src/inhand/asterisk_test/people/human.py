@@ -6,8 +6,6 @@ uncertain by up to 14 mm; there are no time stamps, so speeds mean nothing; and 
 `inhand.asterisk_test.people.paths.human_path` instead of single rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -6,8 +6,6 @@ step of the object or a slide of one contact along the outline away from the one
 Coulomb friction alone: no controller, no torque, no speed.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -24,7 +24,8 @@ import platformdirs
 P = ParamSpec("P")
 R = TypeVar("R")
 
-INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+"""Without `_nrt` Numba would count who holds each array at every use: half of a step's time. Kernels make none."""
 WRAPPERLESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """What only kernels call needs no way in from Python: two thirds of the time to compile."""
 SEAL = "digests.json"
@@ -35,15 +36,22 @@ def inner(function: Callable[P, R]) -> Callable[P, R]:
     return cast("Callable[P, R]", numba.njit(**INNER, **WRAPPERLESS, forceinline=True)(function))
 
 
+def leaf(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function that is compiled by itself: one of loops over few arrays, which is faster alone."""
+    return cast("Callable[P, R]", numba.njit(**INNER, **WRAPPERLESS)(function))
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that Python calls, compiled at its first call or read from the cache on disk."""
+    settings = vars(numba.config)
+    if settings["DISABLE_JIT"]:
+        return function
     folder = cache_folder()
     if folder is None:
         compiled = numba.njit(**INNER)(function)
     else:
         _drop_damaged(folder)
         # Numba reads where to write from its settings, while it decorates.
-        settings = vars(numba.config)
         before, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder)
         try:
             compiled = numba.njit(**INNER, cache=True)(function)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from inhand.geometry import Array
-from inhand.sim.planar.compiled import inner
+from inhand.sim.planar.compiled import inner, leaf
 from inhand.sim.planar.parts import Indices, Model, Work, Worlds
 
 
@@ -93,7 +93,7 @@ def integrate(model: Model, worlds: Worlds, b: int, work: Work) -> None:
         worlds.position[b, i] += step * worlds.velocity[b, i]
 
 
-@inner
+@leaf
 def factorise(matrix: Array, skyline: Indices, out: Array) -> None:
     """Write the lower Cholesky factor of a positive definite matrix, both `(m, m)`, of which the lower half is used.
 
@@ -111,7 +111,7 @@ def factorise(matrix: Array, skyline: Indices, out: Array) -> None:
         out[i, i] = math.sqrt(total)
 
 
-@inner
+@leaf
 def solve(factor: Array, skyline: Indices, vector: Array) -> None:
     """Solve for a vector `(m,)` in place, given the matrix's Cholesky factor `(m, m)`."""
     size = len(vector)

@@ -65,19 +65,22 @@ def _distance(model: Model, k: int, work: Work, pair: tuple[int, int]) -> float:
     place_outline(model, k, work, o)
     count, hit = model.corners[k, s], work.hit
     if model.corners[k, o] == 1:
-        x, y, radius = work.outline[o, 0, 0], work.outline[o, 0, 1], model.radius[k, o]
-        away, nx, ny = to_point(work, count, s, x, y)
+        x, y, radius = work.shapes.corners[o, 0, 0], work.shapes.corners[o, 0, 1], model.radius[k, o]
+        away, nx, ny = to_point(work.shapes, count, s, x, y)
         hit[1], hit[2] = x - away * nx, y - away * ny
         hit[3], hit[4] = x - radius * nx, y - radius * ny
         return float(away - radius)
     counts = count, model.corners[k, o]
-    gap, owner, edge = overlap(work, counts, pair)
+    gap, owner, edge = overlap(work.shapes, counts, pair)
     if gap > 0.0:
         return _apart(work, counts, pair)
     one, other, at = (o, s, 1) if owner == 1 else (s, o, 3)
-    corner = lowest(work, one, edge, other, counts[1 - owner])
-    hit[at], hit[at + 1] = work.outline[other, corner, 0], work.outline[other, corner, 1]
-    hit[4 - at], hit[5 - at] = hit[at] - gap * work.normal[one, edge, 0], hit[at + 1] - gap * work.normal[one, edge, 1]
+    corner = lowest(work.shapes, one, edge, (other, counts[1 - owner]))
+    hit[at], hit[at + 1] = work.shapes.corners[other, corner, 0], work.shapes.corners[other, corner, 1]
+    hit[4 - at], hit[5 - at] = (
+        hit[at] - gap * work.shapes.outward[one, edge, 0],
+        hit[at + 1] - gap * work.shapes.outward[one, edge, 1],
+    )
     return gap
 
 
@@ -88,9 +91,9 @@ def _apart(work: Work, counts: tuple[int, int], pair: tuple[int, int]) -> float:
     for turn in range(2):
         s, o = pair[turn], pair[1 - turn]
         for i in range(counts[turn]):
-            x, y = work.outline[s, i, 0], work.outline[s, i, 1]
-            if above(work, counts[1 - turn], o, x, y) < best:
-                away, nx, ny = to_point(work, counts[1 - turn], o, x, y)
+            x, y = work.shapes.corners[s, i, 0], work.shapes.corners[s, i, 1]
+            if above(work.shapes, counts[1 - turn], o, x, y) < best:
+                away, nx, ny = to_point(work.shapes, counts[1 - turn], o, x, y)
                 if away < best:
                     best = away
                     hit[1 + 2 * turn], hit[2 + 2 * turn] = x, y

@@ -89,15 +89,22 @@ class Worlds(NamedTuple):
     """Force of each finger on the object during the last step `(B, F, 2)` [N]."""
 
 
+class Shapes(NamedTuple):
+    """Outlines in the palm frame."""
+
+    corners: Array
+    """Their corners `(S, C, 2)` [m]."""
+    outward: Array
+    """Outward normals of the edges that start there `(S, C, 2)`."""
+
+
 class Work(NamedTuple):
     """Room for one thread to compute in; nothing in it outlives a step."""
 
     frame: Array
     """Cosine, sine and origin of each body's frame `(n + 2, 4)`; the last stands still."""
-    outline: Array
-    """Outlines in the palm frame `(S, C, 2)` [m]."""
-    normal: Array
-    """Their edges' normals `(S, C, 2)`."""
+    shapes: Shapes
+    """Outlines where they are."""
     placed: NDArray[np.bool_]
     """Whether outline and normals of this instant have been computed `(S,)`."""
     inertia: Array
@@ -145,8 +152,7 @@ def room(model: Model) -> Work:
     row, square, rows = (size,), (size, size), (2 * contacts,)
     return Work(
         frame=np.zeros((n + 2, 4)),
-        outline=np.zeros(outlines),
-        normal=np.zeros(outlines),
+        shapes=Shapes(np.zeros(outlines), np.zeros(outlines)),
         placed=np.zeros(outlines[0], dtype=bool),
         inertia=np.zeros(square),
         hessian=np.zeros(square),

@@ -18,8 +18,8 @@ TOLERANCE = 1e-8
 MOST_ITERATIONS = 100
 MOST_STEPS = 20
 """Steps of one search along a direction."""
-FLAT = 0.3
-"""Share of the first slope at which a search along a direction ends."""
+FLAT = 0.1
+"""Share of the first slope at which a search along a direction ends, if the cost is less there."""
 
 
 @inner
@@ -95,7 +95,7 @@ def accelerate(model: Model, worlds: Worlds, b: int, work: Work, contacts: int) 
         if -0.5 * slope * model.scale[k] < TOLERANCE:  # all that is left to gain
             _go(work, acceleration, contacts, 1.0)
             break
-        step, after = _search(work, acceleration, contacts, (slope, *smooth))
+        step, after = _search(work, acceleration, contacts, (slope, *smooth, cost))
         _go(work, acceleration, contacts, step)
         if (cost - after - step * (smooth[0] + 0.5 * step * smooth[1])) * model.scale[k] < TOLERANCE:
             break
@@ -167,19 +167,22 @@ def _along(work: Work, acceleration: Array, contacts: int, step: float) -> tuple
 
 
 @inner
-def _search(work: Work, acceleration: Array, contacts: int, smooth: tuple[float, float, float]) -> tuple[float, float]:
+def _search(
+    work: Work, acceleration: Array, contacts: int, smooth: tuple[float, float, float, float]
+) -> tuple[float, float]:
     """Return the step along the direction at which the cost is least, and the constraints' cost there.
 
     Newton's method on the slope, between bounds; where it leaves them, the secant between the bounds, with the slope of
-    a bound that stays halved (the Illinois rule). `smooth` are the slope of the whole cost where the search starts, and
-    slope and curvature of the cost of inertia.
+    a bound that stays halved (the Illinois rule). `smooth` are the slope of the whole cost where the search starts,
+    slope and curvature of the cost of inertia, and the constraints' cost at the start.
     """
     step, low, high = 1.0, 0.0, math.inf
     low_slope, high_slope = smooth[0], 0.0
     for _ in range(MOST_STEPS):
         cost, slope, curvature = _along(work, acceleration, contacts, step)
         slope += smooth[1] + step * smooth[2]
-        if abs(slope) <= FLAT * abs(smooth[0]):
+        change = cost + step * (smooth[1] + 0.5 * step * smooth[2]) - smooth[3]
+        if abs(slope) <= FLAT * abs(smooth[0]) and change < 0.0:
             break
         if slope < 0.0:
             low, low_slope, high_slope = step, slope, 0.5 * high_slope

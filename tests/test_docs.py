@@ -100,3 +100,11 @@ def test_docstrings_name_pages_that_are_there() -> None:
     named = {name for text in TEXTS for name in re.findall(r"docs/[\w-]+\.md", text)}
     assert "docs/thesis.md" in named
     assert not [name for name in named if not (ROOT / name).exists()]
+
+
+def test_the_changelog_has_each_entry_once_and_lines_of_one_width() -> None:
+    """Merging two branches' entries line by line doubles what one of them has moved or wrapped anew."""
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    entries = [entry[:40] for entry in re.findall(r"^- (.*)$", text, re.MULTILINE)]
+    assert sorted(set(entries)) == sorted(entries)
+    assert not [line for line in text.splitlines() if len(line) > 120]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config, configured, read_json, read_record, text_of
 from inhand.sim import memory
+from inhand.sim.names import Engine
 from inhand.tracing.config import TraceConfig
 
 HAND = inhand.hand("2v2_50.50_50.50_1.1_53")
@@ -111,6 +112,12 @@ def test_settings_come_back_from_their_json() -> None:
     made = default()
     assert read_record(read_json(text_of(made)), Training) == made
     assert asdict(made)["interface"]["observation"] == "grip"
+
+
+@pytest.mark.parametrize("engine", get_args(Engine))
+def test_every_engine_has_its_estimate_of_memory(engine: Engine) -> None:
+    assert memory.WORLD_BYTES[engine] > 0
+    assert memory.START_BYTES[engine] > 0
 
 
 def test_memory_is_estimated_and_refused_with_the_limit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Arrays from a `.npz` file that may hold anything: checked against their headers before anything is made of them."""
 
-from __future__ import annotations
-
 import math
 import zipfile
 import zlib

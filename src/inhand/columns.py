@@ -1,7 +1,5 @@
 """Columns of numbers from a CSV file; every complaint names the file and the line."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Sequence

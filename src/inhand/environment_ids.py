@@ -4,8 +4,6 @@ Gymnasium loads no plug-ins of installed packages. So `import inhand` registers 
 and otherwise watches for the import of the one module that keeps its table, once.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Errors that a user can mend, and the near matches they offer."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """The folder of a run: never another run's results overwritten by accident, never half a run left in place."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

@@ -15,8 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-
-
 TURN_ARM = 0.025
 """Arm at which a turn counts as a way along a path [m]: about the half width of the objects."""
 SAME = 1e-9

@@ -3,8 +3,6 @@
 The library msgspec does it; this file turns its complaints into ours: the field, what it holds, what is needed.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import reprlib

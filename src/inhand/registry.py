@@ -3,8 +3,6 @@
 The tables of names are the one thing that a process shares: a name must mean the same wherever it is asked for.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import re
@@ -115,7 +113,8 @@ class Registry(Mapping[str, T], Generic[T]):
         """
         found = self.find(name)
         if found is None:
-            raise InputError(f"unknown {self.kind} {name!r}{near_matches(name, self)}; allowed are {', '.join(self)}")
+            allowed = f"allowed are {', '.join(self)} and" if self else "there is none of yours yet; give"
+            raise InputError(f"unknown {self.kind} {name!r}{near_matches(name, self)}; {allowed} FILE.py:NAME")
         return found
 
 

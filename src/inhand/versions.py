@@ -1,7 +1,5 @@
 """Versions of what a run ran on, for its passport."""
 
-from __future__ import annotations
-
 import hashlib
 import platform
 from functools import cache

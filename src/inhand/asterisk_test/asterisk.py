@@ -1,7 +1,5 @@
 """The Asterisk Test as a function: what to run in, a finished run out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Averages over the trials of one direction: the mean path, and means of metrics."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """A learned policy and the expert from the same starts: what both do, and one table for both."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,8 +17,6 @@ from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
 
 GROUPS = (("Trained directions", TRAIN), ("Unseen directions", UNSEEN))
 """The directions that training may see, and the eight that it never sees (thesis 3.3)."""
-
-
 HEADER = (
     "Direction", "Limit [mm]", "Of limit", "Distance [mm]", "Human [mm]", "Lateral [mm]", "Turn [deg]", "Contact",
     "Lost",

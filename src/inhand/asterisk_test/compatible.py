@@ -6,8 +6,6 @@ area is reported at its own centre, not one step further; any angle is a directi
 `inhand.asterisk_test.metrics`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

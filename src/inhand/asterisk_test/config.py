@@ -1,7 +1,5 @@
 """Configuration of a run of the Asterisk Test; imports nothing heavy, so that `--help` stays fast."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

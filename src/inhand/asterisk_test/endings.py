@@ -1,7 +1,5 @@
 """How a trial ended whose controller had done what it could: at the end of its path, of its grip, or where it began."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Labels of a trial: what went wrong with it, and whether averages may use it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Set as AbstractSet
 

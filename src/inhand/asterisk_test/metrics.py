@@ -1,7 +1,5 @@
 """The primary metrics of a trial: how far, how straight, how upright, and whether the object was held."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

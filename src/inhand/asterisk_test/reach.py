@@ -1,7 +1,5 @@
 """Reach as a function: how far a hand could carry an object, whatever controls it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The workspace of a hand and an object: how far it could carry it, from the start pose, in every direction."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

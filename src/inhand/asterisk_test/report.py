@@ -1,7 +1,5 @@
 """The report of a run: figures, a replay and a Markdown page, from its trials and results."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -85,6 +83,7 @@ class Run(Shown):
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),
+            "notes": self.notes,
             "config": asdict(self.config),
             "versions": versions(),
             "seed": self.config.seed,

@@ -1,7 +1,5 @@
 """Run the Asterisk Test in simulation: one batch of worlds, one world for each direction and trial."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

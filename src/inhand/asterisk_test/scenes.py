@@ -1,7 +1,5 @@
 """From trials and results to what the figures draw: outlines in mm, curves, series."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Metrics that users add: functions of a trial, measured beside the package's own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 

@@ -1,7 +1,5 @@
 """`inhand asterisk`: run the Asterisk Test, write its report and print its table."""
 
-from __future__ import annotations
-
 from inhand.asterisk_test.asterisk import finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import Setup, simulate

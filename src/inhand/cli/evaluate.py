@@ -1,7 +1,5 @@
 """`inhand evaluate`: a learned policy beside the expert from the same starts, and what failed and why."""
 
-from __future__ import annotations
-
 from inhand.asterisk_test.comparison import GROUPS, HEADER, rows
 from inhand.asterisk_test.table import failures
 from inhand.cli.asterisk import simulated

@@ -1,7 +1,5 @@
 """`inhand hands` and `inhand objects`: what there is."""
 
-from __future__ import annotations
-
 from inhand.cli.terminal import print_table, say
 from inhand.hands import names as hand_names
 from inhand.hands import objects

@@ -1,7 +1,5 @@
 """`inhand metrics`: measure recorded trials and human files alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`inhand reach`: how far a hand could carry an object."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

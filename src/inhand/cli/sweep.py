@@ -1,7 +1,5 @@
 """`inhand sweep`: every hand with every object, and which hand is best at what."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from inhand.asterisk_test.sweep import run, tables

@@ -1,7 +1,5 @@
 """`inhand view`: a trial in MuJoCo's own viewer."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Controllers by name: how each prepares a grasp, and what it manipulates with."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass

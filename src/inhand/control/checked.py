@@ -1,7 +1,5 @@
 """A user's controller, with what it returns looked at: what is wrong is told by name, before the engine sees it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """What the loop asks of a controller, and what a controller is told of its task."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

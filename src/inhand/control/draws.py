@@ -1,7 +1,5 @@
 """Start noise: where each trial's object really stands."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np
@@ -14,8 +12,6 @@ STEP_DEG = 1e-3
 """Directions and rotations nearer than this to each other are one, and start alike [deg]."""
 AROUND = round(360 / STEP_DEG)
 """Steps of a whole turn, after which directions repeat; it stands for no direction."""
-
-
 MOST_TRIALS = 10_000
 """Trials of a run at most: about 5 GB and a quarter of an hour of one core."""
 TRIAL_MB, TRIAL_S = 0.5, 0.1

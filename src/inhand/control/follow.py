@@ -1,7 +1,5 @@
 """How far the grip that is held now can follow its path: the expert's plan, made again from what was measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from inhand.control.controller import Task

@@ -12,8 +12,6 @@ tau = J' f of the grip force f along the line between the contacts:
     targets = q + DLS(J, dx) + (damping / stiffness) DLS(J, v) + J' f / stiffness.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

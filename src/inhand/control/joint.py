@@ -1,7 +1,5 @@
 """PID to given joint poses: the controller of the place and grasp phases (thesis 3.4)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

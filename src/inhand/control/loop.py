@@ -1,7 +1,5 @@
 """The one loop: decide, simulate, measure, judge; every episode of a batch runs through it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Phases: slices of an episode, each under one controller (thesis 3.4)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

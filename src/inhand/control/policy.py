@@ -1,7 +1,5 @@
 """A learned policy in plain NumPy: its file, the function it is, and the controller it makes."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Trials from the recording of a batch."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 

@@ -10,8 +10,6 @@ free from where it was planned. A path that falls short of what the search promi
 best, and fingers that close a little on the side of the planned start, so that they draw the object there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

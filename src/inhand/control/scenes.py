@@ -1,7 +1,5 @@
 """Hand and object of a trial as outlines to draw."""
 
-from __future__ import annotations
-
 from inhand.control.trial import Trial
 from inhand.geometry import Array, planar
 from inhand.plots.scenes import scene_of

@@ -9,8 +9,6 @@ touching point there. A finger that lost contact moves towards the object's cent
 contact is not re-established in 20 simulation steps. There is no grip force and no feedback on the object's pose.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A user's policy, from observations to actions, as what a controller can be made of."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """Convex decomposition: an outline cut into convex pieces along diagonals that start at its inward corners."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Hands and objects from TOML files and outlines, and the one place that turns a name or a file into a spec."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib
@@ -43,8 +41,6 @@ HEIGHT_MM = 100.0
 """Height of an object over an outline, as of the named ones [mm]."""
 OUTLINE = re.compile(r"(?P<file>.+\.(?:csv|svg|dxf))(?P<keys>(?::\w+=[^:]*)*)", re.IGNORECASE)
 """An outline's file, and keys of an object file after it."""
-
-
 S = TypeVar("S", HandSpec, ObjectSpec)
 """A hand or an object."""
 

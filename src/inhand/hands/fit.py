@@ -1,7 +1,5 @@
 """Whether an object fits into a hand at its start."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Planar two-finger force closure: whether two point contacts with friction can hold an object."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -6,8 +6,6 @@ the start is tried, on faces and on corners alike, and rolled along the whole pa
 far as both fingers can follow, the line between their contacts stays inside both friction cones and no links meet.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

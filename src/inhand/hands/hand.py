@@ -6,8 +6,6 @@ finger bends inwards with positive distal angles and a left finger with negative
 left finger first, each from the palm outwards (thesis 3.3.2).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise

@@ -1,7 +1,5 @@
 """Batch kinematics of planar fingers: joints, link angles, Jacobians and their damped least-squares inverse."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Lines from files, SVG, DXF or CSV: what drawings are traced along, and what outlines of objects are made of."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Hand names of the laboratory's form, such as `2v2_50.50_50.50_1.1_53`, and the hands kept in the catalogue."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Sizes are the laboratory's. Which way an object points, the trapezoid's short si
 are guessed: tips point away from the palm, the teardrop's along its longer size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

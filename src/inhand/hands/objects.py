@@ -3,8 +3,6 @@
 Object frame: origin at the centre of the outline's bounding box, axes along its sides, z up.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

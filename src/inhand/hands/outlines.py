@@ -1,7 +1,5 @@
 """Outlines given by their corners: what is refused, the order they are brought into, points along them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

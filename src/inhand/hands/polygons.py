@@ -1,7 +1,5 @@
 """Contact and overlap of convex polygons, vectorised over any leading axes; corners counter-clockwise."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

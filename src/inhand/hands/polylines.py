@@ -1,7 +1,5 @@
 """Lines through points: curves as lines, lines joined to one, and the units of files that hold them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise

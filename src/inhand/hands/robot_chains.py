@@ -1,7 +1,5 @@
 """The named parts of a robot file: a still palm and two chains of hinges that end in a tip, or why they are not one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import mujoco
@@ -85,7 +83,8 @@ def find_parts(model: mujoco.MjModel, data: mujoco.MjData, names: RobotNames) ->
         joints = _find_joints(model, finger, side)
         _check_chain(model, joints, body, side)
         _check_axes(model, data, joints, axes)
-        chains.append(Chain(joints, tuple(_moved_by(model, int(model.jnt_bodyid[joint])) for joint in joints)))
+        moved = (np.flatnonzero(model.body_weldid == model.jnt_bodyid[joint]) for joint in joints)
+        chains.append(Chain(joints, tuple(tuple(bodies.tolist()) for bodies in moved)))
         tips.append(_tip(model, data, joints[-1], finger.tip, side))
     _check_free(model, [joint for chain in chains for joint in chain.joints])
     rigid = tuple(b for b in _below(model, body) if model.body_weldid[b] == 0)
@@ -228,7 +227,3 @@ def _above(model: mujoco.MjModel, body: int, end: int) -> set[int]:
         found.add(parent)
         parent = int(model.body_parentid[parent])
     return found
-
-
-def _moved_by(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
-    return tuple(int(b) for b in np.flatnonzero(model.body_weldid == body))

@@ -9,8 +9,6 @@ where zero is the angle between the link and the one before (for the first, betw
 reaches from its joint's axis to the next, the last to the tip. Its outline is the convex hull of its collision geoms.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -67,7 +65,6 @@ class _Finger:
 
     base: Array
     lengths: tuple[float, ...]
-    headings: Array
     zeros: Array
     signs: Array
     limits: tuple[tuple[float, float], ...]
@@ -161,7 +158,7 @@ def _finger(model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, index: int
     outlines, thickness = _links(model, data, parts, chain, (corners, headings, side))
     masses = tuple(float(model.body_mass[list(bodies)].sum()) for bodies in chain.bodies)
     tidy = tuple(float(length) for length in np.round(lengths, DECIMALS))
-    return _Finger(corners[0], tidy, headings, zeros, signs, tuple(limits), outlines, masses, thickness)
+    return _Finger(corners[0], tidy, zeros, signs, tuple(limits), outlines, masses, thickness)
 
 
 def _links(

@@ -1,7 +1,5 @@
 """What an MJCF file may lack: meshes for show only that cannot be read, and geoms of no size, are left out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -1,7 +1,5 @@
 """Outlines of a robot file's rigid parts: the convex hull of their collision geoms, seen along the palm's z axis."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import mujoco

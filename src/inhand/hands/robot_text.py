@@ -4,8 +4,6 @@ From a URDF the shapes for show only and those of no size are left out. An MJCF 
 that it includes.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterator

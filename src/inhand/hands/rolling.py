@@ -5,8 +5,6 @@ contact is found anew between the outlines. That covers a rounded tip rolling on
 pivoting on a corner, and the change from one to the other, without telling them apart.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Outlines of a hand's links in their own frames, for the engines, the planners and the figures alike."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The thesis's rough grasp: both fingers on the middle of the object's sides (thesis 3.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from inhand.errors import InputError

@@ -1,7 +1,5 @@
 """Which lengths and masses a hand or an object can have; others are most often a mistaken unit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from inhand.errors import InputError

@@ -4,8 +4,6 @@
 are mirrored, or turned and stretched (1.8.0), and gives the shapes sorted by kind, not in the file's order.
 """
 
-from __future__ import annotations
-
 import copy
 import re
 import warnings

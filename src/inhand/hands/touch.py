@@ -12,8 +12,6 @@ A fingertip with an outline of its own touches with that outline's support point
 inclination of one of its faces any point of that face.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Checkpoints: everything a run needs to go on byte for byte, in one file that is moved into place."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Experience: worlds under the actor of the moment, whose finished episodes become rows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What is trained and how: one frozen configuration, and the presets that return one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """What a dataset says of itself, and what it must have in common with the controller that learns from it."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

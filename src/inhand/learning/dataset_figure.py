@@ -1,7 +1,5 @@
 """Where the episodes of a dataset ended."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D

@@ -11,8 +11,6 @@ L2 regularisation. Options of `default`: several critics whose smallest counts, 
 imitation term (c), and a scaled value term (q). `thesis` has one critic, c = 0 and an unscaled value term.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from typing import NamedTuple
 

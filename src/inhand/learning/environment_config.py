@@ -1,7 +1,5 @@
 """What an environment is asked for by keywords, and the pool of starts that its episodes are drawn from."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ learn in from nothing, `inhand/AsteriskGoal-v0` to a goal that hindsight may rep
 to Gymnasium, whichever of the two is imported first.
 """
 
-from __future__ import annotations
-
 from typing import Any, TypeAlias
 
 import numpy as np

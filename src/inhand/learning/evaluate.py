@@ -1,7 +1,5 @@
 """Evaluation as a function: a policy in, its trials beside the expert's from the same starts out."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Trials that lost their object: the path, and where and why it ended (thesis figures 4.2, 4.5 and 4.6)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Learning curves: rewards and losses over the episodes (thesis figures 4.7 to 4.9), and what evaluations reached."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a run writes down as it goes: `metrics.jsonl` and TensorBoard's event files."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

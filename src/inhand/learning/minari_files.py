@@ -1,7 +1,5 @@
 """Minari's storage of a dataset: made, and opened again without trust in what its files say."""
 
-from __future__ import annotations
-
 import json
 import reprlib
 from collections.abc import Iterator

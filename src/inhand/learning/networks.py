@@ -1,7 +1,5 @@
 """Networks: layers of weights and biases as plain arrays, so that a trained actor runs without JAX."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What a training run wrote down of itself: its episodes, its losses and its evaluations, from `metrics.jsonl`."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

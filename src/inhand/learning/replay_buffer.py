@@ -5,8 +5,6 @@ written on and on in a ring with room to spare: a checkpoint notes how far it ha
 falls on rows that it does not hold, so that a run that is killed goes on from its checkpoint without a copy of them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Reports of learning: the page of a training with its curves, and that of a policy's evaluation."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace

@@ -1,7 +1,5 @@
 """What the folder of a training run says of itself, and what of a configuration cannot be trained."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The folder of a training run: made, checked, gone on from, finished."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable

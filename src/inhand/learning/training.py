@@ -4,8 +4,6 @@ A round's updates are launched first and run beside the simulation of the same r
 before them. What is drawn and computed does not depend on which of the two is faster, so a seed gives the same bytes.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

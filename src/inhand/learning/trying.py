@@ -1,7 +1,5 @@
 """Trying a policy out: every direction from the same held starts, without exploration."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The asterisk: paths in every direction from one start, against their targets."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What an asterisk is drawn from: one curve per direction, and the shapes that follow from it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Rotation only: a donut of the angle reached each way, one ring for each series."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

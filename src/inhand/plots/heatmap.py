@@ -1,7 +1,5 @@
 """Heat map: one number for each pair of a row and a column, written into its cell, failures named below it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

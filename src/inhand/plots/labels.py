@@ -1,7 +1,5 @@
 """Place the labels at the tips of an asterisk so that none lies on another or on a line."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray

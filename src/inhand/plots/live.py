@@ -1,7 +1,5 @@
 """Pictures of worlds that run: the hand, the object and the way it is asked to go, each drawn over the one before."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Asterisks side by side on one scale with one legend: people, IK, learned (thesis figures 4.1 and 4.3)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

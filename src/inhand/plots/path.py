@@ -1,7 +1,5 @@
 """One trial: its path against the target, what it did beside the direction, and which fingers touched."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

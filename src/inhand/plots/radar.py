@@ -1,7 +1,5 @@
 """Radar of distance and of efficiency per direction, several series in one, laid out like the compass."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

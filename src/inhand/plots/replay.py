@@ -1,7 +1,5 @@
 """A moving picture of one trial, drawn from the hand's own outlines: GIF through Pillow, MP4 through ffmpeg."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Write a figure to a file: whole or not at all, and the same bytes every time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib as mpl

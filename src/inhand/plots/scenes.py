@@ -1,7 +1,5 @@
 """A hand and an object as outlines to draw."""
 
-from __future__ import annotations
-
 from inhand.geometry import Array, transform
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import hand_positions

@@ -1,7 +1,5 @@
 """The hand and the object drawn to scale, moving them, and the marks and extents of all axes in mm."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias

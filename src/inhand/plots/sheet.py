@@ -3,8 +3,6 @@
 The settings hold while a sheet is made, so that a program that imports `inhand` keeps its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias

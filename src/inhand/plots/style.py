@@ -1,7 +1,5 @@
 """What every figure shares: its colours, type sizes, and the look of a series."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

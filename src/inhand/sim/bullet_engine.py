@@ -9,8 +9,6 @@ with at most the hand's torque. A blocked joint therefore pushes with up to the 
 is, where MuJoCo's pushes with stiffness (target - q).
 """
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Sequence
 from types import ModuleType

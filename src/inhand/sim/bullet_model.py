@@ -4,8 +4,6 @@ Frames, heights and the pairs of bodies that can touch are those of `inhand.sim.
 friction coefficients of two bodies by itself. The spec's stiffness, damping and armature have no counterpart here.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterator
 from dataclasses import dataclass

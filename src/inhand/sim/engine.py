@@ -1,7 +1,5 @@
 """What the rest of the toolkit asks of a physics engine, and what all engines refuse."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The one place that makes the engines' simulators."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import get_args
 

@@ -1,18 +1,16 @@
 """Memory: what worlds take, and whether the machine has it."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
 from inhand.errors import InputError
 from inhand.sim.names import Engine
 
-WORLD_BYTES: dict[Engine, float] = {"mujoco": 6.5e3, "planar": 2e3, "bullet": 33e6}
+WORLD_BYTES: dict[Engine, float] = {"mujoco": 6.5e3, "planar": 2.1e3, "bullet": 33e6}
 """What a world takes while it is stepped [B]: how far the peak of a process's memory (VmHWM) rose for 20,000 worlds of
-MuJoCo (5.4 kB with four joints, 6.3 kB with six) and of the planar engine (1.3 kB), and for 40 of PyBullet, each a server
-of its own."""
-START_BYTES: dict[Engine, float] = {"mujoco": 17e3, "planar": 17e3, "bullet": 33e6}
+MuJoCo (5.4 kB with four joints, 6.3 kB with six) and of the planar engine (1.5 and 2.1 kB), and for 40 of PyBullet,
+each a server of its own."""
+START_BYTES: dict[Engine, float] = {"mujoco": 17e3, "planar": 11e3, "bullet": 33e6}
 """What a start takes while it is made [B], with every state of its placing and gripping: the same for 1,000 starts."""
 TABLE = Path("/proc/meminfo")
 """Where Linux tells how much memory programs may still take."""

@@ -1,7 +1,5 @@
 """The default engine: MuJoCo, all worlds stepped on all cores without a Python loop over them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """Names of the engines; imports nothing heavy, so that `--help` stays fast."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 Engine = Literal["mujoco", "planar", "bullet"]

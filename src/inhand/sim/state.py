@@ -1,7 +1,5 @@
 """What the simulator measures: one frozen `State` of a batch of worlds, all from one instant."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recorded motion in MuJoCo's viewer; the one place that needs a display."""
 
-from __future__ import annotations
-
 import time
 from importlib import import_module
 

@@ -1,7 +1,5 @@
 """Walls: fixed boxes that fingers and object run against, as frozen specs in the palm frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

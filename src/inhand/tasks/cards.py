@@ -1,7 +1,5 @@
 """What files say of how a controller sees and acts: enough to refuse one that learned otherwise, and to say why."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

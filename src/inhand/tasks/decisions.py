@@ -4,8 +4,6 @@ Actions are numbers within [-1, 1] for each joint. A reward is a weighted sum of
 decision.
 """
 
-from __future__ import annotations
-
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,8 +30,6 @@ FINE_STEP = 0.01
 """How far a fine step of 1 does [rad]: 0.5 rad/s, guessed; the expert's 40 mm/s take no more."""
 CONTACT_CAP = -1000.0
 """Contact rewards at or below this become -100 (thesis 3.3.3); it takes a gap of 6.9 m, so it never acts."""
-
-
 NEAR = 0.001
 """An object within this of its end has arrived [m]."""
 

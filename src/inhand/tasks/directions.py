@@ -1,7 +1,5 @@
 """Direction and rotation words of the Asterisk Test, as recorded files spell them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

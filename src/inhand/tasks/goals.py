@@ -1,7 +1,5 @@
 """Rewards of reaching a goal: pure functions of where the object is and where it should be."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -4,8 +4,6 @@ Two layouts: `thesis` is table 3.1 of the thesis; `grip` tells position along an
 holding and stopping depend on: velocities, commands and contact points. A change of a layout takes a new name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Reference paths: where the object should be when it has come a given way along a primitive."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

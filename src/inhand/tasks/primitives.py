@@ -1,7 +1,5 @@
 """Motion primitives: move the object along one direction, or turn it, and the words people name them by."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

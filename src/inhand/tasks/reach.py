@@ -1,7 +1,5 @@
 """The reach limits of a hand and an object along primitives, as numbers to measure a controller against."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ whole task sees the same numbers as one that was trained on primitives (`tasks/o
 asked to do what the other one does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property
 

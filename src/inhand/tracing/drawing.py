@@ -1,7 +1,5 @@
 """A drawing: the way-points of one stroke that never lifts."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Drawings by name: shapes, letters, and the files that people draw in."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -86,26 +84,6 @@ def _closed(corners: Sequence[tuple[float, float]] | Array) -> Array:
     return np.array([*corners, corners[0]])
 
 
-def _square() -> Array:
-    """Return the corners from the one at the lower left, counter-clockwise."""
-    return _closed([(0, 0), (1, 0), (1, 1), (0, 1)])
-
-
-def _triangle() -> Array:
-    """Return an equilateral triangle from its lower left corner, counter-clockwise; one corner points up."""
-    return _closed([(0, 0), (1, 0), (0.5, math.sqrt(0.75))])
-
-
-def _circle() -> Array:
-    """Return a circle from its rightmost point, counter-clockwise."""
-    return stroke_points((Arc(0, 0, 0.5, 0.5, 0, 360),), 1.0)
-
-
-def _figure_eight() -> Array:
-    """Return Gerono's lemniscate, lying on its side, from its crossing up to the right."""
-    return curve_points(lambda t: np.column_stack([np.sin(2 * np.pi * t) / 2, np.sin(4 * np.pi * t) / 4]))
-
-
 def _star() -> Array:
     """Return the outline of a pentagram from its upper tip, counter-clockwise."""
     inner = math.sin(math.radians(18)) / math.sin(math.radians(54))
@@ -114,10 +92,14 @@ def _star() -> Array:
 
 
 SHAPES: dict[str, Callable[[], Array]] = {
-    "square": _square,
-    "triangle": _triangle,
-    "circle": _circle,
-    "figure-eight": _figure_eight,
+    # Polygons from their lower left corner, round ones from the right or the middle, all counter-clockwise.
+    "square": lambda: _closed([(0, 0), (1, 0), (1, 1), (0, 1)]),
+    "triangle": lambda: _closed([(0, 0), (1, 0), (0.5, math.sqrt(0.75))]),
+    "circle": lambda: stroke_points((Arc(0, 0, 0.5, 0.5, 0, 360),), 1.0),
+    # Gerono's lemniscate, lying on its side.
+    "figure-eight": lambda: curve_points(
+        lambda t: np.column_stack([np.sin(2 * np.pi * t) / 2, np.sin(4 * np.pi * t) / 4])
+    ),
     "star": _star,
 }
 """The named shapes: what gives the points `(N, 2)` of each, at any size and place."""

@@ -1,7 +1,5 @@
 """Paths of the object over the plans that they follow, and how far off they were along the way."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Run plans: place, grasp, and go through a sequence of primitives, one world for each plan."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The capitals A to Z, each as one stroke that never lifts; some parts are drawn there and back."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,7 +1,5 @@
 """The report of a trace: its figure, a replay and a Markdown page."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -36,8 +34,6 @@ FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row),"""
 MOST_FRAMES = 300
 """and more where it would have more frames than this."""
-
-
 FAULTLESS = "Every trial followed its plan to the end without a failure."
 MARK = "trace.json"
 """The file that marks a folder as one of a trace."""

@@ -4,8 +4,6 @@ To the loop the sequencer is a controller like any other. Worlds do not wait for
 primitive at the same decision share one low-level controller.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

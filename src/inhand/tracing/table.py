@@ -1,7 +1,5 @@
 """The table of a trace, what went wrong in sentences, and its entries in the JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any

@@ -1,7 +1,5 @@
 """Tasks beyond paths: plans drawn for a hand and an object, what surrounds them, and when they are done."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial

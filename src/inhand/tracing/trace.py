@@ -1,7 +1,5 @@
 """How well plans were followed: tracking error, completion and time of every world of a run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tracing as a function: what to draw or do in, a finished run out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

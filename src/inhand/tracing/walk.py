@@ -5,8 +5,6 @@ into the next. What goes wrong is met in two steps: the grip is closed and the o
 object is brought back to the planned line (`return`) and the primitive goes on.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Literal

@@ -1,7 +1,5 @@
 """Recordings that lie in a folder twice under different names."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Span and depth of the hands by which the recordings of 2020 are divided."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -6,8 +6,6 @@ uncertain by up to 14 mm; there are no time stamps, so speeds mean nothing; and 
 `inhand.asterisk_test.people.paths.human_path` instead of single rows.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,8 +21,6 @@ from inhand.columns import Columns
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.directions import ROTATION_SIGNS
-
-__all__ = ["ROTATION_ONLY", "HumanFolder", "HumanTrial", "read_human_file", "read_human_folder"]
 
 ROTATION_ONLY = "n"
 """Direction label of the trials that only rotate."""

@@ -1,7 +1,5 @@
 """Smoothing of recorded paths without lag."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 

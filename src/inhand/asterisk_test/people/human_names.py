@@ -1,7 +1,5 @@
 """File names of recorded trials: who moved which hand in which direction, and from which year the form is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Rows of a recorded file, and what becomes of those in which the camera did not see the object."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

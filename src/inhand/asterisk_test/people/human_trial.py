@@ -1,7 +1,5 @@
 """One recorded trial, as the reader hands it over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen

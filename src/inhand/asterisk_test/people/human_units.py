@@ -1,7 +1,5 @@
 """Units of recorded files: what each form of name and columns means, and what is impossible in it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

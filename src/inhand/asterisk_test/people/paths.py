@@ -1,7 +1,5 @@
 """The path that a person took, without the time it took."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -17,8 +15,6 @@ STEP = 0.001
 """Spacing of the waypoints [m]."""
 BIN_STEPS = 2.0
 """Half width of a bin of progress, in steps: wide enough that fast frames, up to 5 mm apart, fill most bins."""
-
-
 SMOOTH_STEPS = 5
 """Window of the mean over neighbouring waypoints."""
 

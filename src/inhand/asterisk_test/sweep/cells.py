@@ -1,7 +1,5 @@
 """A cell of a sweep, one hand with one object: what it is computed from, its file, and its computation."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """The folder of a sweep: `sweep.json`, `trials.csv`, the heat maps and the Markdown page."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, fields

@@ -1,7 +1,5 @@
 """A sweep as a function: hands and objects in, every hand with every object out."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """What a sweep found, as frames: a row for each trial, their cases, and the means that compare hands."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -59,7 +57,8 @@ def sweep_of(contents: Iterable[CellFile], primitives: Sequence[Primitive]) -> S
         same = {**dict(zip(SETTINGS, settings, strict=True)), "finger_mm": finger}
         entries += [same | entry for entry in cell.trials]
     trials = tidy(entries, (*SETTINGS, "finger_mm"))
-    directions = [each.name for each in sorted(primitives, key=_clockwise)]
+    order = [360.0 if each.angle_deg is None else (90.0 - each.angle_deg) % 360.0 for each in primitives]
+    directions = [primitives[k].name for k in np.argsort(order, kind="stable")]
     told = [(cell.hand, cell.object, cell.reason, cell.seconds, cell.cpu_seconds) for cell in cells]
     table = pd.DataFrame(told, columns=["hand", "object", "reason", "seconds", "cpu_seconds"])
     names = tuple(table.hand.unique()), tuple(table.object.unique()), tuple(directions)
@@ -121,7 +120,3 @@ def _cases(trials: pd.DataFrame) -> pd.DataFrame:
     )
     cases["share"] = cases.reached / cases.limit.replace(0.0, np.nan)
     return cases.reset_index()
-
-
-def _clockwise(primitive: Primitive) -> float:
-    return 360.0 if primitive.angle_deg is None else (90.0 - primitive.angle_deg) % 360.0

@@ -1,7 +1,5 @@
 """A sweep: which cells are there, which are to compute, and their computation on every core."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool

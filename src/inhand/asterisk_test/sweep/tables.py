@@ -1,7 +1,5 @@
 """The tables of a sweep, for the terminal and the report alike: hands compared, the best of them, what failed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import product

@@ -5,8 +5,6 @@ closed line, the normal bundle of the outline. Two convex bodies touch where a c
 with the opposite normal, so a contact of any two outlines is a pair of places on two such lines.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which grips a slide connects: pairs of contacts at one pose, and from one pose to the next."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -274,7 +274,7 @@ def test_directions_are_words_or_degrees(given: str | list[str | float], angles:
         ({"directions": []}, "no direction given"),
         ({"directions": [float("nan")]}, "direction nan is not a finite angle"),
         ({"starts": 1}, "starts=1 for 2 directions: give at least one for each"),
-        ({"starts": 10**12}, r"starts=1000000000000 would take about 1.7e\+07 GB of memory, 17 kB each, and this"),
+        ({"starts": 10**12}, r"starts=1000000000000 would take about 1.3e\+08 GB of memory, 130 kB each, and this"),
         ({"render_mode": "human"}, "render_mode='human': use 'rgb_array', or None for no pictures"),
         ({"render_mode": 3}, "render_mode=3: use"),
     ],

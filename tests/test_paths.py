@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from inhand import geometry
-from inhand.asterisk_test.people.human import HumanTrial, read_human_file, read_human_folder
+from inhand.asterisk_test.people.human import read_human_file, read_human_folder
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from inhand.asterisk_test.endings import ended
-from inhand.asterisk_test.people.human import HumanTrial, read_human_file
+from inhand.asterisk_test.people.human import read_human_file
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import (
     RECORDED,
     as_entry,

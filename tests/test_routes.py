@@ -6,7 +6,7 @@ import pytest
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.hands.fit import Held
-from inhand.learning.demonstrations import Recipe, recorded, route_pool, route_starts
+from inhand.learning.demonstrations import Recipe, Recording, recorded, route_pool, route_starts
 from inhand.learning.starts import Noise, Starts
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.tasks.observations import find_layout
@@ -85,8 +85,9 @@ def starts() -> Starts:
 
 @pytest.mark.parametrize("layout", ["grip", "whole"])
 def test_the_expert_goes_through_a_whole_route_in_worlds(starts: Starts, layout: str) -> None:
-    made = Recipe(push=0.0), Interface(layout, "steps", "progress", horizon=190)
-    episodes, _ = recorded(HELD, starts, made, np.random.default_rng(0))
+    interface = Interface(layout, "steps", "progress", horizon=190)
+    recording = Recording(*HELD, (), Recipe(push=0.0), interface, Noise(), seed=0)
+    episodes, _ = recorded(recording, starts, np.random.default_rng(0))
     assert not episodes.terminated.any()
     assert starts.routes is not None
     assert (episodes.distance >= starts.routes.way[:, -1] - 0.002).all()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.people.human import HumanTrial, read_human_folder
+from inhand.asterisk_test.people.human import read_human_folder
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate

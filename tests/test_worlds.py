@@ -361,8 +361,8 @@ def test_what_comes_after_a_drop_is_not_valid() -> None:
 
 def test_an_unpushed_expert_does_what_it_wants() -> None:
     starts = replace(pool(), distance=np.full(8, 0.01))
-    recipe = Recipe(push=0.0)
-    episodes, _ = recorded(HELD, starts, (recipe, replace(STEPS, horizon=60)), np.random.default_rng(0))
+    recording = Recording(*HELD, (), Recipe(push=0.0), replace(STEPS, horizon=60), Noise(), seed=0)
+    episodes, _ = recorded(recording, starts, np.random.default_rng(0))
     np.testing.assert_array_equal(episodes.actions, episodes.wanted)
     np.testing.assert_allclose(episodes.distance, 0.01, atol=1e-3)
     assert not episodes.terminated.any()
@@ -393,7 +393,8 @@ def test_a_part_of_the_episodes_starts_midway(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_too_short_a_horizon_leaves_nothing_midway() -> None:
-    episodes, midway = recorded(HELD, pool(), (Recipe(), replace(STEPS, horizon=5)), np.random.default_rng(0))
+    recording = Recording(*HELD, (), Recipe(), replace(STEPS, horizon=5), Noise(), seed=0)
+    episodes, midway = recorded(recording, pool(), np.random.default_rng(0))
     assert episodes.valid.all()
     assert len(midway) == 0
 
@@ -430,8 +431,9 @@ def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() ->
 
 
 def test_only_states_in_which_the_object_is_held_start_other_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    starts, made = pool(), (Recipe(), replace(STEPS, horizon=1))
+    starts = pool()
+    recording = Recording(*HELD, (), Recipe(), replace(STEPS, horizon=1), Noise(), seed=0)
     monkeypatch.setattr(made_of, "EARLIEST", 0)
     for tolerance, count in ((measuring.CONTACT_TOLERANCE, len(starts)), (-1.0, 0)):  # nothing touches then
         monkeypatch.setattr(measuring, "CONTACT_TOLERANCE", tolerance)
-        assert len(recorded(HELD, starts, made, np.random.default_rng(0))[1]) == count
+        assert len(recorded(recording, starts, np.random.default_rng(0))[1]) == count

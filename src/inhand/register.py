@@ -51,12 +51,7 @@ def primitive(name: str, angle_deg: float | None = None) -> Callable[[PoseGiver]
         angle_deg: direction along which its distance counts [deg]; without it from the first pose to the last.
     """
     taken = (*(each.name for each in (*TRAIN, *UNSEEN, *TURNS)), *GROUPS)
-
-    def add(given: PoseGiver) -> PoseGiver:
-        PATHS.add(name, OwnPath(given, angle_deg), taken, given)
-        return given
-
-    return add
+    return _adding(PATHS, name, taken, lambda given: OwnPath(given, angle_deg))
 
 
 def phase(name: str, longest: float = 1.0, *, must_hold: bool = False, keep_contact: bool = False) -> Callable[[T], T]:
@@ -69,12 +64,10 @@ def phase(name: str, longest: float = 1.0, *, must_hold: bool = False, keep_cont
         keep_contact: whether a contact that stays lost, or running out of time, ends a world's episode.
     """
 
-    def add(given: T) -> T:
-        made = Phase(name, maker("phase", name, given), longest, must_hold, keep_contact)
-        PHASES.add(name, made, OWN, given)
-        return given
+    def made(given: T) -> Phase:
+        return Phase(name, maker("phase", name, given), longest, must_hold, keep_contact)
 
-    return add
+    return _adding(PHASES, name, OWN, made)
 
 
 def task(name: str, stay: float = 0.0) -> Callable[[PointsGiver], PointsGiver]:
@@ -85,12 +78,7 @@ def task(name: str, stay: float = 0.0) -> Callable[[PointsGiver], PointsGiver]:
         stay: how long the object is held at the last of them [s].
     """
     taken = (*SHAPES, *(chr(letter) for letter in range(ord("A"), ord("Z") + 1)))
-
-    def add(given: PointsGiver) -> PointsGiver:
-        TASKS.add(name, OwnTask(given, stay), taken, given)
-        return given
-
-    return add
+    return _adding(TASKS, name, taken, lambda given: OwnTask(given, stay))
 
 
 def metric(name: str) -> Callable[[MetricGiver], MetricGiver]:
@@ -100,12 +88,7 @@ def metric(name: str) -> Callable[[MetricGiver], MetricGiver]:
 
 def reward_term(name: str, weight: float = 1.0) -> Callable[[TermGiver], TermGiver]:
     """Register a function that gives `(B,)` numbers of a `Decision`; `reward="progress,NAME"` adds it, weighted."""
-
-    def add(given: TermGiver) -> TermGiver:
-        TERMS.add(name, Term(name, weight, given), source=given)
-        return given
-
-    return add
+    return _adding(TERMS, name, made=lambda given: Term(name, weight, given))
 
 
 def observation_part(
@@ -122,11 +105,10 @@ def observation_part(
         for_finger: and for each finger.
     """
 
-    def add(given: PartGiver) -> PartGiver:
-        PARTS.add(name, Part(name, given, half, middle, fixed, for_joint, for_finger), source=given)
-        return given
+    def made(given: PartGiver) -> Part:
+        return Part(name, given, half, middle, fixed, for_joint, for_finger)
 
-    return add
+    return _adding(PARTS, name, made=made)
 
 
 def hand(name: str) -> Callable[[HandGiver], HandGiver]:
@@ -139,9 +121,11 @@ def object(name: str) -> Callable[[ObjectGiver], ObjectGiver]:
     return _adding(OBJECTS, name, OBJECT_NAMES)
 
 
-def _adding(registry: Registry[Any], name: str, taken: Iterable[str] = ()) -> Callable[[T], T]:
+def _adding(
+    registry: Registry[Any], name: str, taken: Iterable[str] = (), made: Callable[[Any], Any] = lambda given: given
+) -> Callable[[T], T]:
     def add(given: T) -> T:
-        registry.add(name, given, taken)
+        registry.add(name, made(given), taken, given)
         return given
 
     return add

@@ -12,21 +12,9 @@ from inhand.control.trial import DIVERGED, GRIP_END, LOST_CONTACT, NO_GRASP, NO_
 from inhand.pages import NO_VERDICT, NOTHING, spread
 
 HEADER = (
-    "Direction",
-    "Distance [mm]",
-    "Limit [mm]",
-    "Of limit",
-    "Human [mm]",
-    "Lateral",
-    "Off path",
-    "Turn",
-    "Eff.",
-    "Contact",
-    "Gap [s]",
-    "Force",
-    "Overlap",
-    "Outcome",
-)
+    "Direction", "Distance [mm]", "Limit [mm]", "Of limit", "Human [mm]", "Lateral", "Off path", "Turn", "Eff.",
+    "Contact", "Gap [s]", "Force", "Overlap", "Outcome",
+)  # fmt: skip
 WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, NO_MOVEMENT, STOPPED, TIME_OUT, GRIP_END, REACHED)
 """Outcomes in the order in which the table names one for several trials."""
 

@@ -65,7 +65,6 @@ class _Finger:
 
     base: Array
     lengths: tuple[float, ...]
-    headings: Array
     zeros: Array
     signs: Array
     limits: tuple[tuple[float, float], ...]
@@ -159,7 +158,7 @@ def _finger(model: mujoco.MjModel, data: mujoco.MjData, parts: Parts, index: int
     outlines, thickness = _links(model, data, parts, chain, (corners, headings, side))
     masses = tuple(float(model.body_mass[list(bodies)].sum()) for bodies in chain.bodies)
     tidy = tuple(float(length) for length in np.round(lengths, DECIMALS))
-    return _Finger(corners[0], tidy, headings, zeros, signs, tuple(limits), outlines, masses, thickness)
+    return _Finger(corners[0], tidy, zeros, signs, tuple(limits), outlines, masses, thickness)
 
 
 def _links(

@@ -199,7 +199,7 @@ def demonstrations(
     told("recording demonstrations", 0, total)
     while done < total:
         starts = starts_of(recording, given, min(BATCH, total - done), rng, kept)
-        episodes, kept = recorded(recording.held, starts, (recording.recipe, recording.interface), rng)
+        episodes, kept = recorded(recording, starts, rng)
         done, lost = done + len(starts), lost + int(episodes.terminated.sum())
         yield episodes
         told(f"recording demonstrations{f', {lost} lost' if lost else ''}", done, total)
@@ -265,11 +265,9 @@ def route_starts(
     return replace(fresh, routes=Routes(routes.poses[rows]))
 
 
-def recorded(
-    held: Held, starts: Starts, made: tuple[Recipe, Interface], rng: np.random.Generator
-) -> tuple[Episodes, Starts]:
+def recorded(recording: Recording, starts: Starts, rng: np.random.Generator) -> tuple[Episodes, Starts]:
     """Return one episode from each of B starts, and a state on the way of each that was under way long enough."""
-    recipe, interface = made
+    held, recipe, interface = recording.held, recording.recipe, recording.interface
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
     expert = find_controller(recipe.expert).manipulate(expert_task(held, starts))

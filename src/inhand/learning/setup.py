@@ -75,7 +75,7 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     held, columns = recording.held, _columns(config, recording.hand)
     replay, starts = _demonstrated(config, given, folder / EXPERT, told)
     told("measuring the expert", 0, len(tests))
-    shown, _ = recorded(held, tests, (replace(config.recipe, push=0.0), config.interface), test_rng)
+    shown, _ = recorded(replace(recording, recipe=replace(config.recipe, push=0.0)), tests, test_rng)
     total = (shown.rewards * shown.valid).sum(axis=0)
     return Ready(held, columns, starts, tests, limit, total, shown.distance / limit, replay.written)
 

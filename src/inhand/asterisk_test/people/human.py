@@ -22,8 +22,6 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.tasks.directions import ROTATION_SIGNS
 
-__all__ = ["ROTATION_ONLY", "HumanFolder", "HumanTrial", "read_human_file", "read_human_folder"]
-
 ROTATION_ONLY = "n"
 """Direction label of the trials that only rotate."""
 

@@ -65,6 +65,8 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
 def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
     content = json.loads((run / "metrics.json").read_text(encoding="utf-8"))
     assert set(content) >= {"trials", "directions", "config", "versions", "seed"}
+    (note,) = content["notes"]
+    assert note.startswith("No limits are given for joints of 2v2")
     assert [(each["direction"], each["angle_deg"], each["trial"]) for each in content["trials"]] == [
         ("Right", 0.0, 1),
         ("In'", -112.5, 1),
@@ -155,9 +157,14 @@ def test_the_viewer_needs_a_display(run: Path, inhand: Call, monkeypatch: pytest
     code, _, err = inhand("view", trial)
     assert code == 2
     assert err == "inhand: no display here: `inhand view` needs a screen; a run's figures/replay.gif needs none\n"
-    for speed in ("0", "-1", "nan"):
+    positive = "give a positive number; 1 is real time"
+    for speed, told in (
+        ("0", f"0: {positive}"),
+        ("-1", f"-1: {positive}"),
+        ("nan", "is nan; it must be a finite number"),
+    ):
         code, _, err = inhand("view", trial, f"--speed={speed}")
-        assert (code, err) == (2, f"inhand: --speed {speed}: give a positive number; 1 is real time\n")
+        assert (code, err) == (2, f"inhand: --speed {told}\n")
     code, _, err = inhand("view", run / "nothing.npz")
     assert code == 2
     assert "no trial file" in err
@@ -195,7 +202,7 @@ def test_hands_and_objects_are_listed_by_their_whole_names(inhand: Call) -> None
         (("--trials", "0"), "--trials 0: give at least one trial"),
         (("--seed=-1",), "--seed -1: a seed is 0 or more"),
         (("--noise-mm=-1",), "--noise-mm -1: noise must be 0 or more"),
-        (("--noise-deg", "nan"), "noise_deg is nan; it must be a finite number"),
+        (("--noise-deg", "nan"), "--noise-deg is nan; it must be a finite number"),
         (("--paths", "human"), "--paths human needs the recorded trials to follow: give their folder with --human DIR"),
         (("--human", "no_such_folder"), "folder no_such_folder is not there"),
         (("--paths", "upwards"), "invalid choice 'upwards'"),

@@ -88,6 +88,19 @@ def test_equal_seeds_give_equal_bytes_and_a_dataset_is_kept(tmp_path: Path, inha
     assert read_head(tmp_path / "one").seed == 5
 
 
+def test_a_hand_from_a_file_is_told_by_its_name(
+    tmp_path: Path, inhand_record: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(
+        "name = 'wide'\npalm_width_mm = 60\nleft.links_mm = [72, 72]\nright.links_mm = [72, 72]\n"
+    )
+    words = ("--hand", "mine.toml", "--episodes", 1, "--horizon", 2, "--directions", "Right", "--midway", 0)
+    code, out, err = inhand_record(*words, "--expert", "thesis-ik", "--out", "set")
+    assert (code, err) == (0, "")
+    assert "thesis-ik on cube_39, wide: 1 episodes" in out
+
+
 def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
@@ -106,7 +119,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
         (("--episodes", 0), "--episodes 0: give at least 1"),
         (("--episodes", 2000000), "they would take about 180 GB of disk and 20 hours of two cores; at most 100000"),
         (("--push", -1), "--push -1: give 0 or more"),
-        (("--noise-mm", "nan"), "noise_mm is nan; it must be a finite number"),
+        (("--noise-mm", "nan"), "--noise-mm is nan; it must be a finite number"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),
         (("--observation", "gripp"), "unknown observation 'gripp'; did you mean grip"),
         (("--reward", "progres"), "unknown reward 'progres'; did you mean progress?"),

@@ -21,7 +21,7 @@ CASES = [
     ("trace --path square --size 0.04", "the size of drawing 'square' is 0.04 mm, too small: it may be 1 to 1,000 mm"),
     ("sweep --trials 700", "--trials 700 in each of 16 directions: 11200 trials would take about 6 GB"),
     ("reach --resolution-mm 0.1", "resolution 0.1 mm: give 0.5 to 10 mm"),
-    ("reach --resolution-mm nan", "resolution_mm is nan; it must be a finite number"),
+    ("reach --resolution-mm nan", "inhand: --resolution-mm is nan; it must be a finite number"),
     ("asterisk --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),
     ("trace --path sqare --out file", "unknown --path 'sqare'; did you mean square"),
     ("trace --object cub_39 --out file", "unknown object 'cub_39'; did you mean cube_39"),

@@ -119,6 +119,7 @@ def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
     assert own.stem in out
     run = front.load(tmp_path / "run")
     assert isinstance(run, Run)
+    assert any(note.startswith("No limits are given for joints of 2v2") for note in run.notes)
     path, _, _ = run.trials[0].manipulated_path()
     assert path[:, 1].max() > 4.0  # a straight line would stay within a millimetre
     assert path[-1, 0] == pytest.approx(20.0, abs=1.5)
@@ -143,7 +144,7 @@ def installed(folder: Path, module: str, text: str) -> None:
 def test_an_installed_package_registers_by_its_entry_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = f"package_{abs(hash(tmp_path))}"
     installed(tmp_path, module, BACK.replace("hook", module))
-    with pytest.raises(InputError, match="unknown metric 'highest_mm'; allowed are"):
+    with pytest.raises(InputError, match="unknown metric 'highest_mm'; there is none of yours yet"):
         METRICS.known("highest_mm")
     monkeypatch.syspath_prepend(tmp_path)
     load_packages.cache_clear()
@@ -326,7 +327,7 @@ def test_targets_of_the_wrong_shape_are_refused() -> None:
 
 
 def test_a_phase_or_task_that_is_not_known_or_gives_no_way_points_is_refused() -> None:
-    with pytest.raises(InputError, match="unknown phase 'hold'"):
+    with pytest.raises(InputError, match=r"unknown phase 'hold'; there is none of yours yet; give FILE.py:NAME"):
         front.asterisk(directions="Out", trials=1, phases=["hold"])
     front.register.task("flat")(lambda *_: np.zeros((3, 2)))
     front.register.task("there", stay=0.5)(lambda *_: np.array([[0.01, 0.0, 0.1], [0.02, 0.01, 0.1]]))

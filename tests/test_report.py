@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tyro
 from PIL import Image
 
 from inhand.asterisk_test.config import AsteriskConfig
@@ -17,7 +16,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.scenes import average_curve, compatible_curve, counted_rows, trial_path
 from inhand.asterisk_test.table import HEADER
-from inhand.cli import Command
+from inhand.cli import configuration
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN
@@ -144,12 +143,7 @@ def test_every_primitive_has_a_file_name_of_its_own() -> None:
 def test_the_command_repeats_the_run(config: AsteriskConfig) -> None:
     words = shlex.split(command(config))
     assert words[0] == "inhand"
-    parsed: object = tyro.cli(
-        Command,
-        args=words[1:],
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes),
-    )
-    assert parsed == config
+    assert configuration(words[1:]) == config
 
 
 # What the figures are drawn from.

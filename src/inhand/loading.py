@@ -17,7 +17,7 @@ from inhand.errors import InputError
 from inhand.learning.evaluate import load_evaluation
 from inhand.learning.record import load_dataset
 from inhand.learning.train import load_training
-from inhand.records import read_json
+from inhand.records import checked, read_json
 from inhand.shown import Shown, saved
 from inhand.tasks.primitives import parse_directions
 from inhand.tracing.report import load_trace
@@ -54,13 +54,13 @@ def _tested(folder: Path) -> Shown:
 
 
 def _run(folder: Path) -> Run:
-    config, _ = saved(folder, "metrics.json", AsteriskConfig)
+    config, content = saved(folder, "metrics.json", AsteriskConfig)
     order = [each.name for each in parse_directions(config.directions)]
     trials = tuple(sorted(load_trials(folder), key=lambda trial: (_place(trial, order), trial.passport.trial)))
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
-    people = people_of(config)
+    notes: tuple[str, ...] = checked("notes", content.get("notes", ()), tuple[str, ...])
     name, beside = load_beside(config.beside, settings_of(trials[0].passport), config.label)
-    return Run(config, trials, results, people.trials, people.notes, beside, name)
+    return Run(config, trials, results, people_of(config).trials, notes, beside, name)
 
 
 def _sweep(folder: Path) -> SweepRun:

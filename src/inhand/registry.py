@@ -113,7 +113,8 @@ class Registry(Mapping[str, T], Generic[T]):
         """
         found = self.find(name)
         if found is None:
-            raise InputError(f"unknown {self.kind} {name!r}{near_matches(name, self)}; allowed are {', '.join(self)}")
+            allowed = f"allowed are {', '.join(self)} and" if self else "there is none of yours yet; give"
+            raise InputError(f"unknown {self.kind} {name!r}{near_matches(name, self)}; {allowed} FILE.py:NAME")
         return found
 
 

@@ -83,6 +83,7 @@ class Run(Shown):
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),
+            "notes": self.notes,
             "config": asdict(self.config),
             "versions": versions(),
             "seed": self.config.seed,

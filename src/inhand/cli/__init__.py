@@ -6,10 +6,11 @@ Each command's configuration is light; what it runs is imported only when it is 
 """
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import tyro
 
@@ -18,11 +19,12 @@ from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
+from inhand.records import Config
 from inhand.tracing.config import TraceConfig
 
 
 @dataclass(frozen=True)
-class MetricsConfig:
+class MetricsConfig(Config):
     """Measure recorded trials (.npz of a run) or human files (.csv) alone."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
@@ -43,7 +45,7 @@ class EvaluateCommand(EvaluateConfig):
 
 
 @dataclass(frozen=True)
-class ViewConfig:
+class ViewConfig(Config):
     """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
 
     trial: tyro.conf.Positional[Path]
@@ -53,28 +55,29 @@ class ViewConfig:
 
 
 @dataclass(frozen=True)
-class HandsConfig:
+class HandsConfig(Config):
     """List the hands of the catalogue and the form of a hand's name."""
 
 
 @dataclass(frozen=True)
-class ObjectsConfig:
+class ObjectsConfig(Config):
     """List the objects of the catalogue and the form of an object's name."""
 
 
-Command = (
-    Annotated[AsteriskConfig, tyro.conf.subcommand("asterisk")]
-    | Annotated[TraceConfig, tyro.conf.subcommand("trace")]
-    | Annotated[ReachCommand, tyro.conf.subcommand("reach")]
-    | Annotated[SweepConfig, tyro.conf.subcommand("sweep")]
-    | Annotated[RecordConfig, tyro.conf.subcommand("record")]
-    | Annotated[TrainConfig, tyro.conf.subcommand("train")]
-    | Annotated[EvaluateCommand, tyro.conf.subcommand("evaluate")]
-    | Annotated[MetricsConfig, tyro.conf.subcommand("metrics")]
-    | Annotated[ViewConfig, tyro.conf.subcommand("view")]
-    | Annotated[HandsConfig, tyro.conf.subcommand("hands")]
-    | Annotated[ObjectsConfig, tyro.conf.subcommand("objects")]
-)
+COMMANDS: dict[str, type[Config]] = {
+    "asterisk": AsteriskConfig,
+    "trace": TraceConfig,
+    "reach": ReachCommand,
+    "sweep": SweepConfig,
+    "record": RecordConfig,
+    "train": TrainConfig,
+    "evaluate": EvaluateCommand,
+    "metrics": MetricsConfig,
+    "view": ViewConfig,
+    "hands": HandsConfig,
+    "objects": ObjectsConfig,
+}
+"""What each command is configured with."""
 
 
 def main() -> None:
@@ -85,21 +88,40 @@ def main() -> None:
         return
     if words[:1] == ["help"]:
         words = [*words[1:], "--help"]
-    config: object = tyro.cli(
-        Command,
-        args=words,
-        prog="inhand",
-        description="Structured in-hand manipulation: the Asterisk Test in simulation, beside people.",
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes),
-    )
     try:
-        _run(config)
+        _run(configuration(words))
     except InputError as error:
         sys.stderr.write(f"inhand: {error}\n")
         sys.exit(2)
     except KeyboardInterrupt:
         sys.stderr.write("inhand: stopped; nothing was overwritten\n")
         sys.exit(130)
+
+
+def _unchecked(kind: type[Config]) -> type[Config]:
+    """Return a configuration that looks at no field: what it refuses, tyro would tell in a form of its own."""
+    return type(kind.__name__, (kind,), {"__doc__": kind.__doc__, "__post_init__": lambda _: None})
+
+
+def configuration(words: Sequence[str]) -> Config:
+    """Return the configuration that a command and its options give.
+
+    Raises:
+        InputError: a value that its option cannot have; of words that mean nothing tyro tells, and exits.
+    """
+    unchecked: Config = tyro.extras.subcommand_cli_from_dict(
+        {name: _unchecked(kind) for name, kind in COMMANDS.items()},
+        args=words,
+        prog="inhand",
+        description="Structured in-hand manipulation: the Asterisk Test in simulation, beside people.",
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes),
+    )
+    kind: type[Config] = type(unchecked).__mro__[1]
+    try:
+        return kind(**vars(unchecked))
+    except InputError as error:
+        name, _, told = str(error).partition(" ")
+        raise InputError(f"--{name.replace('_', '-')} {told}") from error
 
 
 RUNS = {

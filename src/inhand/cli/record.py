@@ -27,8 +27,7 @@ def run_record(config: RecordConfig) -> None:
     except KeyboardInterrupt:
         say(f"Stopped after {done} episodes; none of them is kept, half a dataset is no dataset")
         raise
-    title = f"{config.expert} on {config.object}, {config.hand}: {len(found.lost)} episodes"
-    print_table(title, HEADER, rows_of(found))
+    print_table(f"{found.title}: {len(found.lost)} episodes", HEADER, rows_of(found))
     say(f"Dataset {found.config.dataset_id}: {found.folder}")
     place = found.folder.as_posix()
     say(f'Read it: minari.MinariDataset("{place}/{DATA}"), or inhand.load("{place}")')

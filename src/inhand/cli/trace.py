@@ -10,6 +10,9 @@ from inhand.tracing.run import TraceSetup, check_trace, prepare_trace, simulate_
 from inhand.tracing.table import faults, trace_rows, what_was_done
 from inhand.tracing.trace import Trace
 
+SPARE = ("Overlap [mm]", "Force [N]", "Fréchet [mm]", "Time [s]")
+"""Columns that a narrow terminal does without, the first first."""
+
 
 def run_trace(config: TraceConfig) -> None:
     """Check everything, simulate, measure, put the finished run in its place, and print its table."""
@@ -18,7 +21,8 @@ def run_trace(config: TraceConfig) -> None:
         run = tracing.run_trace(config, prepared, simulated)
         run.write(folder)
     header, rows = trace_rows(run.traces)
-    print_table(f"{what_was_done(run.setup)}: {run.setup.object.name}, {run.setup.hand.name}", header, rows, numbers=2)
+    title = f"{what_was_done(run.setup)}: {run.setup.object.name}, {run.setup.hand.name}"
+    print_table(title, header, rows, numbers=2, spare=SPARE)
     for sentence in (*faults(run.setup, run.followed, run.traces), *run.notes):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}")

@@ -22,7 +22,8 @@ class RunConfig(Config):
     """What every run is simulated in, and what is drawn in it."""
 
     engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower, no walls)."""
+    """Physics engine: mujoco, planar (its law in the plane, several times as fast), or bullet as a witness (extra
+    `bullet`; much slower, no walls)."""
     seed: int = 0
     """Seed of everything drawn: the start noise, and what tasks draw."""
     noise_mm: float = 1.0

@@ -223,9 +223,10 @@ def _read_trial(path: Path) -> Trial:
         raise InputError("reference has one way-point; a path has two or more")
     hand = head.passport.hand
     check_shapes(arrays, SHAPES, {"n": hand.n_joints, "F": len(hand.fingers)})
-    links = min(len(finger.links) for finger in hand.fingers)
-    for name, count in (("phase", len(head.phases)), ("contact_links", links)):
-        values = arrays[name]
+    below = [("phase", arrays["phase"], len(head.phases))]
+    for finger, links in zip(hand.fingers, arrays["contact_links"].T, strict=True):
+        below.append(("contact_links", links, len(finger.links)))
+    for name, values, count in below:
         if values.min() < 0 or values.max() >= count:
             raise InputError(f"{name} holds {np.unique(values).tolist()}; it must hold numbers from 0 to {count - 1}")
     return Trial(head.passport, head.outcome, head.phases, **arrays)

@@ -63,6 +63,12 @@ class Dataset(Kept):
     """Way that the expert meant to go `(E,)` [m]."""
 
     @property
+    def title(self) -> str:
+        """Its expert, object and hand by their names."""
+        head = self.config
+        return f"{head.expert} on {head.object.name}, {head.kind.hand.name}"
+
+    @property
     def episodes(self) -> StoredEpisodes:
         """The episodes with their observations, actions and rewards, read as they are asked for."""
         return read_dataset(self.folder)[1]
@@ -96,9 +102,7 @@ class Dataset(Kept):
 
     def figure(self) -> Figure:
         """Return where the episodes ended."""
-        head = self.config
-        title = f"{head.expert} on {head.object.name}, {head.kind.hand.name}"
-        return dataset_figure(self.angle_deg, self.distance, self.lost, title)
+        return dataset_figure(self.angle_deg, self.distance, self.lost, self.title)
 
 
 def record(

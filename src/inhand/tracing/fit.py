@@ -7,6 +7,7 @@ the best single grip whose contacts roll, which is what controllers carry an obj
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -107,13 +108,13 @@ def carried(held: Held, plan: Plan) -> float:
     return float(plan.path.way[looked[reach - 1]])
 
 
-def fit_of(held: Held, plan: Plan) -> Fit:
-    """Return what a hand can do of a plan.
+def fit_of(held: Held, plan: Plan, told: Callable[[float], None] = lambda _: None) -> Fit:
+    """Return what a hand can do of a plan; `told` is told the way [m] that has been looked at.
 
     Raises:
         InputError: no grip holds the object at the start.
     """
-    return Fit(float(plan.way[-1]), _outside(held, plan), carried(held, plan))
+    return Fit(float(plan.way[-1]), _outside(held, plan, told), carried(held, plan))
 
 
 def largest(fits: Callable[[float], bool], progress: Callable[[float], None] | None = None) -> float:
@@ -149,12 +150,12 @@ def refusal(name: str, fit: Fit, origin: Array, largest_mm: str) -> InputError:
     return InputError(f"{name} {why}; {largest_mm}")
 
 
-def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:
+def _outside(held: Held, plan: Plan, told: Callable[[float], None]) -> tuple[tuple[Array, Array], ...]:
     """Return where a plan leaves the hand's reach and where it comes back: where some grip holds the object again."""
     found: list[tuple[Array, Array]] = []
-    rest = plan.path
+    rest, before = plan.path, 0.0
     while True:
-        end = farthest(*held, rest.poses)
+        end = farthest(*held, rest.poses, told=partial(_further, told, before))
         gone = 0.0 if end is None else end.way
         if gone >= rest.length - 1e-9:
             return tuple(found)
@@ -164,7 +165,11 @@ def _outside(held: Held, plan: Plan) -> tuple[tuple[Array, Array], ...]:
         found.append((rest.at(gone), rest.at(back)))
         if back >= rest.length:
             return tuple(found)
-        rest = rest.beyond(back)
+        rest, before = rest.beyond(back), before + back
+
+
+def _further(told: Callable[[float], None], before: float, way: float) -> None:
+    told(before + way)
 
 
 def _place(pose: Array, origin: Array) -> str:

@@ -158,9 +158,14 @@ def _sized(config: TraceConfig, held: Held, drawing: Drawing, told: Told | None)
         return scaled(drawing, SHARE * most), (
             f"Size {1e3 * SHARE * most:.0f} mm is {100 * SHARE:.0f} % of the reachable {1e3 * most:.0f} mm.",
         )
-    if told is not None:
-        told(f"whether {drawing.name} fits", 0, 0)
-    fit = fit_of(held, plan_of(held, drawing))
+    plan = plan_of(held, drawing)
+    whole = round(1e3 * float(plan.path.length))
+
+    def followed(way: float) -> None:
+        if told is not None:
+            told(f"whether {drawing.name} fits, mm", round(1e3 * way), whole)
+
+    fit = fit_of(held, plan, followed)
     if fit.fits:
         return drawing, ()
     most = largest(

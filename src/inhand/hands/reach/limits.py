@@ -6,7 +6,8 @@ step of the object or a slide of one contact along the outline away from the one
 Coulomb friction alone: no controller, no torque, no speed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -113,26 +114,37 @@ def body_of(spec: ObjectSpec, spacing: float, fan: float) -> Body:
     return Body(cells(polygon(spec), spacing, fan), convex_pieces(spec))
 
 
-def farthest(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig | None = None) -> Farthest | None:
+def farthest(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    path: Array,
+    config: ReachConfig | None = None,
+    told: Callable[[float], None] = lambda _: None,
+) -> Farthest | None:
     """Return how far an object can be carried along a path, or None where no grip holds it at the start.
 
-    The path is object poses `(S, 3)` in the palm frame, followed on straight lines between them.
+    The path is object poses `(S, 3)` in the palm frame, followed on straight lines between them. `told` is told the way
+    [m] up to which it has been followed.
     """
     config = config or ReachConfig()
     scene = _scene(hand, spec, config)
     way = way_along(path)
     count = int(np.ceil(way[-1] / config.resolution - 1e-9))
     steps = np.minimum(np.arange(count + 1) * config.resolution, way[-1])
-    coarse = list(_walk(scene, interpolate(steps, way, path), None))
-    if not coarse:
+    done, last = 0, deque[_Column](maxlen=BACK + 1)  # of a long way all would fill the memory
+    for column in _walk(scene, interpolate(steps, way, path), None):
+        told(float(steps[done]))
+        done += 1
+        last.append(column)
+    if not last:
         return None
-    end, column = float(steps[len(coarse) - 1]), coarse[-1]
-    if len(coarse) <= count:
+    end, column = float(steps[done - 1]), last[-1]
+    if done <= count:
         # It ends within the path: from some steps back the grips are followed in finer cells, then in finer steps too.
         fine = body_of(spec, config.resolution / FINE_CELLS, config.fan / FINE_CELLS)
         finer = replace(scene, body=fine, hop=FINE_CELLS)
-        start = max(len(coarse) - 1 - BACK, 0)
-        refined = _refined(scene, finer, interpolate(steps[start : start + 1], way, path), coarse[start])
+        start = max(done - 1 - BACK, 0)
+        refined = _refined(scene, finer, interpolate(steps[start : start + 1], way, path), last[0])
         known = float(steps[start]), refined
         for size in (config.resolution, config.resolution / FINE):
             ways = known[0] + size * np.arange(1, round((way[-1] - known[0]) / size) + 1)
@@ -153,7 +165,7 @@ def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig |
     scene, way = _scene(hand, spec, config), way_along(path)
     count = int(np.ceil(way[-1] / config.resolution - 1e-9))
     steps = np.minimum(np.arange(count + 1) * config.resolution, way[-1])
-    return len(list(_walk(scene, interpolate(steps, way, path), None))) > count
+    return sum(1 for _ in _walk(scene, interpolate(steps, way, path), None)) > count
 
 
 def why_none(hand: HandSpec, spec: ObjectSpec, pose: Array, config: ReachConfig | None = None) -> str:

@@ -3,6 +3,7 @@
 import asyncio
 import importlib.util
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -12,6 +13,9 @@ from PIL import Image
 
 from commands import Call
 from inhand import __version__
+from inhand.asterisk_test.comparison import HEADER
+from inhand.cli.evaluate import SPARE
+from inhand.cli.terminal import print_table
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SCRIPT = Path(sys.executable).with_name("inhand")
@@ -313,3 +317,17 @@ def test_help_is_a_word_too(words: tuple[str, ...], text: str, inhand: Call) -> 
     assert code == 0
     assert "usage: inhand" in out
     assert text in out
+
+
+def test_the_table_of_an_evaluation_fits_a_terminal_of_100_columns(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "100")
+    row = ("Out'-Right'", "130.0", "-0.10 | 0.92", "-13.0 | 118.0", "-", "38.8 | 10.0", "18.8 | 0.1", "0.886 | 1.000",
+           "0 of 1 | 0 of 1")  # fmt: skip
+    print_table("Both", HEADER, [row], spare=SPARE)
+    *table, told = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out).splitlines()
+    assert max(map(len, table)) <= 100
+    assert len([line for line in table if "-0.10 | 0.92" in line and row[-1] in line]) == 1
+    assert told.startswith("Left out, for want of width: Contact")

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -87,6 +88,8 @@ def test_a_folder_that_holds_no_run_is_refused_with_what_it_holds(tmp_path: Path
     marks = r"give a trial's .npz file, or a folder with one of sweep.json \(inhand sweep\), trace.json"
     with pytest.raises(InputError, match=f"none is not there: {marks}"):
         front.load(tmp_path / "none")
+    with pytest.raises(InputError, match="None is no place: give the folder of a run"):
+        front.load(cast("str", None))
     with pytest.raises(InputError, match=f"is empty: {marks}"):
         front.load(tmp_path)
     (tmp_path / "notes.txt").touch()

@@ -34,6 +34,8 @@ def load(place: str | os.PathLike[str]) -> Shown:
     Raises:
         InputError: there is nothing of the kind, or something that cannot be read; the text says what was found.
     """
+    if not isinstance(place, str | os.PathLike):
+        raise InputError(f"{place!r} is no place: give the folder of a run, or a trial's .npz file")
     path = Path(place)
     if path.is_file():
         return _one(path)

@@ -9,6 +9,9 @@ from inhand.learning.commands import EvaluateConfig
 from inhand.learning.evaluate import finish_evaluation, ready_evaluation
 from inhand.learning.report import summary
 
+SPARE = ("Contact", "Turn [deg]", "Human [mm]")
+"""Columns that a narrow terminal does without, the first first."""
+
 
 def run_evaluate(config: EvaluateConfig) -> None:
     """Check everything, run policy and expert from the same starts, and put the report in its place."""
@@ -18,7 +21,7 @@ def run_evaluate(config: EvaluateConfig) -> None:
         found.write(folder)
     for title, group in GROUPS:
         both = f"{title}: {found.policy.name} | {found.expert.name}"
-        print_table(both, HEADER, rows(found.policy, found.expert, found.people, group))
+        print_table(both, HEADER, rows(found.policy, found.expert, found.people, group), spare=SPARE)
     say(summary(found))
     for sentence in failures(found.policy.results):
         say(f"{found.policy.name}, {sentence}")

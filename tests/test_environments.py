@@ -684,3 +684,13 @@ def test_goals_that_are_no_poses_are_refused(given: Nested) -> None:
 
 def test_tolerances_are_told_in_millimetres_and_degrees() -> None:
     assert GoalConfig().tolerance == pytest.approx((0.002, np.deg2rad(5.0)))
+
+
+def test_the_planar_engine_gives_an_environment_that_goes_where_mujocos_goes() -> None:
+    scenes = [
+        inhand.make("easy", num_envs=2, engine=engine, directions=(0.0,), starts=2) for engine in ("mujoco", "planar")
+    ]
+    seen = [scene.reset(seed=3)[0] for scene in scenes]
+    for _ in range(10):
+        seen = [scene.step(np.full(scene.action_space.shape, 0.2, dtype=np.float32))[0] for scene in scenes]
+    np.testing.assert_allclose(seen[1], seen[0], atol=2e-2)

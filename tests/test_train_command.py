@@ -91,7 +91,9 @@ def check_loaded(run: Path, folder: Path) -> None:
     assert len(table) == 36
     mine = table[(table["controller"] == "my_run") & (table["direction"] == "Out")]
     told = [entry["distance_mm"] for entry in content["trials"] if entry["direction"] == "Out"]
-    assert sorted(mine["distance_mm"]) == pytest.approx(sorted(told))
+    assert list(mine["distance_mm"]) == pytest.approx(told)
+    assert list(table["direction"][:18]) == [entry["direction"] for entry in content["trials"]]
+    assert any("joints" in note for note in compared.notes)
     assert "<table" in compared._repr_html_()
     again = json.loads((trained.save(folder / "copy") / "config.json").read_text())
     assert again == json.loads((run / "config.json").read_text())

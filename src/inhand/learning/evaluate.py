@@ -119,13 +119,21 @@ def load_evaluation(folder: Path) -> Compared:
         InputError: there is none that can be read.
     """
     config, content = saved(folder, MARK, EvaluateConfig)
-    policy, expert = (_evaluation(tuple(load_trials(each)), config.trials) for each in (folder, folder / EXPERT))
+    entries = checked("trials", content.get("trials"), list[dict[str, Any]])
+    order = {(entry.get("direction"), entry.get("trial")): place for place, entry in enumerate(entries)}
+
+    def place(trial: Trial) -> int:
+        return order.get((trial.passport.primitive, trial.passport.trial), len(order))
+
+    policy, expert = (
+        _evaluation(tuple(sorted(load_trials(each), key=place)), config.trials) for each in (folder, folder / EXPERT)
+    )
     trained = checked("policy", content.get("policy"), dict[str, Any])
     passport = policy.trials[0].passport
     known = {"hand": passport.hand.name, "object": passport.object.name} | trained
     test = _test(config, policy.name, known)
-    people = people_of(test)
-    return Compared(config, test, policy, expert, trained, people.trials, people.notes, _learned(config.run))
+    notes: tuple[str, ...] = checked("notes", content.get("notes", ()), tuple[str, ...])
+    return Compared(config, test, policy, expert, trained, people_of(test).trials, notes, _learned(config.run))
 
 
 def name_of(config: EvaluateConfig) -> str:

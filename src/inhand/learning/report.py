@@ -82,6 +82,7 @@ class Compared(Shown):
             },
             "failed": {name: [f"{r.direction} {r.trial}" for _, r in each.failed] for name, each in both.items()},
             "policy": self.trained,
+            "notes": self.notes,
             "config": asdict(self.config),
             "versions": versions(),
             "seed": self.config.seed,

@@ -14,7 +14,7 @@ test: .venv/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest
+	OMP_NUM_THREADS=1 $(BIN)/pytest  # two workers have a core each: threads of BLAS would fight for them
 
 # 2,000 bad inputs, other ones each time: minutes.
 fuzz: .venv/.dev
@@ -25,6 +25,7 @@ sweep: .venv/.run
 
 bench: .venv/.dev
 	$(BIN)/python benchmarks/stepping.py
+	$(BIN)/python benchmarks/engines.py
 	$(BIN)/python benchmarks/decisions.py
 	$(BIN)/python benchmarks/report_time.py
 

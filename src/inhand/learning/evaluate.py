@@ -1,12 +1,11 @@
 """Evaluation as a function: a policy in, its trials beside the expert's from the same starts out."""
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from inhand.asterisk_test.asterisk import people_of
+from inhand.asterisk_test.asterisk import Simulate, people_of
 from inhand.asterisk_test.comparison import ControllerTrials, with_more
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder
@@ -28,8 +27,6 @@ from inhand.sim.names import Engine
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""
-Simulate = Callable[[AsteriskConfig, Setup], tuple[Trial, ...]]
-"""Runs a setup; the command line shows how far it is."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, centre_of_mass
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet
 from inhand.sim.engine import Simulator
 from inhand.sim.model import FAR, SceneSpec
@@ -93,7 +93,7 @@ class BulletSimulator(Simulator):
         own = turn(inverse_quaternion(poses[:, 3:]), velocities[:, 3:])
         qvel = np.concatenate([speeds, velocities[:, :3], own], axis=1)
         qpos = np.concatenate([joints, poses], axis=1)
-        centre = centre_of(qpos, qvel, np.stack([centre_of_mass(spec) for spec in self.objects]))
+        centre = centre_of(qpos, qvel, self._centre)
         zero = np.zeros_like(qvel)
         return Snapshot(self._time(), qpos, qvel, self._targets.copy(), zero, self._forces.copy(), centre)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.objects import ObjectSpec, centre_of_mass
 from inhand.sim.model import SceneSpec, scene_of_each
 from inhand.sim.names import Engine
 from inhand.sim.snapshot import Snapshot, check_indices, check_restore
@@ -41,6 +41,8 @@ class Simulator(ABC):
         self._hands = _hand_of_each(hand, len(objects))
         self.hand, self.objects, self.timestep = self._hands[0], tuple(objects), self._scenes[0].timestep
         """The first world's hand, whose joints are those of all, the object of each, and the physics step [s]."""
+        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
+        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
         self._diverged = np.zeros(len(objects), dtype=bool)
         self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
 

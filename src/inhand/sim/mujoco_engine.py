@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces
+from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import is_box
 from inhand.sim.engine import Simulator
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
@@ -73,8 +73,6 @@ class MujocoSimulator(Simulator):
         read = {name: bind(name) for name in _KEPT}
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
         self._measured_qpos = self._meter.bind("qpos")
-        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
-        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
         self._start = self._readings.qpos.copy()
 
     def measure(self) -> State:

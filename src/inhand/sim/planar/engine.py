@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from inhand.geometry import Array, perpendicular, rotate, spatial
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, centre_of_mass
+from inhand.hands.objects import ObjectSpec
 from inhand.sim.engine import Simulator
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec
 from inhand.sim.planar.build import build
@@ -59,11 +59,9 @@ class PlanarSimulator(Simulator):
             velocity=np.zeros((count, n + 3)),
             target=np.zeros((count, n)),
             acceleration=np.zeros((count, n + 3)),
-            force=np.zeros((count, len(self.hand.fingers), 2)),
+            force=self._forces,
         )
         self._time, self._start = np.zeros(count), self._worlds.position.copy()
-        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
-        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
         self._links = np.zeros((count, n, LINK_SENSOR_SIZE))
         self._links[:, :, 3::3] = self._height[:, None, None]
         threads = min(threads or os.cpu_count() or 1, count)
@@ -104,7 +102,6 @@ class PlanarSimulator(Simulator):
     def _advance(self, targets: Array, substeps: int) -> None:
         self._worlds.target[:] = targets
         self._run(lambda part: step_worlds(self._model, part.worlds, part.work, substeps))
-        self._forces[..., :2] = self._worlds.force
         self._time += substeps * self.timestep
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:

@@ -86,7 +86,7 @@ class Worlds(NamedTuple):
     acceleration: Array
     """What the solver found last, where it starts its next search `(B, n + 3)`."""
     force: Array
-    """Force of each finger on the object during the last step `(B, F, 2)` [N]."""
+    """Force of each finger on the object during the last step `(B, F, 3)` [N], in the plane."""
 
 
 class Shapes(NamedTuple):

@@ -7,6 +7,8 @@ import numpy as np
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.drawn import Disturbed, draw
 
 STEP_DEG = 1e-3
 """Directions and rotations nearer than this to each other are one, and start alike [deg]."""
@@ -33,11 +35,12 @@ def check_count(count: int, given: str) -> None:
 
 
 def check_draws(config: RunConfig) -> None:
-    """Refuse start noise or a seed that nothing can be drawn with.
+    """Refuse start noise, a seed or a disturbance that nothing can be drawn with.
 
     Raises:
         InputError: the text names the option.
     """
+    load_disturbance(config.disturb)
     for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
         if value < 0:
             raise InputError(f"{name} {value:g}: noise must be 0 or more")
@@ -58,6 +61,23 @@ def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, in
         for angle, rotation, trial in whose
     ]
     return spread * np.array(drawn)
+
+
+def disturbed_worlds(
+    config: RunConfig, whose: Iterable[tuple[float | None, float, int]], n_joints: int
+) -> tuple[Disturbed, ...] | None:
+    """Return how each trial's world is disturbed, with a hand of some joints; None where a run disturbs nothing.
+
+    It follows from the same as the start noise, of which it is independent, and from the disturbance.
+
+    Raises:
+        InputError: no such disturbance.
+    """
+    spec = load_disturbance(config.disturb)
+    if spec is None:
+        return None
+    keys = [(config.seed, trial, *_numbers(angle, rotation)) for angle, rotation, trial in whose]
+    return tuple(draw(spec, key, n_joints) for key in keys)
 
 
 def _numbers(angle_deg: float | None, rotation_deg: float) -> tuple[int, int]:

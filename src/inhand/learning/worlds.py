@@ -106,7 +106,8 @@ class ManipulationWorlds:
     @property
     def seen(self) -> State:
         """What a controller sees of it."""
-        return loop.sense(self._state)
+        seen: State = loop.sense(self._state)
+        return seen
 
     @property
     def aim(self) -> Aim:

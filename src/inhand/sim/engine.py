@@ -45,6 +45,9 @@ class Simulator(ABC):
         self._centre = np.stack([centre_of_mass(spec) for spec in objects])
         self._diverged = np.zeros(len(objects), dtype=bool)
         self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
+        self.lag = np.zeros(len(objects), dtype=np.int64)
+        """For how many physics steps of a control step each world still holds the targets before `(B,)`."""
+        self._held = np.zeros((len(objects), self.hand.n_joints))
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
@@ -61,7 +64,7 @@ class Simulator(ABC):
             raise InputError(
                 f"the object's start pose in world {world} is {object_pose[world]}; give finite x, y, theta"
             )
-        self._diverged[:], self._forces[:] = False, 0.0
+        self._diverged[:], self._forces[:], self._held[:] = False, 0.0, joint_angles
         self._place(object_pose, joint_angles)
         return self.measure()
 
@@ -74,7 +77,7 @@ class Simulator(ABC):
         if substeps < 1:
             raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
         self._check_targets(targets)
-        self._advance(targets, substeps)
+        self._hold(targets, substeps)
         return self.measure()
 
     @abstractmethod
@@ -97,6 +100,7 @@ class Simulator(ABC):
         check_restore(worlds, len(self.objects), snapshot, rows, self.hand.n_joints)
         self._put(worlds, snapshot, rows)
         self._diverged[worlds], self._forces[worlds] = False, snapshot.forces[rows]
+        self._held[worlds] = snapshot.ctrl[rows]
 
     def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
@@ -114,6 +118,14 @@ class Simulator(ABC):
 
     @abstractmethod
     def _place(self, object_pose: Array, joint_angles: Array) -> None: ...
+
+    def _hold(self, targets: Array, substeps: int) -> None:
+        """Advance by physics steps, at first with the targets before where targets lag."""
+        done = 0
+        for until in np.unique([*self.lag[(self.lag > 0) & (self.lag < substeps)].tolist(), substeps]).tolist():
+            self._advance(np.where((self.lag <= done)[:, None], targets, self._held), until - done)
+            done = until
+        self._held = targets.copy()
 
     @abstractmethod
     def _advance(self, targets: Array, substeps: int) -> None: ...

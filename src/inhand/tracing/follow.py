@@ -85,7 +85,7 @@ def follow(
     task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
     _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=max(map(_longest, plans)))
-    signed = passports(hand, spec, entry.name, seed=seed, engine=bench.engine)
+    signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
     found = [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(plans, start=1)]
     trials = cut_trials(recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,8 @@ class PlanarSimulator(Simulator):
             position=np.zeros((count, n + 3)),
             velocity=np.zeros((count, n + 3)),
             target=np.zeros((count, n)),
+            coming=np.zeros((count, n)),
+            lag=np.zeros(count, dtype=np.int64),
             acceleration=np.zeros((count, n + 3)),
             force=self._forces,
         )
@@ -100,9 +103,13 @@ class PlanarSimulator(Simulator):
         self._start[:] = now.position
 
     def _advance(self, targets: Array, substeps: int) -> None:
-        self._worlds.target[:] = targets
+        self._worlds.coming[:], self._worlds.lag[:] = targets, self.lag
         self._run(lambda part: step_worlds(self._model, part.worlds, part.work, substeps))
         self._time += substeps * self.timestep
+
+    def _hold(self, targets: Array, substeps: int) -> None:
+        """Advance at once; the kernel lets targets lag."""
+        self._advance(targets, substeps)
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n, now = self.hand.n_joints, self._worlds
@@ -130,8 +137,8 @@ class PlanarSimulator(Simulator):
     def _part(self, rows: NDArray[np.int64]) -> Part:
         here = slice(int(rows[0]), int(rows[-1]) + 1)
         now = self._worlds
-        views = [array[here] for array in (now.position, now.velocity, now.target, now.acceleration, now.force)]
-        return Part(Worlds(now.kind[here], *views), self._links[here], room(self._model))
+        views: list[Any] = [array[here] for array in now]
+        return Part(Worlds(*views), self._links[here], room(self._model))
 
     def _run(self, work: Callable[[Part], None]) -> None:
         """Do something with every part, each on a thread of its own."""

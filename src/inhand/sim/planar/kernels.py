@@ -16,6 +16,9 @@ def step_worlds(model: Model, worlds: Worlds, work: Work, steps: int) -> None:
     """Move worlds some steps on, in place."""
     for b in range(len(worlds.kind)):
         for i in range(steps):
+            if i == worlds.lag[b]:
+                for j in range(len(model.finger)):
+                    worlds.target[b, j] = worlds.coming[b, j]
             place_bodies(model, worlds, b, work)
             weigh(model, worlds, b, work)
             contacts = find_constraints(model, worlds, b, work)

@@ -141,7 +141,7 @@ def test_without_the_floors_friction_trials_end_where_three_dimensions_end_them(
         _, found = loop.simulate(task, grasp, starts, setup.controller.manipulate, bench)
         assert set(found.outcomes) == {REACHED}
         ends.append([found.states[last].pose[world] for world, last in enumerate(found.last)])
-    np.testing.assert_allclose(*ends, atol=2e-5)
+    np.testing.assert_allclose(ends[0], ends[1], atol=2e-5)
 
 
 @pytest.mark.parametrize(("hand_name", "object_name"), PAIRS)

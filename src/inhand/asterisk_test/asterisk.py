@@ -20,6 +20,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import listed, several
+from inhand.sim.disturbance import disturbance_of
 from inhand.sim.names import Engine
 
 DEFAULT = AsteriskConfig()
@@ -78,6 +79,7 @@ def asterisk(
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
+    settings |= disturbance_of(settings)
     settings |= {"label": several(label), "beside": several(beside)}
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))

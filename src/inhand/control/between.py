@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Task
 from inhand.control.noise import Noise
 from inhand.control.seen import SENSED, Reads, View
 from inhand.control.senses import SOON, Senses, decisions_of
@@ -25,9 +24,16 @@ PUSHES = 4
 class Between:
     """Senses, delayed commands and pushes of B worlds of one disturbance."""
 
-    def __init__(self, disturbed: Sequence[Disturbed], task: Task, state: State) -> None:
-        """Begin an episode of a task in every world, from the state that it is in."""
-        self.spec, self._period, self._substeps = disturbed[0].spec, task.control_period, task.substeps
+    def __init__(self, disturbed: Sequence[Disturbed], state: State, timestep: float, substeps: int) -> None:
+        """Begin an episode in every world, from the state that it is in.
+
+        Args:
+            disturbed: how each world is disturbed, all by the same.
+            state: of all worlds.
+            timestep: of the physics [s].
+            substeps: physics steps for one decision.
+        """
+        self.spec, self._period, self._substeps = disturbed[0].spec, substeps * timestep, substeps
         n_worlds, n_joints = state.targets.shape
         self._senses = Senses(self.spec, state, self._period)
         latest = decisions_of(self.spec.commands.delay_ms[1] / 1e3, self._period)

@@ -134,7 +134,7 @@ def simulate(
         starts = starts + [each.drawn.start for each in disturbed]
     start = simulator.reset(starts, placed_joints(hand, grasp))
     phases = standard_phases(grasp, manipulate, twists, longest, between)
-    way = None if disturbed is None else Between(disturbed, task, start)
+    way = None if disturbed is None else Between(disturbed, start, task.timestep, task.substeps)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress, between=way)
 
 

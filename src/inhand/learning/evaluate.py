@@ -23,6 +23,7 @@ from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import EXPERT, Compared
 from inhand.records import checked, configured
 from inhand.shown import saved
+from inhand.sim.disturbance import disturbance_of
 from inhand.sim.names import Engine
 
 DEFAULT = EvaluateConfig()
@@ -74,6 +75,7 @@ def evaluate(
     settings |= {"run": os.fspath(run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
     settings |= {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
     settings["human"] = None if human is None else Path(human)
+    settings |= disturbance_of(settings)
     config = configured(EvaluateConfig, settings)
     return finish_evaluation(config, ready_evaluation(config))
 
@@ -148,7 +150,7 @@ def name_of(config: EvaluateConfig) -> str:
 
 def _test(config: EvaluateConfig, name: str, trained: dict[str, Any]) -> AsteriskConfig:
     """Return the run of the Asterisk Test that evaluates a policy, by default with what it was trained with."""
-    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "out")
+    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "disturb", "out")
     return AsteriskConfig(
         hand=config.hand or trained["hand"],
         object=config.object or trained["object"],

@@ -5,6 +5,7 @@ What is left as it is by default disturbs nothing.
 """
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
@@ -170,6 +171,11 @@ def told(spec: Disturbance) -> str:
         changed = [each.name for each in fields(own) if getattr(own, each.name) != getattr(type(own)(), each.name)]
         words += [f"{part}.{name} {_shown(getattr(own, name))}" for name in changed]
     return f"{spec.name}: {', '.join(words) or 'nothing'}"
+
+
+def disturbance_of(settings: dict[str, Any]) -> dict[str, str]:
+    """Return a call's setting `disturb` by name, where it gives one: a name or a file as it is, a spec by its own."""
+    return {"disturb": DISTURBANCES.name_of(settings["disturb"])} if "disturb" in settings else {}
 
 
 def _shown(value: object) -> str:

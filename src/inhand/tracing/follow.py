@@ -16,6 +16,7 @@ from inhand.control.recording import cut_trials, passports
 from inhand.control.trial import REACHED, STOPPED, Trial
 from inhand.geometry import Array, Path, planar
 from inhand.hands.fit import Held
+from inhand.sim.drawn import Disturbed
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
@@ -72,21 +73,27 @@ def follow(
     *,
     seed: int = 0,
     config: SequenceConfig | None = None,
+    disturbed: Sequence[Disturbed] | None = None,
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it and return what each world left.
 
     Plans begin where objects are placed, in the palm frame; really they stand at `starts` `(B, 3)` [m, m, rad]. The
     low-level controller chooses the grasp for the whole plan; a policy that was trained on a whole task follows it
-    without a sequence. `config` says when primitives have arrived or failed.
+    without a sequence. `config` says when primitives have arrived or failed; `disturbed` how each world is disturbed.
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
     grasp = entry.grasp(hand, spec, poses, starts, engine=bench.engine)
     task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
-    _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=max(map(_longest, plans)))
+    longest = max(map(_longest, plans))
+    _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
     signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
-    found = [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(plans, start=1)]
+    worlds: Sequence[Disturbed | None] = disturbed or [None] * len(plans)
+    found = [
+        signed(plan.name, None, 0.0, plan.name, number, disturbed=world)
+        for number, (plan, world) in enumerate(zip(plans, worlds, strict=True), start=1)
+    ]
     trials = cut_trials(recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 

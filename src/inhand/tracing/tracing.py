@@ -9,6 +9,7 @@ from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
+from inhand.sim.disturbance import disturbance_of
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.report import TraceRun
@@ -50,6 +51,7 @@ def trace(
     settings |= {"path": str(path), "size": size, "trials": trials, "seed": seed}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
+    settings |= disturbance_of(settings)
     return run_trace(configured(TraceConfig, settings))
 
 

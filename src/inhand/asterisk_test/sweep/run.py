@@ -23,6 +23,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import Shown, listed, several
+from inhand.sim.disturbance import disturbance_of
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()
@@ -94,6 +95,7 @@ def sweep(
     settings |= {"hands": [HANDS.name_of(hand) for hand in several(hands)], "jobs": jobs, "out": folder}
     settings["objects"] = [OBJECTS.name_of(thing) for thing in several(objects)]
     settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}
+    settings |= disturbance_of(settings)
     return run_sweep(configured(SweepConfig, settings))
 
 

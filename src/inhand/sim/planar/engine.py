@@ -43,19 +43,21 @@ class PlanarSimulator(Simulator):
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
         threads: int = 0,
+        *,
+        kinds: NDArray[np.int64] | None = None,
     ) -> None:
         """Build a world for each object, to step on some threads; 0 uses every core.
 
         Raises:
             InputError: what no simulator takes.
         """
-        super().__init__(hand, objects, scenes)
-        each = list(zip(self._hands, objects, self._scenes, strict=True))
-        kinds = {world: number for number, world in enumerate(dict.fromkeys(each))}
-        count, n = len(objects), self.hand.n_joints
-        self._model = build(list(kinds))
+        super().__init__(hand, objects, scenes, kinds)
+        distinct = {kind: number for number, kind in enumerate(dict.fromkeys(self._kinds))}
+        self._number = np.array([distinct[kind] for kind in self._kinds])
+        count, n = self.n_worlds, self.hand.n_joints
+        self._model = build(list(distinct))
         self._worlds = Worlds(
-            kind=np.array([kinds[world] for world in each]),
+            kind=self._number[self._kind],
             position=np.zeros((count, n + 3)),
             velocity=np.zeros((count, n + 3)),
             target=np.zeros((count, n)),
@@ -110,6 +112,10 @@ class PlanarSimulator(Simulator):
     def _hold(self, targets: Array, substeps: int) -> None:
         """Advance at once; the kernel lets targets lag."""
         self._advance(targets, substeps)
+
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        self._worlds.kind[worlds] = self._number[self._kind[worlds]]
+        self._links[worlds, :, 3::3] = self._height[worlds, None, None]
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n, now = self.hand.n_joints, self._worlds

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from inhand.control.noise import Noise
 from inhand.control.seen import SENSED, Reads, View
 from inhand.control.senses import SOON, Senses, decisions_of
-from inhand.geometry import Array
+from inhand.geometry import Array, unit
 from inhand.sim.drawn import Disturbed
 from inhand.sim.engine import Simulator
 from inhand.sim.state import State
@@ -42,7 +42,11 @@ class Between:
         self._worlds = np.arange(n_worlds)
         self._whole, self._zero = np.zeros(n_worlds, dtype=np.int64), np.zeros((n_worlds, n_joints))
         self._noise = Noise(n_worlds, PUSHES, 0, 2)
-        self._next, self._pushed = np.zeros(n_worlds), np.zeros(n_worlds, dtype=np.int64)
+        self._pushed, self._next, self._angle = (
+            np.zeros(n_worlds, dtype=np.int64),
+            np.zeros(n_worlds),
+            np.zeros(n_worlds),
+        )
         self._held, self._lag = np.zeros(n_worlds), np.zeros(n_worlds, dtype=np.int64)
         self._state, self._commands = state, state.targets
         self._shown: dict[Reads, View] = {}
@@ -60,8 +64,8 @@ class Between:
         commands = self._commands.copy()
         commands[worlds] = state.targets[worlds] + self._zero[worlds]
         self._noise.begin(worlds, [each.key for each in drawn])
-        self._held[worlds], self._pushed[worlds] = 0.0, 0
-        self._next[worlds] = self._pauses()[worlds]
+        self._held[worlds], self._pushed[worlds], self._next[worlds] = 0.0, 0, 0.0
+        self._plan_pushes(worlds)
         self._senses.begin(worlds, disturbed, state)
         self._state, self._commands, self._shown = state, commands, {}
 
@@ -74,7 +78,7 @@ class Between:
         self._head = (self._head + 1) % len(self._line)
         self._line[self._head] = commands - self._zero
         simulator.lag = self._lag
-        if self.pushing and self.spec.pushes.push_mns and self.spec.pushes.per_s:
+        if self.pushing and self.spec.pushes.push_mns:
             self._push(simulator)
         return np.asarray(self._line[(self._head - self._whole) % len(self._line), self._worlds])
 
@@ -91,19 +95,23 @@ class Between:
         return self._shown[reads]
 
     def _push(self, simulator: Simulator) -> None:
-        most = self.spec.pushes.most
-        due = (self._next <= self._held + SOON) & ((self._pushed < most) if most else True)
+        due = np.flatnonzero(self._next <= self._held + SOON)
         self._held += self._period
-        if due.any():
-            angle = 2 * np.pi * self._noise.rows(self._pushed)[due, 1]
-            away = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=-1)
-            simulator.push(np.flatnonzero(due), self.spec.pushes.push_mns / 1e3 * away)
-            self._pushed = self._pushed + due
-            self._next = np.where(due, self._next + self._pauses(), self._next)
+        if len(due):
+            away = np.zeros((len(due), 3))
+            away[:, :2] = self.spec.pushes.push_mns / 1e3 * unit(self._angle[due])
+            simulator.push(due, away)
+            self._pushed[due] += 1
+            self._plan_pushes(due)
 
-    def _pauses(self) -> Array:
-        """Return the time before each world's next push `(B,)` [s]."""
-        rate = self.spec.pushes.per_s
-        return np.asarray(
-            -np.log1p(-self._noise.rows(self._pushed)[:, 0]) / rate if rate else np.zeros(len(self._held))
-        )
+    def _plan_pushes(self, worlds: NDArray[np.int64]) -> None:
+        """Draw when, counted from the push before, and in which direction the next push of some worlds comes."""
+        pushes = self.spec.pushes
+        if not pushes.per_s:
+            self._next[worlds] = np.inf
+            return
+        share, turn = self._noise.rows(self._pushed)[worlds].T
+        self._next[worlds] -= np.log1p(-share) / pushes.per_s
+        self._angle[worlds] = 2 * np.pi * turn
+        if pushes.most:
+            self._next[worlds[self._pushed[worlds] >= pushes.most]] = np.inf

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from inhand.geometry import Array
 from inhand.sim.drawn import Key
 
-BLOCK = 256
+BLOCK = 128
 """Rows that are drawn of a world at a time."""
 
 

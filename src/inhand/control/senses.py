@@ -114,16 +114,17 @@ class Filmed:
         """See the objects of a state's worlds, whose decisions are a period apart [s]."""
         n_worlds, latest = state.n_worlds, spec.delay_ms[1] / 1e3
         self._spec, self._period, self._rate = spec, period, spec.rate_hz or 1 / period
-        self._shapes = [getattr(state, name).shape[1:] for name in LATE]
-        self._ends = np.cumsum([math.prod(shape) for shape in self._shapes]).tolist()
-        self._past = History(n_worlds, self._ends[-1], decisions_of(latest + 1 / self._rate, period) + 1)
+        shapes = [getattr(state, name).shape[1:] for name in LATE]
+        ends = np.cumsum([math.prod(shape) for shape in shapes]).tolist()
+        self._columns = list(zip(LATE, shapes, [0, *ends], ends, strict=False))
+        self._past = History(n_worlds, ends[-1], decisions_of(latest + 1 / self._rate, period) + 1)
         self._noise = Noise(n_worlds, CAMERA, 3, 2)
         self._first = math.ceil(latest * self._rate) + 1
         self._spread = np.array([spec.noise_mm / 1e3, spec.noise_mm / 1e3, np.deg2rad(spec.noise_deg)])
         self._begin_run = spec.missing / (spec.missing + sum(spec.missing_run) / 2 * (1 - spec.missing))
         self._bias, self._late = np.zeros((n_worlds, 3)), np.zeros(n_worlds)
         self._frame, self._gone = np.zeros((2, n_worlds), dtype=np.int64)
-        self._row = np.zeros((n_worlds, self._ends[-1]))
+        self._row, self._full, self._links = np.zeros((n_worlds, ends[-1])), state.object_pose, state.contact_links
         self.pose, self.time = np.zeros((n_worlds, 3)), np.zeros(n_worlds)
         """The pose in the last frame `(B, 3)` [m, m, rad], and when in the episode it was taken `(B,)` [s]."""
 
@@ -150,11 +151,11 @@ class Filmed:
 
     def late(self) -> dict[str, Any]:
         """Return what is as late as the last frame, by name; the pose is the frame's."""
-        parts = np.split(self._row, self._ends[:-1], axis=1)
-        found = {name: part.reshape(-1, *shape) for name, part, shape in zip(LATE, parts, self._shapes, strict=True)}
-        pose = spatial(self.pose, 0.0)
-        pose[:, 2] = self._row[:, 2]
-        return found | {"object_pose": pose, "contact_links": np.rint(found["contact_links"]).astype(np.int64)}
+        found: dict[str, Any] = {}
+        for name, shape, begin, end in self._columns:
+            found[name] = self._row[:, begin:end].reshape(-1, *shape)
+        found["object_pose"], found["contact_links"] = self._full, self._links
+        return found
 
     def _newest(self, count: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the number of the last frame that could have arrived `(B,)`; the first of an episode is 0."""
@@ -177,6 +178,9 @@ class Filmed:
         self._row = np.where(now, row, self._row)
         self.pose = np.where(now, planar(row[:, :7]) + self._bias + self._spread * drawn[:, :3], self.pose)
         self.time = np.where(here, taken, self.time)
+        self._full = spatial(self.pose, 0.0)
+        self._full[:, 2] = self._row[:, 2]
+        self._links = np.rint(self._row[:, self._columns[-1][2] :]).astype(np.int64)
 
     def _misses(self, here: NDArray[np.bool_], count: NDArray[np.int64], drawn: Array) -> NDArray[np.bool_]:
         """Return in which worlds the next frame never arrives; once one is seen, runs of such begin by chance."""

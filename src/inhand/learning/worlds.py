@@ -198,8 +198,13 @@ class ManipulationWorlds:
             self._between.pushing = True
         else:
             self._between.begin(worlds, disturbed, self._state)
-        self._seen_start = _put(self._seen_start, worlds, self.seen.pose[worlds])
-        return observe(self.layout, self.seen, self._seen_aim(), self.scene)[worlds]
+        seen = select(self.seen, worlds)
+        self._seen_start = _put(self._seen_start, worlds, seen.pose)
+        told = self._seen_aim()
+        if self._starts.routes is None:
+            told = Aim(told.angle[worlds], seen.pose, np.broadcast_to(told.distance, self.count)[worlds])
+            return observe(self.layout, seen, told, Scene(self.hand, self.scene.objects[: len(worlds)]))
+        return observe(self.layout, self.seen, told, self.scene)[worlds]
 
     def _seen_aim(self) -> Aim:
         """Return what is asked as a controller knows it: a direction starts where it then saw the object."""

@@ -13,6 +13,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.draws import disturbance_notes
 from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS
@@ -21,6 +22,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import listed, several
 from inhand.sim.disturbance import disturbance_of
+from inhand.sim.disturbance_files import disturbance_name
 from inhand.sim.names import Engine
 
 DEFAULT = AsteriskConfig()
@@ -95,14 +97,15 @@ def ready(config: AsteriskConfig) -> Ready:
     for metric in config.metrics:
         METRICS.known(metric)
     setup = prepare(config, people.trials)
-    own = setup.hand.name, setup.object.name, setup.controller.name, config.engine
+    own = setup.hand.name, setup.object.name, setup.controller.name, config.engine, disturbance_name(config.disturb)
     name, beside = load_beside(config.beside, own, config.label)
     return Ready(setup, people, beside, name)
 
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
     """Simulate, measure, and return the finished run."""
-    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
+    entry = known.setup.controller
+    notes = (*known.people.notes, *notes_of(entry, config.hand, config.object), *disturbance_notes(config, entry.reads))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)

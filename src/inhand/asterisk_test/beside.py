@@ -14,7 +14,7 @@ from inhand.errors import InputError
 
 MOST = 2
 """Runs that fit beside people and the new run in one figure."""
-SETTINGS = ("hand", "object", "controller", "engine")
+SETTINGS = ("hand", "object", "controller", "engine", "disturb")
 """What tells runs apart, before their folders do."""
 THIS = "this run"
 """What stands for the folder of the new run, which may have none yet."""
@@ -34,7 +34,7 @@ class Beside:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Its hand, object, controller and engine."""
+        """Its hand, object, controller, engine and disturbance."""
         return settings_of(self.trials[0].passport)
 
     def only(self, wanted: Callable[[Trial], bool]) -> Beside:
@@ -44,8 +44,8 @@ class Beside:
 
 
 def settings_of(passport: Passport) -> tuple[str, ...]:
-    """Return hand, object, controller and engine of a trial."""
-    return passport.hand.name, passport.object.name, passport.controller, passport.engine
+    """Return hand, object, controller, engine and disturbance of a trial."""
+    return passport.hand.name, passport.object.name, passport.controller, passport.engine, passport.disturb
 
 
 def load_beside(
@@ -55,9 +55,9 @@ def load_beside(
 
     Args:
         folders: of the earlier runs.
-        own: hand, object, controller and engine of the new run.
+        own: hand, object, controller, engine and disturbance of the new run.
         labels: names of the new run and of the earlier ones; without them names are what differs in hand, object,
-            controller and engine, and the folder where that is the same.
+            controller, engine and disturbance, and the folder where that is the same.
 
     Raises:
         InputError: too many folders, one twice, or one without the trials of a run; labels that are not one for each.

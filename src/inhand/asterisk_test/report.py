@@ -63,8 +63,12 @@ class Run(Shown):
     """What tells it from them; without it its controller."""
 
     def table(self) -> pd.DataFrame:
-        """Return a row for each trial: hand, object, controller, engine, direction, outcome, every metric."""
-        same = dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
+        """Return a row for each trial: hand, object, controller, engine, disturbance, direction, outcome, every metric.
+
+        `reads` says what its controller reads: privileged or sensed.
+        """
+        passport = self.trials[0].passport
+        same = dict(zip(SETTINGS, settings_of(passport), strict=True)) | {"reads": passport.reads}
         return tidy(same | as_entry(result) for result in self.results)
 
     def figure(self) -> Figure:
@@ -87,6 +91,8 @@ class Run(Shown):
             "config": asdict(self.config),
             "versions": versions(),
             "seed": self.config.seed,
+            "reads": self.trials[0].passport.reads,
+            "disturbed": [trial.passport.disturbed for trial in self.trials],
         }
         write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)
@@ -121,10 +127,12 @@ def write_report(run: Run, folder: Path) -> None:
 def page(run: Run, pictures: Sequence[str]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     config, table = run.config, shown_columns(table_rows(run.results, run.people))
+    passport = run.trials[0].passport
     return page_of(
         f"# Asterisk Test: {run.subject}",
         f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
-        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}. The controller reads what is"
+        f" {passport.reads}.",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
         " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
         " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"

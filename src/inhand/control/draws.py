@@ -7,6 +7,7 @@ import numpy as np
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.sim.disturbance import told
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.drawn import Disturbed, draw
 
@@ -78,6 +79,14 @@ def disturbed_worlds(
         return None
     keys = [(config.seed, trial, *_numbers(angle, rotation)) for angle, rotation, trial in whose]
     return tuple(draw(spec, key, n_joints) for key in keys)
+
+
+def disturbance_notes(config: RunConfig, reads: str) -> tuple[str, ...]:
+    """Return what a reader should know of a disturbed run whose controller reads so, a sentence; nothing of another."""
+    spec = load_disturbance(config.disturb)
+    if spec is None:
+        return ()
+    return (f"Disturbed by {told(spec)}. The controller is told none of it; it reads what is {reads}.",)
 
 
 def _numbers(angle_deg: float | None, rotation_deg: float) -> tuple[int, int]:

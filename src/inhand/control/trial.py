@@ -79,6 +79,11 @@ class Passport:
         """Time between two rows [s]."""
         return self.substeps * self.timestep
 
+    @property
+    def disturb(self) -> str:
+        """Name of what disturbed its world; none where nothing did."""
+        return "none" if self.disturbed is None else self.disturbed.spec.name
+
     def __post_init__(self) -> None:
         """Refuse what no trial has."""
         for name in ("trial", "substeps", "timestep"):

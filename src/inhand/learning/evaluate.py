@@ -12,6 +12,7 @@ from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.control.catalogue import SHIPPED, find_controller, notes_of
+from inhand.control.draws import disturbance_notes
 from inhand.control.trial import Trial, load_trials
 from inhand.errors import InputError
 from inhand.folders import MARK
@@ -106,7 +107,7 @@ def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simu
         _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
         for setup in (known.setup, known.expert)
     ]
-    notes = (*known.people.notes, *notes_of(entry, test.hand, test.object))
+    notes = (*known.people.notes, *notes_of(entry, test.hand, test.object), *disturbance_notes(config, entry.reads))
     trained = entry.policy.trained if entry.policy else {}
     return Compared(config, test, both[0], both[1], trained, known.people.trials, notes, _learned(config.run))
 

@@ -34,6 +34,12 @@ def load_disturbance(name_or_file: str) -> Disturbance | None:
     return found
 
 
+def disturbance_name(name_or_file: str) -> str:
+    """Return what runs call the disturbance of a name or a file; none where there is none."""
+    spec = load_disturbance(name_or_file)
+    return NONE if spec is None else spec.name
+
+
 def _from_file(path: Path) -> Disturbance:
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))

@@ -13,7 +13,9 @@ from inhand.control.ik import IkConfig, IkController
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
+from inhand.control.seen import SENSED
 from inhand.control.trial import REACHED, STOPPED, Trial
+from inhand.errors import InputError
 from inhand.geometry import Array, Path, planar
 from inhand.hands.fit import Held
 from inhand.sim.drawn import Disturbed
@@ -102,6 +104,11 @@ def _driver(
     task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
 ) -> Sequencer | RouteController:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
+    if entry.reads == SENSED:
+        raise InputError(
+            f"controller {entry.name!r} reads what is sensed, and sequences judge primitives by what is privileged: use"
+            " another controller"
+        )
     if entry.policy is not None and entry.policy.task:
         return RouteController(task, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)

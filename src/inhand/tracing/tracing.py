@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.draws import disturbance_notes
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -64,6 +65,7 @@ def run_trace(
         InputError: anything in the configuration that cannot be run.
     """
     setup = prepare(config)
-    notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
+    entry = setup.controller
+    notes = (*setup.notes, *notes_of(entry, config.hand, config.object), *disturbance_notes(config, entry.reads))
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

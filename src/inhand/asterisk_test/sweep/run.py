@@ -16,7 +16,8 @@ from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.page import figure_of, write_sweep
 from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
-from inhand.control.catalogue import CONTROLLERS
+from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.draws import disturbance_notes
 from inhand.folders import check_folder
 from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
@@ -106,7 +107,8 @@ def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: comput
         InputError: anything in the configuration that cannot be run.
     """
     began = time.perf_counter()
-    found, notes = plan(config), assumed(config.hands)
+    found = plan(config)
+    notes = (*assumed(config.hands), *disturbance_notes(config, find_controller(config.controller).reads))
     for _ in compute(found, config.jobs):
         pass
     cells = (read_cell(job.path) for job in found.jobs)

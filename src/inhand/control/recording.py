@@ -13,12 +13,12 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 from inhand.versions import versions
 
 
 def passports(
-    hand: HandSpec, spec: ObjectSpec, entry: ControllerEntry, *, seed: int, engine: str = MUJOCO
+    hand: HandSpec, spec: ObjectSpec, entry: ControllerEntry, *, seed: int, engine: str = ENGINE
 ) -> Callable[..., Passport]:
     """Return what makes the passports of a run's trials, given what `Passport` says of one, from `primitive` on."""
     made = partial(Passport, hand, spec, entry.name, reads=entry.reads, seed=seed, engine=engine)

@@ -32,7 +32,7 @@ from inhand.records import Config
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, draw
 from inhand.sim.engine import Simulator
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import ENGINE, Engine
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
@@ -67,7 +67,7 @@ class Starts:
     """The way to go `(N,)` [m], infinite where none is given."""
     routes: Routes | None = None
     """Whole routes to follow instead; a start of a route has no direction of its own, 0 stands for it."""
-    engine: Engine = MUJOCO
+    engine: Engine = ENGINE
     """The engine in which the object is held; episodes from here run in it."""
     disturbed: tuple[Disturbed, ...] | None = None
     """How the world of each start is disturbed, which episodes from it are too; None where nothing is."""
@@ -125,7 +125,7 @@ def grid_of(angles_deg: Array) -> tuple[float, ...]:
 
 
 def plans_for(
-    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned", engine: Engine = MUJOCO
+    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned", engine: Engine = ENGINE
 ) -> dict[float, GraspPlan]:
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":
@@ -141,7 +141,7 @@ def gripped(
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
-    engine: Engine = MUJOCO,
+    engine: Engine = ENGINE,
     threads: int = 0,
     disturb: Disturbance | None = None,
 ) -> Starts:

@@ -59,7 +59,7 @@ class BulletSimulator(Simulator):
         """
         super().__init__(hand, objects, scenes, kinds)
         if any(scene.walls for _, _, scene in self._kinds):
-            raise InputError("walls with the engine 'bullet', which has none here: use the engine 'mujoco'")
+            raise InputError("walls with the engine 'bullet', which has none here: use the engine 'planar' or 'mujoco'")
         if self.n_worlds > MOST_WORLDS:
             raise InputError(f"{self.n_worlds} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
         self._engine = load_pybullet()

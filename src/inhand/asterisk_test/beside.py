@@ -11,6 +11,7 @@ from pathlib import Path
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.control.trial import Passport, Trial, load_trial
 from inhand.errors import InputError
+from inhand.sim.disturbance_files import NONE
 
 MOST = 2
 """Runs that fit beside people and the new run in one figure."""
@@ -36,6 +37,11 @@ class Beside:
     def settings(self) -> tuple[str, ...]:
         """Its hand, object, controller, engine and disturbance."""
         return settings_of(self.trials[0].passport)
+
+    @property
+    def told_settings(self) -> str:
+        """The same in words; nothing of a disturbance where there is none."""
+        return ", ".join(word for word in self.settings if word != NONE)
 
     def only(self, wanted: Callable[[Trial], bool]) -> Beside:
         """Return the run with some of its trials."""

@@ -139,7 +139,7 @@ def page(run: Run, pictures: Sequence[str]) -> str:
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         table_of(*with_beside(*table, run.name, run.beside)),
-        listed([f"{other.name}: {', '.join(other.settings)}." for other in run.beside], "Set beside it"),
+        listed([f"{other.name}: {other.told_settings}." for other in run.beside], "Set beside it"),
         endings(run.results),
         listed(failures(run.results), "What failed"),
         people_told(run.people),

@@ -12,7 +12,7 @@ import numpy as np
 from inhand.asterisk_test.averages import summarise
 from inhand.asterisk_test.compatible import AsteriskMetrics, measure_asterisk
 from inhand.asterisk_test.labels import is_averaged, labels_of
-from inhand.asterisk_test.metrics import Metrics, measure, measure_human
+from inhand.asterisk_test.metrics import Metrics, measure, measure_human, progress
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -105,7 +105,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
     )
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
-    carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
+    carried = 0.0 if angle is None else float(progress(path, angle)[:, 0].max())
     hand = passport.hand.name.partition("_")[0]
     labels, original = _normalised((path, path), rotation, (angle, target), hand, compatible)
     return Result(
@@ -123,7 +123,7 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         trial.force_max_n,
         trial.penetration_max_mm,
         more=measured(trial, metrics),
-        bent=angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
+        bent=angle is not None and np.abs(progress(reference, angle)[:, 1]).max() > BENT_MM,
     )
 
 

@@ -1,14 +1,15 @@
-"""The Asterisk Test as a function: what to run in, a finished run out."""
+"""The Asterisk Test as a function: what to run in, a finished run out; what reports is imported once all is run."""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.beside import Beside, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
-from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
@@ -21,6 +22,9 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import listed, several
 from inhand.sim.names import Engine
+
+if TYPE_CHECKING:
+    from inhand.asterisk_test.report import Run
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -100,6 +104,8 @@ def ready(config: AsteriskConfig) -> Ready:
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
     """Simulate, measure, and return the finished run."""
+    from inhand.asterisk_test.report import Run
+
     notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-import pandas as pd
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -115,7 +114,9 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
 
 def _reached(group: Sequence[Result]) -> str:
     """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
-    values = pd.Series([result.reached for result in group], dtype=float)
+    from pandas import Series
+
+    values = Series([result.reached for result in group], dtype=float)
     return spread(values.mean(), values.std()) + _unit(group)
 
 

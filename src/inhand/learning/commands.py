@@ -8,6 +8,9 @@ from inhand.control.run_config import HeldConfig, RunConfig
 from inhand.records import Config
 from inhand.sim.names import Engine
 
+EXPERT = "ik"
+"""The controller that a policy is set beside; its trials lie in a folder of that name."""
+
 
 @dataclass(frozen=True)
 class RecordConfig(RunConfig, HeldConfig):

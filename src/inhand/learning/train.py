@@ -11,9 +11,6 @@ from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-from matplotlib.figure import Figure
-
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
@@ -23,13 +20,14 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import TrainConfig
 from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named
-from inhand.learning.figures import learning_figure
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
-from inhand.learning.report import write_training
-from inhand.learning.run_cards import MARK, read_config
+from inhand.learning.run_cards import MARK, check, read_config
 from inhand.shown import Kept
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
     from inhand.learning.journal import Evaluation
 
 PACKAGES = ("jax", "optax", "tensorboardX")
@@ -69,13 +67,17 @@ class Trained(Kept):
         """The best policy: gives actions `(B, n)` for observations `(B, d)`."""
         return load_policy(self.best)
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> DataFrame:
         """Return a row for each direction: what the best policy reached in its evaluation, and the expert."""
+        from pandas import DataFrame
+
         found = self.learned.best
-        return pd.DataFrame([{"direction": name} | asdict(each) for name, each in found.directions.items()])
+        return DataFrame([{"direction": name} | asdict(each) for name, each in found.directions.items()])
 
     def figure(self) -> Figure:
         """Return rewards and losses over the episodes."""
+        from inhand.learning.figures import learning_figure
+
         return learning_figure(self.learned, self.folder.resolve().name, self.title)
 
 
@@ -144,6 +146,7 @@ def begin(config: Training, out: Path, told: Telling = SILENT, *, overwrite: boo
     Raises:
         InputError: as `inhand.learning.runs.train`.
     """
+    check(config)  # before JAX is imported
     from inhand.learning import runs
 
     runs.train(config, out, told, overwrite=overwrite)
@@ -156,6 +159,7 @@ def go_on(out: Path, told: Telling = SILENT) -> Trained:
     Raises:
         InputError: as `inhand.learning.runs.resume`.
     """
+    read_config(out)  # refuses what is no run before JAX is imported
     from inhand.learning import runs
 
     runs.resume(out, told)
@@ -227,6 +231,8 @@ def kept(out: Path) -> tuple[str, str]:
 
 
 def _told(out: Path) -> Trained:
+    from inhand.learning.report import write_training
+
     found = load_training(out)
     write_training(out, found.title)
     return found

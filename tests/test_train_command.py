@@ -151,7 +151,7 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
     assert "holds the results of a run; give another folder, or --overwrite" in err
     monkeypatch.setattr(command.Watch, "evaluated", evaluated)
     with monkeypatch.context() as patch:
-        patch.setattr(trains, "write_training", lambda *_: sys.exit(137))  # killed before the figures
+        patch.setattr("inhand.learning.report.write_training", lambda *_: sys.exit(137))  # killed before the figures
         assert inhand("train", "--out", run, "--resume")[0] == 137
     assert not (run / "report.md").exists()
     code, out, err = inhand("train", "--out", run, "--resume")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.control.trial import Trial
@@ -109,6 +111,8 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Ru
     notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
+    for sentence in metric_faults(results):
+        logging.getLogger("inhand").warning(sentence)
     return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)
 
 

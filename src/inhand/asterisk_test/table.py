@@ -57,6 +57,19 @@ def failures(results: Sequence[Result]) -> list[str]:
     return sentences
 
 
+def metric_faults(results: Sequence[Result]) -> list[str]:
+    """Return one sentence for every metric of the user's that gave no number for a trial: for how many, and why."""
+    sentences = []
+    for name in dict.fromkeys(name for result in results for name in result.wrong):
+        bad = [result for result in results if name in result.wrong]
+        first = f"{bad[0].direction}, trial {bad[0].trial}: {bad[0].wrong[name]}"
+        sentences.append(
+            f"Metric {name} gave no number for {len(bad)} of {len(results)} trials ({first}). Mend it; inhand.load of"
+            " the run's folder measures the trials again."
+        )
+    return sentences
+
+
 def _where(bad: Sequence[Result]) -> str:
     """Return how far trials of one direction went, beside what the hand could do or the thesis would have counted."""
     limit, unit = bad[0].limit, _unit(bad) or " mm"

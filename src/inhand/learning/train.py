@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import TrainConfig
@@ -55,7 +55,8 @@ class Trained(Kept):
     def title(self) -> str:
         """What was trained, in one line."""
         config = self.config
-        return f"{config.preset} training, {config.object} with {config.hand}, seed {config.seed}"
+        names = f"{_name(load_object, config.object)} with {_name(load_hand, config.hand)}"
+        return f"{config.preset} training, {names}, seed {config.seed}"
 
     @property
     def best(self) -> Path:
@@ -228,6 +229,14 @@ def kept(out: Path) -> tuple[str, str]:
     if out.is_dir():
         return "Stopped before all demonstrations were there; they will be recorded anew.", again
     return "Stopped before anything was written.", "Begin with the same command again."
+
+
+def _name(load: Callable[[str], HandSpec | ObjectSpec], given: str) -> str:
+    """Return the name of a hand or an object, not its file's path, unless the file has gone."""
+    try:
+        return load(given).name
+    except InputError:
+        return given
 
 
 def _told(out: Path) -> Trained:

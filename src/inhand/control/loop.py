@@ -12,7 +12,7 @@ from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
@@ -89,7 +89,7 @@ def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[
 class Bench:
     """In what worlds are simulated, and who is told how far it is."""
 
-    engine: str = MUJOCO
+    engine: str = ENGINE
     surroundings: SceneSpec | None = None
     """What stands around; None for the floor alone."""
     threads: int = 0

@@ -22,7 +22,7 @@ from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
 from inhand.learning.run_cards import MARK, check, read_config
-from inhand.shown import Kept
+from inhand.shown import Kept, path_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -113,8 +113,8 @@ def train(
         InputError: anything that cannot be trained; the text says what, and what is allowed.
     """
     check_installed()
-    folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(out)
-    shown = None if demonstrations is None else os.fspath(demonstrations)
+    folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(path_of("out", out))
+    shown = None if demonstrations is None else path_of("demonstrations", demonstrations)
     named: dict[str, Any] = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
     named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings
     given = {name: value for name, value in named.items() if value is not None}

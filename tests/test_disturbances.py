@@ -29,7 +29,7 @@ from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.drawn import Disturbed, Drawn, draw, truth
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 from test_simulator import CUBE, HAND, grip, open_hand
 

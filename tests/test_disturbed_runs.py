@@ -22,7 +22,7 @@ from inhand.learning.batch import Batch
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.sim.disturbance import DISTURBANCES, FIELD, Camera, Differences, Disturbance, Pushes
 from inhand.sim.drawn import truth
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from test_simulator import CUBE, HAND
 
 LEVEL = Disturbance("between", replace(FIELD.differs, mass=(0.8, 1.25)), FIELD.encoders, FIELD.camera, FIELD.commands)

@@ -10,7 +10,7 @@ from inhand.control.seen import View
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 SUBSTEPS = 5

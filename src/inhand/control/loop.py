@@ -15,8 +15,8 @@ from inhand.geometry import Array
 from inhand.sim.drawn import Disturbed, truths
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import ENGINE
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 Told = Callable[[str, int, int], None]

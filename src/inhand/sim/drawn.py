@@ -15,7 +15,7 @@ import numpy as np
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance import FACTORS, Disturbance, Range
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 
 Key = tuple[int, ...]
 TRUTH = 1

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
@@ -17,7 +14,6 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, centre_of_mass, polygon, polygon_object
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec, describe_model
-from inhand.sim.planar import compiled
 from inhand.sim.planar.build import build, friction_arm
 from inhand.sim.planar.engine import PlanarSimulator
 from inhand.sim.state import State
@@ -259,25 +255,3 @@ def test_a_world_that_diverges_is_told_and_leaves_the_others_alone(value: float)
         np.testing.assert_array_equal(state.diverged, [False, True, False])
         assert np.isfinite(state.object_pose).all()
     np.testing.assert_allclose(begun.pose[1], start_pose(HAND), atol=1e-12)
-
-
-def test_a_damaged_cache_is_made_anew_and_one_that_cannot_be_written_is_done_without(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    def double(value: float) -> float:
-        return 2.0 * value
-
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert compiled.kernel(double)(2.0) == 4.0
-    folder = next(tmp_path.iterdir())
-    assert json.loads((folder / compiled.SEAL).read_text(encoding="utf-8"))
-    assert compiled.kernel(double)(2.0) == 4.0
-    assert caplog.text.count("compiling the planar engine") == 1
-    (kept,) = folder.rglob("*.nbc")
-    kept.write_bytes(kept.read_bytes()[:-1] + b"?")
-    assert compiled.kernel(double)(2.0) == 4.0
-    assert caplog.text.count("compiling the planar engine") == 2
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    assert compiled.kernel(double)(2.0) == 4.0
-    assert "set NUMBA_CACHE_DIR" in caplog.text

@@ -127,7 +127,7 @@ def _farthest(
     task = replace(task, distance=expert.limit)
     # What a grasp is worth is known where it holds nothing, and else is not more than where its set point stops.
     worth = np.where(np.array(closed.outcomes) == REACHED, -np.inf, -LOSS)
-    best = first_best(worth, expert.limit, owner, lambda worlds: _carried(simulator, task, gripped, worlds, config))
+    best = first_best(worth, expert.limit, owner, lambda worlds: carried(simulator, task, gripped, worlds, config))
     return [each[number] for number in best], worth[best]
 
 
@@ -182,7 +182,7 @@ class _Carrier:
         return done
 
 
-def _carried(
+def carried(
     simulator: Simulator, task: Task, gripped: State, worlds: NDArray[np.int64], config: IkConfig | None
 ) -> Array:
     """Return how far the expert carries objects that are gripped in some worlds, less what is lost [m]."""

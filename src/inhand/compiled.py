@@ -63,11 +63,11 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        if not compiled.signatures:
+        known = len(compiled.overloads)  # `signatures` would hash every array's type at each call
+        if known == 0:
             _begin(function, folder)
-        known = len(compiled.signatures)
         result = compiled(*args, **kwargs)
-        if len(compiled.signatures) > known and folder is not None:
+        if len(compiled.overloads) > known and folder is not None:
             _write_digests(folder, name)
         return cast("R", result)
 

@@ -31,7 +31,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
 from inhand.sim.engine import Simulator
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 from inhand.sim.state import State, select
 
 LOSS = 1.0
@@ -85,7 +85,7 @@ def best_grasps(
     starts: Array,
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
-    engine: str = MUJOCO,
+    engine: str = ENGINE,
 ) -> list[GraspPlan]:
     """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
 

@@ -4,6 +4,7 @@ import ast
 import asyncio
 import re
 import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -49,6 +50,16 @@ def test_each_room_imports_only_what_it_may() -> None:
 
     failed, told = asyncio.run(run())
     assert failed == 0, told.decode()
+
+
+def test_every_file_and_room_stands_in_a_layer() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
+    layers = next(each["layers"] for each in contracts if each["type"] == "layers")
+    standing = [name for layer in layers for name in layer.split(" | ")]
+    parts = {path.relative_to(SOURCE).parts[0].removesuffix(".py") for path in FILES}
+    parts -= {"__init__", "__main__", "policies"}  # the front door, and weights
+    assert sorted(standing) == sorted(f"inhand.{part}" for part in parts)
 
 
 def test_nine_rooms_and_no_circle() -> None:

@@ -23,8 +23,9 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import load_pybullet
-from inhand.sim.model import SceneSpec, build_measuring_model, build_model
+from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import LARGEST, State, ran_away, select
 from inhand.tasks.paths import straight_path

@@ -16,8 +16,8 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import Engine
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")

@@ -12,8 +12,8 @@ from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import ENGINE
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 Told = Callable[[str, int, int], None]

@@ -23,7 +23,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet
 from inhand.sim.engine import Simulator
-from inhand.sim.model import FAR, SceneSpec
+from inhand.sim.scene import FAR, SceneSpec
 from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
 

@@ -11,10 +11,13 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass
-from inhand.sim.model import SceneSpec, scene_of_each
 from inhand.sim.names import Engine
+from inhand.sim.scene import SceneSpec, scene_of_each
 from inhand.sim.snapshot import Snapshot, check_indices, check_restore
 from inhand.sim.state import State
+
+LINK_SENSOR_SIZE = 7
+"""Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
 
 class Simulator(ABC):

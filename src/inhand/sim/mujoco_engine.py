@@ -14,8 +14,9 @@ from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import is_box
-from inhand.sim.engine import Simulator
-from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
+from inhand.sim.engine import LINK_SENSOR_SIZE, Simulator
+from inhand.sim.model import build_measuring_model, build_model
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, perpendicular, rotate, spatial
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engine import Simulator
-from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec
+from inhand.sim.engine import LINK_SENSOR_SIZE, Simulator
 from inhand.sim.planar.build import build
 from inhand.sim.planar.kernels import measure_worlds, step_worlds
 from inhand.sim.planar.parts import Work, Worlds, room
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, ran_away
 

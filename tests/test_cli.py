@@ -1,6 +1,5 @@
 """The command line, end to end."""
 
-import asyncio
 import importlib.util
 import json
 import logging
@@ -13,7 +12,7 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from commands import Call
+from commands import Call, in_a_process
 from inhand import __version__
 from inhand.asterisk_test.comparison import HEADER
 from inhand.cli.evaluate import SPARE
@@ -21,18 +20,6 @@ from inhand.cli.terminal import print_table, progress
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SCRIPT = Path(sys.executable).with_name("inhand")
-
-
-def in_a_process(program: Path | str, *words: Path | str) -> tuple[int, str, str]:
-    """Run a program; return its exit code and what it printed on stdout and stderr."""
-
-    async def run() -> tuple[int, str, str]:
-        pipe = asyncio.subprocess.PIPE
-        process = await asyncio.create_subprocess_exec(program, *words, stdout=pipe, stderr=pipe)
-        out, err = await asyncio.wait_for(process.communicate(), timeout=120)
-        return process.returncode or 0, out.decode(), err.decode()
-
-    return asyncio.run(run())
 
 
 @pytest.fixture(scope="module")
@@ -284,28 +271,6 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, inhand: Call
     code, _, err = inhand(*words, "--out", tmp_path / "file" / "run")
     assert code == 2
     assert "--out" in err
-
-
-HELP = """
-import sys
-from inhand.cli import main
-sys.argv = ["inhand", *{words}]
-try:
-    main()
-except SystemExit as stop:
-    assert not stop.code, stop.code
-heavy = {{"mujoco", "numba", "matplotlib", "pandas", "scipy", "numpy", "similaritymeasures", "PIL"}}
-sys.exit(f"imported {{sorted(heavy & set(sys.modules))}}" if heavy & set(sys.modules) else 0)
-"""
-
-
-@pytest.mark.parametrize(
-    "words", [["--help"], ["asterisk", "--help"], ["reach", "--help"], ["metrics", "--help"], ["view", "--help"]]
-)
-def test_help_imports_nothing_heavy(words: list[str]) -> None:
-    code, out, err = in_a_process(sys.executable, "-c", HELP.format(words=words))
-    assert (code, err) == (0, "")
-    assert "usage: inhand" in out
 
 
 def test_the_version_is_told_by_the_command_and_by_the_module() -> None:

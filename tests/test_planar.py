@@ -21,9 +21,10 @@ from inhand.hands.names import CATALOGUE as HANDS
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, centre_of_mass, polygon, polygon_object
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec, describe_model
+from inhand.sim.model import describe_model
 from inhand.sim.planar.build import build, friction_arm
 from inhand.sim.planar.engine import PlanarSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 from inhand.sim.walls import Wall
 from inhand.tasks.paths import stacked

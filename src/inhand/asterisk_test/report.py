@@ -22,7 +22,7 @@ from inhand.asterisk_test.scenes import (
     trial_path,
     turn_series,
 )
-from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
 from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
@@ -133,7 +133,7 @@ def page(run: Run, pictures: Sequence[str]) -> str:
         table_of(*with_beside(*table, run.name, run.beside)),
         listed([f"{other.name}: {', '.join(other.settings)}." for other in run.beside], "Set beside it"),
         endings(run.results),
-        listed(failures(run.results), "What failed"),
+        listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),
         listed(run.notes),
         "## Figures",
@@ -296,11 +296,12 @@ def _replay(run: Run, folder: Path) -> str:
 
 def _paths(run: Run, folder: Path) -> list[str]:
     pictures: list[str] = []
+    figure = None
     for trial, result in zip(run.trials, run.results, strict=True):
         if result.trial != 1 or result.angle_deg is None:
             continue
         told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"
-        figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle)
+        figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle, again=figure)
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
         pictures.append(save_picture(figure, folder, f"paths/{file_name(result.direction)}.png", text))
     return pictures

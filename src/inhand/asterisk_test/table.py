@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-import pandas as pd
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -55,6 +54,19 @@ def failures(results: Sequence[Result]) -> list[str]:
         advice = f" {NO_VERDICT}" if any(result.outcome == DIVERGED for result in bad) else ""
         finger = f", first by {' or '.join(fingers)}" if fingers else ""
         sentences.append(f"{name}: {why} in {len(bad)} of {len(group)} trials{held}{finger}.{advice}")
+    return sentences
+
+
+def metric_faults(results: Sequence[Result]) -> list[str]:
+    """Return one sentence for every metric of the user's that gave no number for a trial: for how many, and why."""
+    sentences = []
+    for name in dict.fromkeys(name for result in results for name in result.wrong):
+        bad = [result for result in results if name in result.wrong]
+        first = f"{bad[0].direction}, trial {bad[0].trial}: {bad[0].wrong[name]}"
+        sentences.append(
+            f"Metric {name} gave no number for {len(bad)} of {len(results)} trials ({first}). Mend it; inhand.load of"
+            " the run's folder measures the trials again."
+        )
     return sentences
 
 
@@ -117,7 +129,9 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
 
 def _reached(group: Sequence[Result]) -> str:
     """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
-    values = pd.Series([result.reached for result in group], dtype=float)
+    from pandas import Series
+
+    values = Series([result.reached for result in group], dtype=float)
     return spread(values.mean(), values.std()) + _unit(group)
 
 

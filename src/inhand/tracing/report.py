@@ -20,7 +20,7 @@ from inhand.plots.save import save_picture
 from inhand.records import read_record
 from inhand.shown import Shown, frame, saved
 from inhand.sim.names import UNTOLD
-from inhand.tracing.config import TraceConfig
+from inhand.tracing.config import MARK, TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
@@ -36,8 +36,6 @@ FRAME_STEPS = 2
 MOST_FRAMES = 300
 """and more where it would have more frames than this."""
 FAULTLESS = "Every trial followed its plan to the end without a failure."
-MARK = "trace.json"
-"""The file that marks a folder as one of a trace."""
 
 
 @dataclass(frozen=True, eq=False)

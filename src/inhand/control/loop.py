@@ -69,15 +69,22 @@ def sense(state: State, between: Between | None = None, reads: Reads = PRIVILEGE
 
 
 def control_step(
-    simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int, between: Between | None = None
+    simulator: Simulator,
+    targets: Array,
+    lost: NDArray[np.int64],
+    substeps: int,
+    active: NDArray[np.bool_] | None = None,
+    *,
+    between: Between | None = None,
 ) -> tuple[State, NDArray[np.int64]]:
     """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
     Return the state after it, and for how many simulation steps each world has not been held by all fingers `(B,)`,
-    which before it was `lost`. What stands `between` delays the targets, pushes, and takes the state in.
+    which before it was `lost`. Worlds that are not `active` `(B,)` stand still. What stands `between` delays targets,
+    pushes, and takes the state in.
     """
     arriving = targets if between is None else between.send(simulator, targets)
-    state = simulator.step(arriving, substeps)
+    state = simulator.step(arriving, substeps, active)
     if between is not None:
         between.take(state)
     return state, lost_steps(lost, state, substeps)
@@ -146,14 +153,17 @@ def run_episodes(
     progress: Told | None = None,
     *,
     between: Between | None = None,
+    worlds: NDArray[np.bool_] | None = None,
 ) -> Recording:
-    """Run one episode in every world of a batch, phase by phase, from the state the simulator was reset to.
+    """Run one episode in every world of a batch, or in some `worlds` `(B,)`, phase by phase, from the state it is in.
 
     A world that finishes the last phase has reached its end, unless that is a grip, which is judged when all worlds
-    have closed. After every step `progress` is told the phase, the worlds still running and the simulated step.
+    have closed. One whose episode has ended, or has none, stands still and costs nothing. After every step `progress`
+    is told the phase, the worlds still running and the simulated step.
     """
     states, phase_of, count = [start], [0], task.n_worlds
-    verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
+    running = np.ones(count, dtype=bool) if worlds is None else worlds
+    verdicts = _Verdicts(running, np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
     for number, phase in enumerate(phases):
         done = np.zeros(count, dtype=bool)
         # Worlds whose senses are noisy would be done at times of their own, and no world may wait for another's draw.
@@ -200,7 +210,8 @@ def _run_phase(
     seen = sense(state, between, reads)
     controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):
-        state, lost = control_step(simulator, controller.act(seen), verdicts.lost, task.substeps, between)
+        targets, lost = controller.act(seen), verdicts.lost
+        state, lost = control_step(simulator, targets, lost, task.substeps, verdicts.running, between=between)
         seen = sense(state, between, reads)
         done = controller.finished(seen)
         if phase.keep_contact:

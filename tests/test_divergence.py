@@ -23,8 +23,9 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import load_pybullet
-from inhand.sim.model import SceneSpec, build_measuring_model, build_model
+from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import LARGEST, State, ran_away, select
 from inhand.tasks.paths import straight_path
@@ -156,13 +157,13 @@ class Breaking(MujocoSimulator):
     at: int = 0
     taken: int = 0
 
-    def step(self, targets: Array, substeps: int) -> State:
+    def step(self, targets: Array, substeps: int, active: NDArray[np.bool_] | None = None) -> State:
         """Break down when it is time, then step."""
         assert np.isfinite(targets).all()
         self.taken += 1
         if self.taken == self.at:
             break_down(self, self.world)
-        return super().step(targets, substeps)
+        return super().step(targets, substeps, active)
 
 
 def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:
@@ -195,7 +196,7 @@ def test_a_trial_ends_in_the_row_before_its_world_diverged(step: int) -> None:
 
 def test_a_grasp_whose_rehearsal_diverges_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     poses = (start_pose(HAND) + straight_path(TRAIN[0]).poses)[None]
-    best = planned_grasp(HAND, CUBE, poses)
+    best = planned_grasp(HAND, CUBE, poses, engine="mujoco")
     others = 0
     for number in range(5):
 
@@ -208,7 +209,7 @@ def test_a_grasp_whose_rehearsal_diverges_is_not_taken(monkeypatch: pytest.Monke
             return simulator
 
         monkeypatch.setattr("inhand.control.loop.make_simulator", breaking)
-        others += not np.array_equal(planned_grasp(HAND, CUBE, poses).opened, best.opened)
+        others += not np.array_equal(planned_grasp(HAND, CUBE, poses, engine="mujoco").opened, best.opened)
     assert others == 1
 
 

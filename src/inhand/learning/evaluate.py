@@ -1,9 +1,11 @@
 """Evaluation as a function: a policy in, its trials beside the expert's from the same starts out."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.asterisk import Simulate, people_of
 from inhand.asterisk_test.comparison import ControllerTrials, with_more
@@ -18,12 +20,14 @@ from inhand.folders import MARK
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.learning.commands import EvaluateConfig
+from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
-from inhand.learning.report import EXPERT, Compared
 from inhand.records import checked, configured
-from inhand.shown import saved
-from inhand.sim.names import Engine
+from inhand.shown import path_of, saved
+from inhand.sim.names import UNTOLD, Engine
+
+if TYPE_CHECKING:
+    from inhand.learning.report import Compared
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""
@@ -64,16 +68,16 @@ def evaluate(
         trials: for each of the 16 directions, for table and figures; the first of the episodes.
         episodes: episodes in which lost objects are counted, spread evenly over the directions.
         seed: of the start noise.
-        engine: mujoco, planar or bullet.
+        engine: planar, mujoco or bullet.
         human: folder of recorded human trials to set beside both.
         settings: other fields of `EvaluateConfig`, such as last and noise_mm.
 
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
-    settings |= {"run": os.fspath(run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
+    settings |= {"run": path_of("run", run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
     settings |= {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
-    settings["human"] = None if human is None else Path(human)
+    settings["human"] = None if human is None else Path(path_of("human", human))
     config = configured(EvaluateConfig, settings)
     return finish_evaluation(config, ready_evaluation(config))
 
@@ -99,6 +103,8 @@ def ready_evaluation(config: EvaluateConfig) -> Ready:
 
 def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simulate) -> Compared:
     """Run both, measure, and return the finished evaluation."""
+    from inhand.learning.report import Compared
+
     test, entry = known.test, known.setup.controller
     both = [
         _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
@@ -115,7 +121,9 @@ def load_evaluation(folder: Path) -> Compared:
     Raises:
         InputError: there is none that can be read.
     """
-    config, content = saved(folder, MARK, EvaluateConfig)
+    from inhand.learning.report import Compared
+
+    config, content = saved(folder, MARK, EvaluateConfig, engine=UNTOLD)
     entries = checked("trials", content.get("trials"), list[dict[str, Any]])
     order = {(entry.get("direction"), entry.get("trial")): place for place, entry in enumerate(entries)}
 

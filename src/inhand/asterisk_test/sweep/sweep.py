@@ -12,6 +12,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.sweep.cells import Job, compute, differences, job_of, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.control.loop import control_step
 from inhand.control.run_config import TrialsConfig
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
@@ -88,7 +89,8 @@ def _step_once(config: AsteriskConfig) -> None:
     """Step a world, so that what its engine has to compile is compiled and told here, not in every process."""
     hand, spec = load_hand(config.hand), load_object(config.object)
     simulator = make_simulator(config.engine, hand, [spec], threads=1)
-    simulator.step(simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints))).targets, 1)
+    start = simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints)))
+    control_step(simulator, start.targets, np.zeros(1, dtype=np.int64), 1)
 
 
 def _asterisk(config: SweepConfig) -> AsteriskConfig:

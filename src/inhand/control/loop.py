@@ -166,9 +166,7 @@ def run_episodes(
     verdicts = _Verdicts(running, np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
     for number, phase in enumerate(phases):
         done = np.zeros(count, dtype=bool)
-        # Worlds whose senses are noisy would be done at times of their own, and no world may wait for another's draw.
-        whole = between is not None and (number < len(phases) - 1 or phase.must_hold)
-        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts, between=between, whole=whole):
+        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts, between=between, last=phases[-1]):
             states.append(state)
             phase_of.append(number)
             index = len(states) - 1
@@ -197,12 +195,14 @@ def _run_phase(
     verdicts: _Verdicts,
     *,
     between: Between | None,
-    whole: bool,
+    last: Phase,
 ) -> Iterator[tuple[State, NDArray[np.bool_]]]:
     """Give every state of a phase and which worlds are done, until all that run are done or time is up.
 
-    A phase that is to take its `whole` time ends before only where no world runs any more.
+    Where something stands `between`, phases before the `last` and grips take their whole time: worlds with noisy senses
+    are done at times of their own, and no world may wait for another's draw.
     """
+    whole = between is not None and (phase is not last or phase.must_hold)
     controller = phase.controller(task)
     reads = reads_of(controller)
     if between is not None:

@@ -124,7 +124,7 @@ class Between:
         if not pushes.per_s:
             self._next[worlds] = np.inf
             return
-        share, turn = self._noise.rows(self._pushed)[worlds].T
+        share, turn = self._noise.rows(self._pushed[worlds], worlds).T
         self._next[worlds] -= np.log1p(-share) / pushes.per_s
         self._angle[worlds] = 2 * np.pi * turn
         if pushes.most:

@@ -96,7 +96,7 @@ def best_grasps(
     search = config[0] or SearchConfig()
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(*held, distinct, search)
-    best, ways = _farthest(held, [plans[k] for k in index], (poses, starts), config[1], engine)
+    best, ways = farthest(held, [plans[k] for k in index], (poses, starts), config[1], engine)
     reaches = [max(plan.reach for plan in group) for group in plans]
     promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
     short = np.flatnonzero(ways < promised[index] - SHORT)
@@ -105,14 +105,14 @@ def best_grasps(
     wanted, which = np.unique(index[short], return_inverse=True)
     close = plan_grasps(*held, distinct[wanted], replace(search, count=CLOSE, apart=CLOSE_APART))
     groups = [[replace(plan, drawn=share) for share in DRAWN for plan in close[k]] for k in which]
-    others, farther = _farthest(held, groups, (poses[short], starts[short]), config[1], engine)
+    others, farther = farthest(held, groups, (poses[short], starts[short]), config[1], engine)
     for k, other, way in zip(short, others, farther, strict=True):
         if way > ways[k]:
             best[k] = other
     return best
 
 
-def _farthest(
+def farthest(
     held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
 ) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""

@@ -17,9 +17,10 @@ from inhand.geometry import Array, cross, rotate, transform, way_along
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, point_jacobian
 from inhand.hands.objects import ObjectSpec, convex_pieces
-from inhand.hands.reach.fingers import Body, Postures, touching_postures
+from inhand.hands.reach.fingers import Body, touching_postures
 from inhand.hands.reach.limits import body_of
 from inhand.hands.reach.pairs import neighbours
+from inhand.hands.reach.parts import Postures
 from inhand.hands.rolling import Starts, Tracks, roll
 from inhand.hands.touch import inclined_touches
 

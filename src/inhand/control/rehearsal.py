@@ -15,7 +15,6 @@ best, and fingers that close a little on the side of the planned start, so that 
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,8 +136,8 @@ def first_best(
 ) -> list[int]:
     """Return of each owner's grasps the first of those that are worth most; find out only what that depends on.
 
-    The one with the farthest bound is looked at first, then, where another could be worth more, twice as many at a time:
-    a few in one batch take hardly longer than one.
+    The one with the farthest bound is looked at first, then, where others could be worth more, twice as many at a
+    time: a few in one batch take hardly longer than one.
 
     Args:
         worth: of each grasp `(N,)`, minus infinity where it is not known, which is filled in.
@@ -147,17 +146,19 @@ def first_best(
         find: gives what some grasps are worth, by number.
     """
     mine = [np.flatnonzero(owner == number) for number in range(owner[-1] + 1)]
-    for turn in count():
+    at_once = 1
+    while True:
         best = [int(of[worth[of].argmax()]) for of in mine]
         asked = list[int]()
         for of, leading in zip(mine, best, strict=True):
             bound = np.where(np.isneginf(worth[of]), most[of], -np.inf)
             ahead = (bound > worth[leading]) | ((bound == worth[leading]) & (of < leading))
             order = np.argsort(np.where(ahead, -bound, np.inf), kind="stable")
-            asked += of[order[: min(2**turn, ahead.sum())]].tolist()
+            asked += of[order[: min(at_once, ahead.sum())]].tolist()
         if not asked:
             return best
         worth[asked] = find(np.array(asked))
+        at_once *= 2
 
 
 class _Carrier:

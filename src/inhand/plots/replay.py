@@ -111,8 +111,7 @@ def write_replay(
         figure, strips = _titled(title, contact, frame_s or 1 / fps, frames[0].fingers)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
         parts = [_scene(ax, frames), _trail(ax, trail_mm, target_angle_deg), *strips]
-        told = texts or _distances(trail_mm, target_angle_deg)
-        write(Film(figure, parts, _empty_text(ax), told), part, fps)
+        write(Film(figure, parts, _empty_text(ax), texts or _distances(trail_mm, target_angle_deg)), part, fps)
     return out
 
 

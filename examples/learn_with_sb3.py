@@ -6,8 +6,6 @@ own. For results, `inhand train` learns from the expert. Needs the extra `sb3`: 
 Run: python examples/learn_with_sb3.py td3|her [STEPS]
 """
 
-from __future__ import annotations
-
 import sys
 
 import gymnasium
@@ -16,39 +14,22 @@ from stable_baselines3 import DDPG, TD3, HerReplayBuffer
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.noise import NormalActionNoise
 
-MODULE = "inhand.learning.environments"
-"""Gymnasium imports it, which registers the environments."""
-KEYWORDS = {"actions": "fine", "observation": "grip"}
-"""Fine steps of the joint targets start from the grip that holds; random joint angles would let go at once."""
+NOISE = NormalActionNoise(np.zeros(4), 0.1 * np.ones(4))
 
 
 def td3(steps: int) -> BaseAlgorithm:
-    """Move the object as far along one of eight directions as it goes, for a reward of a centimetre each.
-
-    `inhand.policy(model, "grip", "fine", stop=True)` is what came of it as a controller of the Asterisk Test.
-    """
-    env = gymnasium.make(f"{MODULE}:inhand/AsteriskEasy-v0")
-    model = TD3("MlpPolicy", env, action_noise=NormalActionNoise(np.zeros(4), 0.1 * np.ones(4)), seed=0, verbose=1)
-    return model.learn(steps)
+    """Reward: a centimetre along one of eight directions. `inhand.policy(model, ...)` makes a controller of it."""
+    env = gymnasium.make("inhand.learning.environments:inhand/AsteriskEasy-v0")
+    return TD3("MlpPolicy", env, action_noise=NOISE, seed=0, verbose=1).learn(steps)
 
 
 def her(steps: int) -> BaseAlgorithm:
-    """Move the object to a goal on one of eight directions; look at `success_rate`.
-
-    A lost object cuts episodes off instead of ending them, so that losing it is no way out of rewards of -1.
-    """
-    env = gymnasium.make(f"{MODULE}:inhand/AsteriskGoal-v0", lost="truncated", horizon=150, **KEYWORDS)
-    model = DDPG(
-        "MultiInputPolicy",
-        env,
-        replay_buffer_class=HerReplayBuffer,
-        action_noise=NormalActionNoise(np.zeros(4), 0.1 * np.ones(4)),
-        learning_starts=200,
-        gamma=0.98,
-        seed=0,
-        verbose=1,
-    )
-    return model.learn(steps)
+    """Look at `success_rate`. A lost object only cuts episodes off: losing it is no way out of rewards of -1."""
+    kept = {"lost": "truncated", "horizon": 150, "actions": "fine", "observation": "grip"}
+    env = gymnasium.make("inhand.learning.environments:inhand/AsteriskGoal-v0", **kept)
+    learning = {"learning_starts": 200, "gamma": 0.98, "seed": 0, "verbose": 1}
+    replay = {"replay_buffer_class": HerReplayBuffer, "action_noise": NOISE}
+    return DDPG("MultiInputPolicy", env, **replay, **learning).learn(steps)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,11 @@ def test_blocks_are_found_and_marked_ones_left_out() -> None:
 PAGES = [path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if blocks(path.read_text())]
 
 
+@pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.name)
+def test_examples_are_short(example: Path) -> None:
+    assert len(example.read_text(encoding="utf-8").splitlines()) <= 40
+
+
 def test_the_readme_has_an_example() -> None:
     assert ROOT / "README.md" in PAGES
 

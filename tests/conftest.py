@@ -1,15 +1,26 @@
 """Fixtures shared by the tests."""
 
+import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from commands import Call
-from inhand import cli
+from inhand import caches, cli
 
 settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep results where no run before has left any; compiled code stays where it is."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NUMBA_CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR") or str(caches.base() / "compiled"))
+        patch.setenv(caches.PLACE, str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 @pytest.fixture(scope="session")

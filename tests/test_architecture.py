@@ -24,13 +24,15 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.sides import rough_plan
 from inhand.sim.engines import make_simulator
+from inhand.sim.names import ENGINE
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
 
 SOURCE = Path(inhand.__file__).parent
 ROOT = SOURCE.parents[1]
 FILES = sorted(SOURCE.rglob("*.py"))
-LONGEST_FILE, LONGEST_FUNCTION, MOST_ROOMS, MOST_FILES, MOST_FILES_IN_TRAINING = 350, 40, 9, 9, 10
+LONGEST_FILE, LONGEST_FUNCTION, MOST_ROOMS = 350, 40, 9
+MOST_FILES, MOST_FILES_IN_TRAINING = {"planar": 10, "mujoco": 9, "bullet": 9}, 12
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -144,14 +146,14 @@ def training_decision(preset: str = "default") -> list[tuple[str, str]]:
     return called(lambda: collector.collect(actor, 1, 0.1, rng))
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "bullet"])
+@pytest.mark.parametrize("engine", MOST_FILES)
 @pytest.mark.parametrize("name", [*CONTROLLERS, "rl", "joint"])
 def test_few_files_take_part_in_one_control_step(name: str, engine: str) -> None:
     if engine == "bullet":
         pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
     files = {file for file, _ in control_step_of(name, engine)}
-    assert {"control/loop.py", f"sim/{engine}_engine.py"} <= files
-    assert len(files) <= MOST_FILES, sorted(files)
+    assert {"control/loop.py", "sim/planar/engine.py" if engine == "planar" else f"sim/{engine}_engine.py"} <= files
+    assert len(files) <= MOST_FILES[engine], sorted(files)
 
 
 @pytest.mark.parametrize("preset", ["default", "thesis"])
@@ -166,7 +168,7 @@ def test_the_page_of_one_decision_names_what_runs_in_its_order() -> None:
     pytest.importorskip("jax", reason="learning needs the extra `rl`")
     page = (ROOT / "docs" / "one-decision.md").read_text(encoding="utf-8")
     _, *parts = page.split("\n## ")
-    for part, ran in zip(parts, (control_step_of("ik", "mujoco"), training_decision()), strict=True):
+    for part, ran in zip(parts, (control_step_of("ik", ENGINE), training_decision()), strict=True):
         named = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", part, re.MULTILINE)
         assert len(named) > 10
         assert not set(named) - set(ran)

@@ -57,9 +57,9 @@ def names(trials: tuple[Trial, ...], *folders: Path, labels: tuple[str, ...] = (
 def test_names_tell_what_differs(trials: tuple[Trial, ...], saved: Save) -> None:
     hands = names(trials, saved("long", hand=load_hand(LONG)), saved("wide", hand=load_hand(WIDE)))
     assert hands == [CONFIG.hand, LONG, WIDE]
-    assert names(trials, saved("bullet", engine="bullet")) == ["mujoco", "bullet"]
+    assert names(trials, saved("bullet", engine="bullet")) == ["planar", "bullet"]
     both = names(trials, saved("ik", controller="ik"), saved("other", controller="ik", engine="bullet"))
-    assert both == ["thesis-ik, mujoco", "ik, mujoco", "ik, bullet"]
+    assert both == ["thesis-ik, planar", "ik, planar", "ik, bullet"]
     assert names(trials) == ["thesis-ik"]
 
 
@@ -67,7 +67,7 @@ def test_what_does_not_differ_is_told_apart_by_its_folder(trials: tuple[Trial, .
     same = saved("a/run"), saved("b/run")
     assert names(trials, same[0]) == ["this run", "run"]
     assert names(trials, *same) == ["this run", "a/run", "b/run"]
-    assert names(trials, saved("x", engine="bullet"), saved("y")) == ["mujoco (this run)", "bullet", "mujoco (y)"]
+    assert names(trials, saved("x", engine="bullet"), saved("y")) == ["planar (this run)", "bullet", "planar (y)"]
 
 
 def test_labels_stand_instead_and_are_one_for_each_run(trials: tuple[Trial, ...], saved: Save) -> None:
@@ -101,7 +101,7 @@ def test_table_panels_radar_and_report_have_the_names(
     assert (tmp_path / "new" / "figures" / "panels.png").is_file()
     text = (tmp_path / "new" / "report.md").read_text(encoding="utf-8")
     assert "| new [mm] | old [mm] |" in text
-    assert f"## Set beside it\n\n* old: {LONG}, cube_39, thesis-ik, mujoco." in text
+    assert f"## Set beside it\n\n* old: {LONG}, cube_39, thesis-ik, planar." in text
     assert f"--beside {earlier} --label new old" in command(run.config)
 
 

@@ -82,7 +82,7 @@ def test_the_numbers_tell_everything_about_the_run(run: Path) -> None:
     assert content["seed"] == content["config"]["seed"] == 4
     table = pd.read_csv(run / "trials.csv")
     assert table[["hand", "object", "controller", "engine"]].drop_duplicates().to_numpy().tolist() == [
-        [STANDARD, "cube_39", "ik", "mujoco"]
+        [STANDARD, "cube_39", "ik", "planar"]
     ]
     assert table.distance_mm.tolist() == table.reached.tolist() == [each["distance_mm"] for each in content["trials"]]
     assert table.limit.tolist() == [each["limit_mm"] for each in content["trials"]]
@@ -292,7 +292,7 @@ try:
     main()
 except SystemExit as stop:
     assert not stop.code, stop.code
-heavy = {{"mujoco", "matplotlib", "pandas", "scipy", "numpy", "similaritymeasures", "PIL"}}
+heavy = {{"mujoco", "numba", "matplotlib", "pandas", "scipy", "numpy", "similaritymeasures", "PIL"}}
 sys.exit(f"imported {{sorted(heavy & set(sys.modules))}}" if heavy & set(sys.modules) else 0)
 """
 

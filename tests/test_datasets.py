@@ -296,7 +296,7 @@ def test_one_changed_part_alone_is_named() -> None:
         check_fits(HEAD, kind, (other, "bullet", "thesis"))
     assert [line.strip() for line in str(error.value).splitlines()[1:]] == [
         "object: cube_39 there, cube_39 of other measures here",
-        "engine: mujoco there, bullet here",
+        "engine: planar there, bullet here",
         "reward: progress there, thesis here",
     ]
 

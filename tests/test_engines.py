@@ -50,7 +50,7 @@ def gripped(simulator: Simulator, decisions: int = 40) -> State:
 
 
 def test_an_engine_that_there_is_not_is_refused_with_the_nearest() -> None:
-    with pytest.raises(InputError, match=r"unknown engine 'mujocco'.*mujoco.*allowed are mujoco, planar, bullet"):
+    with pytest.raises(InputError, match=r"unknown engine 'mujocco'.*mujoco.*allowed are planar, mujoco, bullet"):
         make_simulator("mujocco", HAND, [CUBE])
 
 

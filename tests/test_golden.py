@@ -14,6 +14,7 @@ import platform
 import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.trial import Trial
 from inhand.hands.files import load_object
 from inhand.hands.names import parse_hand_name
+from inhand.sim.names import Engine
 from inhand.tasks.primitives import parse_directions
 from inhand.tasks.reach import limits
 from inhand.tracing.config import TraceConfig
@@ -54,15 +56,15 @@ def _trial_arrays(trials: Iterable[Trial]) -> list[np.ndarray]:
     return found
 
 
-def _trials() -> Golden:
-    config = AsteriskConfig(hand=HAND, object=OBJECT, trials=1)
+def _trials(engine: Engine) -> Golden:
+    config = AsteriskConfig(hand=HAND, object=OBJECT, trials=1, engine=engine)
     trials = simulate(config, prepare(config))
     ends = [float(np.linalg.norm(trial.manipulated_path()[0][-1])) for trial in trials]
     return _digest(_trial_arrays(trials)), ends
 
 
-def _trace() -> Golden:
-    config = TraceConfig(path="square", size=20.0, trials=1)
+def _trace(engine: Engine) -> Golden:
+    config = TraceConfig(path="square", size=20.0, trials=1, engine=engine)
     found, traces = simulate_trace(config, prepare_trace(config))
     return _digest(_trial_arrays([each.trial for each in found])), [traces[0].rms_mm, traces[0].max_mm]
 
@@ -72,7 +74,7 @@ def _reach() -> Golden:
     return _digest([np.array([limit.distance for limit in found])]), [limit.distance for limit in found]
 
 
-def _actor() -> Golden:
+def _actor(engine: Engine) -> Golden:
     from inhand.control.policy import ACTOR
     from inhand.learning.config import thesis
     from inhand.learning.setup import load_ready, make_ready, save_ready
@@ -81,6 +83,7 @@ def _actor() -> Golden:
     config = thesis()
     config = replace(
         config,
+        engine=engine,
         interface=replace(config.interface, observation="grip", actions="steps", reward="progress", horizon=25),
         recipe=replace(config.recipe, episodes=24, push=0.01, midway=0.5),
         learning=replace(config.learning, hidden=(16, 16), batch=16, imitation=1.0),
@@ -101,25 +104,37 @@ def _actor() -> Golden:
         return hashlib.sha256((folder / "last" / ACTOR).read_bytes()).hexdigest(), totals[:1]
 
 
-MADE: dict[str, Callable[[], Golden]] = {"trials": _trials, "trace": _trace, "reach": _reach, "actor": _actor}
+MADE: dict[str, Callable[[], Golden]] = {
+    "reach": _reach,
+    "trials": partial(_trials, "planar"),
+    "trace": partial(_trace, "planar"),
+    "actor": partial(_actor, "planar"),
+    "trials, mujoco": partial(_trials, "mujoco"),
+    "trace, mujoco": partial(_trace, "mujoco"),
+    "actor, mujoco": partial(_actor, "mujoco"),
+}
 TOLERANCE = {"trials": 1.5, "trace": 0.1, "reach": 1e-6, "actor": 2.0}
 """How far the numbers may be from the recorded ones on another machine, in their own units (mm, m, sum of rewards)."""
+
+
+USED = ("numpy", "scipy", "mujoco-core", "numba", "llvmlite", "jax", "jaxlib")
+"""Libraries that numbers come from."""
 
 
 def _platform() -> str:
     """Return what the bytes depend on: processor features that NumPy dispatches on, and the libraries' versions."""
     used = ",".join(np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", []))
-    packages = [f"{name} {metadata.version(name)}" for name in ("numpy", "scipy", "mujoco-core", "jax", "jaxlib")]
+    packages = [f"{name} {metadata.version(name)}" for name in USED]
     return f"{platform.machine()} {used}; {', '.join(packages)}"
 
 
 @pytest.mark.parametrize("name", MADE)
 def test_a_seed_gives_what_it_gave(name: str) -> None:
-    if name == "actor":
+    if name.startswith("actor"):
         pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
     records = json.loads(RECORDS.read_text(encoding="utf-8"))
     digest, values = MADE[name]()
-    assert values == pytest.approx(records["values"][name], abs=TOLERANCE[name])
+    assert values == pytest.approx(records["values"][name], abs=TOLERANCE[name.partition(",")[0]])
     known = records["digests"].get(_platform())
     assert known is None or digest == known[name], f"the bytes of {name!r} changed on {_platform()}"
 

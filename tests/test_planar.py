@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from inhand import geometry
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.run import prepare, simulate
+from inhand.control import loop
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.loop import Bench
+from inhand.control.trial import REACHED
 from inhand.geometry import Array, rotate, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, centre_of_mass, polygon, polygon_object
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec, describe_model
-from inhand.sim.planar import compiled
 from inhand.sim.planar.build import build, friction_arm
 from inhand.sim.planar.engine import PlanarSimulator
 from inhand.sim.state import State
 from inhand.sim.walls import Wall
+from inhand.tasks.paths import stacked
 from test_simulator import HAND, assert_same, grip, mirrored_joints, open_hand, other_side, run, shaken, start_pose
 
 CUBE = CATALOGUE["cube_39"]
@@ -102,6 +106,42 @@ def test_300_steps_of_shaking_are_mujocos(hand_name: str, object_name: str) -> N
     hand, spec = parse_hand_name(hand_name), CATALOGUE[object_name]
     apart = differ(hand, spec, shaken(hand, spec, 100, seed=1))
     assert (apart <= [1e-4, 1e-4, 1e-3]).all(), apart
+
+
+@pytest.mark.parametrize(
+    ("hand", "spec", "direction"),
+    [
+        (PAIRS[0][0], "cube_39", "In-Right"),
+        (PAIRS[7][0], "ellipse_40x25", "In-Right"),
+        (PAIRS[5][0], "hourglass", "Out"),
+    ],
+)
+def test_whole_trials_are_mujocos(hand: str, spec: str, direction: str) -> None:
+    config = AsteriskConfig(hand=hand, object=spec, directions=direction, trials=1, engine="planar")
+    setup = prepare(config)
+    (trial,) = simulate(config, setup)
+    reference, poses = Reference(setup.hand, setup.object, SceneSpec()), geometry.planar(trial.object_pose)
+    reference.begin(poses[0], trial.joint_angles[0])
+    assert len(poses) > 100  # 2 s, 500 physics steps
+    for pose, targets in zip(poses[1:], trial.targets[1:], strict=True):
+        reference.step(targets, SUBSTEPS)
+        assert np.linalg.norm(pose - reference.pose) < 1e-7
+
+
+def test_without_the_floors_friction_trials_end_where_three_dimensions_end_them() -> None:
+    config = AsteriskConfig(directions="Out,In-Right,Left,In'", trials=1, engine="planar")
+    setup = prepare(config)
+    paths = [each.path.poses for each in setup.assignments]
+    task = Task(setup.hand, (setup.object,) * len(paths), geometry.Path(stacked(paths)))
+    starts = np.tile(setup.hand.start_pose, (len(paths), 1))
+    grasp = setup.controller.grasp(setup.hand, setup.object, starts[:, None] + task.path.poses, starts, engine="planar")
+    ends = []
+    for engine in ("planar", "mujoco"):
+        bench = Bench(engine, SceneSpec(floor_friction=0.0))
+        _, found = loop.simulate(task, grasp, starts, setup.controller.manipulate, bench)
+        assert set(found.outcomes) == {REACHED}
+        ends.append([found.states[last].pose[world] for world, last in enumerate(found.last)])
+    np.testing.assert_allclose(ends[0], ends[1], atol=2e-5)
 
 
 @pytest.mark.parametrize(("hand_name", "object_name"), PAIRS)
@@ -259,25 +299,3 @@ def test_a_world_that_diverges_is_told_and_leaves_the_others_alone(value: float)
         np.testing.assert_array_equal(state.diverged, [False, True, False])
         assert np.isfinite(state.object_pose).all()
     np.testing.assert_allclose(begun.pose[1], start_pose(HAND), atol=1e-12)
-
-
-def test_a_damaged_cache_is_made_anew_and_one_that_cannot_be_written_is_done_without(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    def double(value: float) -> float:
-        return 2.0 * value
-
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert compiled.kernel(double)(2.0) == 4.0
-    folder = next(tmp_path.iterdir())
-    assert json.loads((folder / compiled.SEAL).read_text(encoding="utf-8"))
-    assert compiled.kernel(double)(2.0) == 4.0
-    assert caplog.text.count("compiling the planar engine") == 1
-    (kept,) = folder.rglob("*.nbc")
-    kept.write_bytes(kept.read_bytes()[:-1] + b"?")
-    assert compiled.kernel(double)(2.0) == 4.0
-    assert caplog.text.count("compiling the planar engine") == 2
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    assert compiled.kernel(double)(2.0) == 4.0
-    assert "set NUMBA_CACHE_DIR" in caplog.text

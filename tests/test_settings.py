@@ -62,7 +62,7 @@ WRONG: list[tuple[Callable[..., object], dict[str, Any], str]] = [
     (
         AsteriskConfig,
         {"engine": "mujco"},
-        r"engine is 'mujco'; it must be mujoco or planar or bullet; did you mean mujoco",
+        r"engine is 'mujco'; it must be planar or mujoco or bullet; did you mean mujoco",
     ),
     (AsteriskConfig, {"paths": "bent"}, "paths is 'bent'.*; it must be straight or human"),
     (AsteriskConfig, {"beside": "results"}, "beside is 'results'; it must be a list"),

@@ -421,12 +421,12 @@ def test_starts_demonstrations_and_environments_run_in_the_engine_asked_for() ->
     assert batch.starts.state.touching.all()
     again = ManipulationWorlds(HELD, joined([batch.starts, batch.starts]), 3, STEPS)
     assert again.simulator.engine == "bullet"
-    assert ManipulationWorlds(HELD, pool(), 1, STEPS).simulator.engine == "mujoco"
+    assert ManipulationWorlds(HELD, pool(), 1, STEPS).simulator.engine == "planar"
     ours = gripped(*HELD, (plans, np.zeros(1)), rng, Noise(0.0, 0.0)).state.joint_angles
     assert np.abs(ours - batch.starts.state.joint_angles[:1]).max() > 1e-4
     config = EnvironmentConfig(directions=(0.0,), starts=1, grasp="rough", engine="bullet")
     assert config.pool().engine == "bullet"
-    with pytest.raises(InputError, match=r"engine is 'bulet'; it must be mujoco or planar or bullet"):
+    with pytest.raises(InputError, match=r"engine is 'bulet'; it must be planar or mujoco or bullet"):
         EnvironmentConfig(engine=cast("Any", "bulet"))
 
 

@@ -19,6 +19,7 @@ from inhand.learning.record import load_dataset
 from inhand.learning.train import load_training
 from inhand.records import checked, read_json
 from inhand.shown import Shown, saved
+from inhand.sim.names import UNTOLD, Engine
 from inhand.tasks.primitives import parse_directions
 from inhand.tracing.report import load_trace
 
@@ -56,7 +57,7 @@ def _tested(folder: Path) -> Shown:
 
 
 def _run(folder: Path) -> Run:
-    config, content = saved(folder, "metrics.json", AsteriskConfig)
+    config, content = saved(folder, "metrics.json", AsteriskConfig, engine=UNTOLD)
     order = [each.name for each in parse_directions(config.directions)]
     trials = tuple(sorted(load_trials(folder), key=lambda trial: (_place(trial, order), trial.passport.trial)))
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
@@ -66,7 +67,7 @@ def _run(folder: Path) -> Run:
 
 
 def _sweep(folder: Path) -> SweepRun:
-    return run_sweep(saved(folder, "sweep.json", SweepConfig)[0])
+    return run_sweep(saved(folder, "sweep.json", SweepConfig, engine=UNTOLD)[0])
 
 
 def _place(trial: Trial, order: list[str]) -> int:
@@ -85,6 +86,7 @@ def _one(path: Path) -> Run:
         directions=passport.primitive,
         trials=1,
         seed=passport.seed,
+        engine=checked("engine", passport.engine, Engine),
     )
     return Run(config, (trial,), (result_of_trial(trial),))
 

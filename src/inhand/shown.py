@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -47,7 +48,7 @@ class Shown:
         Raises:
             InputError: the folder holds something, or another run and `overwrite` is off.
         """
-        out = Path(folder)
+        out = Path(path_of("folder", folder))
         with run_folder(out, overwrite=overwrite, mark=self.mark) as part:
             replace(self, config=replace(self.config, out=out)).write(part)
         return out
@@ -73,7 +74,7 @@ class Kept(Shown):
         Raises:
             InputError: the folder holds something, or another run and `overwrite` is off.
         """
-        out = Path(folder)
+        out = Path(path_of("folder", folder))
         with run_folder(out, overwrite=overwrite, mark=self.mark) as part:
             shutil.copytree(self.folder, part, dirs_exist_ok=True)
         return out
@@ -90,8 +91,14 @@ def frame(entries: Sequence[dict[str, Any]]) -> DataFrame:
     return pd.json_normalize([dict(entry) for entry in entries])
 
 
-def saved(folder: Path, mark: str, kind: type[C]) -> tuple[C, dict[str, Any]]:
+def saved(folder: Path, mark: str, kind: type[C], **untold: object) -> tuple[C, dict[str, Any]]:
     """Return the configuration that a run's JSON holds, its folder put in, and all that the JSON holds.
+
+    Args:
+        folder: of the run.
+        mark: name of the JSON.
+        kind: of the configuration.
+        untold: fields that older files do not tell, as they were.
 
     Raises:
         InputError: the file is none of such a run.
@@ -100,7 +107,7 @@ def saved(folder: Path, mark: str, kind: type[C]) -> tuple[C, dict[str, Any]]:
     try:
         found = checked("content", read_json(file.read_bytes()), dict[str, Any])
         entry = checked("config", found.get("config"), dict[str, Any])
-        return read_record(entry | {"out": str(folder)}, kind), found
+        return read_record(untold | entry | {"out": str(folder)}, kind), found
     except (InputError, OSError) as error:
         raise InputError(f"{file}: {error}") from error
 
@@ -108,6 +115,17 @@ def saved(folder: Path, mark: str, kind: type[C]) -> tuple[C, dict[str, Any]]:
 def several(given: object) -> list[Any]:
     """Return what may be one thing or several of them as a list."""
     return list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+
+
+def path_of(name: str, given: object) -> str:
+    """Return a folder or a file, or the folder of a run that lives in one, as a text.
+
+    Raises:
+        InputError: it is none of these; the text says what was given as `name`.
+    """
+    if isinstance(given, str | os.PathLike):
+        return os.fspath(given)
+    raise InputError(f"{name} is {given!r}; it must be a path, or a run that lives in a folder")
 
 
 def listed(words: object) -> str:

@@ -6,7 +6,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-PACKAGES = ("inhand", "mujoco-core", "pybullet", "numpy", "scipy", "similaritymeasures", "matplotlib")
+PACKAGES = ("inhand", "mujoco-core", "numba", "pybullet", "numpy", "scipy", "similaritymeasures", "matplotlib")
 REPOSITORY = Path(__file__).resolve().parents[2]
 """Where this package's checkout is, if it runs from one."""
 

@@ -65,7 +65,7 @@ def asterisk(
         directions: words of the command line, names, or degrees counter-clockwise from +x.
         trials: for each direction.
         seed: of the start noise.
-        engine: mujoco, planar or bullet.
+        engine: planar, mujoco or bullet.
         metrics: names of registered metrics, or functions of a trial.
         beside: folders of at most two earlier runs, to set beside this one.
         label: names of this run and of those, instead of what differs between them.

@@ -37,14 +37,14 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan, side_joints
 from inhand.registry import Registry
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 
 
 class Planner(Protocol):
     """Chooses a grasp for every path."""
 
     def __call__(
-        self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
+        self, hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = ENGINE
     ) -> Grasp:
         """Return a grasp, which is to hold in an engine, for every path of object poses `(P, S, 3)` in the palm frame.
 
@@ -75,7 +75,7 @@ def planned_grasp(
     starts: Array | None = None,
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
-    engine: str = MUJOCO,
+    engine: str = ENGINE,
 ) -> Grasp:
     """Return the grasps of the contact search, tried out in simulation.
 
@@ -86,7 +86,7 @@ def planned_grasp(
     return closing_joints(hand, spec, best, poses[:, 0], starts)
 
 
-def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = MUJOCO) -> list[GraspPlan]:
+def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = ENGINE) -> list[GraspPlan]:
     """Return for every path `(P, S, 3)` the planned grasp that is best where the object stands exactly at its start.
 
     One plan serves every trial of a direction, which is what a learned controller trains and runs with.
@@ -97,7 +97,7 @@ def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str 
 
 
 def rough_grasp(
-    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = MUJOCO
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = ENGINE
 ) -> Grasp:
     """Return the same grasp for every path and start, on the middle of the object's sides (thesis 3.2).
 
@@ -220,7 +220,7 @@ def learned_grasp(
     starts: Array | None = None,
     *,
     policy: Policy | UserPolicy,
-    engine: str = MUJOCO,
+    engine: str = ENGINE,
 ) -> Grasp:
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts

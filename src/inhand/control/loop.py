@@ -13,7 +13,7 @@ from inhand.geometry import Array
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import SceneSpec
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 from inhand.sim.state import State
 
 Told = Callable[[str, int, int], None]
@@ -89,7 +89,7 @@ def lost_steps(lost: NDArray[np.int64], state: State, substeps: int) -> NDArray[
 class Bench:
     """In what worlds are simulated, and who is told how far it is."""
 
-    engine: str = MUJOCO
+    engine: str = ENGINE
     surroundings: SceneSpec | None = None
     """What stands around; None for the floor alone."""
     threads: int = 0

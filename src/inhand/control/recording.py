@@ -12,12 +12,12 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.model import SceneSpec
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 from inhand.versions import versions
 
 
 def passports(
-    hand: HandSpec, spec: ObjectSpec, controller: str, *, seed: int, engine: str = MUJOCO
+    hand: HandSpec, spec: ObjectSpec, controller: str, *, seed: int, engine: str = ENGINE
 ) -> Callable[..., Passport]:
     """Return what makes the passports of a run's trials, given what `Passport` says of one, from `primitive` on."""
     made = partial(Passport, hand, spec, controller, seed=seed, engine=engine)

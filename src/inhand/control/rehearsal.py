@@ -26,7 +26,7 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
-from inhand.sim.names import MUJOCO
+from inhand.sim.names import ENGINE
 
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
@@ -79,7 +79,7 @@ def best_grasps(
     starts: Array,
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
-    engine: str = MUJOCO,
+    engine: str = ENGINE,
 ) -> list[GraspPlan]:
     """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from inhand.records import Config
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import ENGINE, Engine
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class HeldConfig(Config):
 class RunConfig(Config):
     """What every run is simulated in, and what is drawn in it."""
 
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, planar (its law in the plane, several times as fast), or bullet as a witness (extra
-    `bullet`; much slower, no walls)."""
+    engine: Engine = ENGINE
+    """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow),
+    or bullet as a witness (extra `bullet`; much slower, no walls)."""
     seed: int = 0
     """Seed of everything drawn: the start noise, and what tasks draw."""
     noise_mm: float = 1.0

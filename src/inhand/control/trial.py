@@ -14,6 +14,7 @@ from inhand.geometry import Array, planar, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, text_of
+from inhand.sim.names import UNTOLD
 from inhand.sim.state import CONTACT_TOLERANCE
 
 FORMAT = 2
@@ -64,7 +65,7 @@ class Passport:
     """Physics step [s]."""
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
-    engine: str = "mujoco"
+    engine: str = UNTOLD
     limit: float | None = None
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
 

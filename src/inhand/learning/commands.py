@@ -57,8 +57,8 @@ class TrainConfig(Config):
     directions: Literal["train", "continuous"] | None = None
     """train: the 8 of the Asterisk Test. continuous: these and the circle between, the 8 unseen ones left out."""
     engine: Engine | None = None
-    """Physics engine: mujoco, planar (its law in the plane, several times as fast), or bullet as a witness (extra
-    `bullet`; much slower)."""
+    """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow),
+    or bullet as a witness (extra `bullet`; much slower)."""
     demonstrations: Path | None = None
     """Learn from the demonstrations of this dataset (`inhand record`) instead of recording some."""
     seed: int | None = None

@@ -9,7 +9,7 @@ from inhand.learning.demonstrations import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.primitives import TRAIN
 
 
@@ -62,8 +62,8 @@ class Training(Config):
     object: str = "cube_39"
     """Object: a name, shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with its unit and mass, as
     part.dxf:unit=mm:mass_kg=0.05."""
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
+    engine: Engine = ENGINE
+    """Physics engine: planar, mujoco (in three dimensions), or bullet as a witness (extra `bullet`; much slower)."""
     seed: int = 0
     """Seed of everything drawn."""
     directions: Literal["train", "continuous"] = "train"

@@ -7,7 +7,7 @@ from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.worlds import Interface
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import UNTOLD, Engine
 from inhand.tasks.cards import InterfaceCard, differences, interface_card
 from inhand.tasks.observations import find_layout
 
@@ -62,7 +62,7 @@ class DatasetHead:
     seed: int
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
-    engine: Engine = MUJOCO
+    engine: Engine = UNTOLD
 
     @property
     def dataset_id(self) -> str:

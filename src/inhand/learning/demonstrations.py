@@ -26,7 +26,7 @@ from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.starts import Noise, Starts, expert_task, grid_of, gripped, joined, plans_for, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.records import Config
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.decisions import actions_of
 from inhand.tasks.paths import stacked
 from inhand.tasks.primitives import UNSEEN
@@ -84,7 +84,7 @@ class Recording:
     """What is seen, done and rewarded."""
     noise: Noise
     seed: int
-    engine: Engine = MUJOCO
+    engine: Engine = ENGINE
     continuous: bool = False
     """Whether half of the directions are drawn anywhere on the circle but near the 8 unseen ones."""
     held_out: float = 5.0
@@ -237,7 +237,7 @@ def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = 
 
 
 @lru_cache(maxsize=16)
-def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine: Engine = MUJOCO) -> RoutePool:
+def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine: Engine = ENGINE) -> RoutePool:
     """Return drawn routes of a task, each once, and the grasp of each.
 
     Args:
@@ -256,7 +256,7 @@ def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine:
 
 
 def route_starts(
-    held: Held, pool: RoutePool, count: int, rng: np.random.Generator, noise: Noise, *, engine: Engine = MUJOCO
+    held: Held, pool: RoutePool, count: int, rng: np.random.Generator, noise: Noise, *, engine: Engine = ENGINE
 ) -> Starts:
     """Return starts with all fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool

@@ -20,7 +20,7 @@ from inhand.learning.starts import Noise, Starts, gripped, plans_for, reach_of
 from inhand.learning.worlds import Interface
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import START_BYTES, check_memory
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.decisions import find_reward
 from inhand.tasks.goals import GoalReward, goal_reward
 from inhand.tasks.observations import find_layout
@@ -48,8 +48,8 @@ class EnvironmentConfig(Interface, HeldConfig):
     """Whether the object is to stay where its grip is predicted to end, which `grip` and `progress` tell."""
     grasp: GraspKind = "planned"
     """Grip: planned for each direction (a second for each two), or rough (thesis 3.2, at once)."""
-    engine: Engine = MUJOCO
-    """Physics engine: mujoco, or bullet as a witness (extra `bullet`; much slower)."""
+    engine: Engine = ENGINE
+    """Physics engine: planar, mujoco (in three dimensions), or bullet as a witness (extra `bullet`; much slower)."""
     threads: int = 0
     """Threads of the simulation; 0 uses every core."""
 

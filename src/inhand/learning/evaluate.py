@@ -22,8 +22,8 @@ from inhand.learning.commands import EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.learning.report import EXPERT, Compared
 from inhand.records import checked, configured
-from inhand.shown import saved
-from inhand.sim.names import Engine
+from inhand.shown import path_of, saved
+from inhand.sim.names import UNTOLD, Engine
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""
@@ -64,16 +64,16 @@ def evaluate(
         trials: for each of the 16 directions, for table and figures; the first of the episodes.
         episodes: episodes in which lost objects are counted, spread evenly over the directions.
         seed: of the start noise.
-        engine: mujoco, planar or bullet.
+        engine: planar, mujoco or bullet.
         human: folder of recorded human trials to set beside both.
         settings: other fields of `EvaluateConfig`, such as last and noise_mm.
 
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
-    settings |= {"run": os.fspath(run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
+    settings |= {"run": path_of("run", run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
     settings |= {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
-    settings["human"] = None if human is None else Path(human)
+    settings["human"] = None if human is None else Path(path_of("human", human))
     config = configured(EvaluateConfig, settings)
     return finish_evaluation(config, ready_evaluation(config))
 
@@ -115,7 +115,7 @@ def load_evaluation(folder: Path) -> Compared:
     Raises:
         InputError: there is none that can be read.
     """
-    config, content = saved(folder, MARK, EvaluateConfig)
+    config, content = saved(folder, MARK, EvaluateConfig, engine=UNTOLD)
     entries = checked("trials", content.get("trials"), list[dict[str, Any]])
     order = {(entry.get("direction"), entry.get("trial")): place for place, entry in enumerate(entries)}
 

@@ -32,7 +32,7 @@ from inhand.learning.environment_config import angles_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import configured
-from inhand.shown import Kept, listed
+from inhand.shown import Kept, listed, path_of
 from inhand.sim.engines import check_engine
 from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
@@ -131,7 +131,7 @@ def record(
     """
     settings |= {"directions": listed(directions), "episodes": episodes, "seed": seed}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
-    settings["out"] = Path(tempfile.mkdtemp(prefix="inhand-record-")) if out is None else Path(out)
+    settings["out"] = Path(tempfile.mkdtemp(prefix="inhand-record-")) if out is None else Path(path_of("out", out))
     return run_record(configured(RecordConfig, settings))
 
 

@@ -17,6 +17,7 @@ from inhand.learning.environment_config import angles_of
 from inhand.records import read_json, read_record
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import WORLD_BYTES, check_memory
+from inhand.sim.names import UNTOLD
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
@@ -60,7 +61,10 @@ def read_config(out: Path) -> Training:
     if not path.is_file():
         raise InputError(f"no training run in {out}: it has no {MARK}; give the --out of a run of `inhand train`")
     try:
-        card = read_record(read_json(path.read_bytes()), RunCard, FORMAT, NEW)
+        entry = read_json(path.read_bytes())
+        if isinstance(entry, dict) and isinstance(entry.get("config"), dict):
+            entry["config"] = {"engine": UNTOLD} | entry["config"]
+        card = read_record(entry, RunCard, FORMAT, NEW)
         check_same(card.interface, card.config.interface.observation, card.config.interface.actions)
         _check_version(card)
     except InputError as error:

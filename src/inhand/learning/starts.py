@@ -29,7 +29,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
 from inhand.records import Config
 from inhand.sim.engine import Simulator
-from inhand.sim.names import MUJOCO, Engine
+from inhand.sim.names import ENGINE, Engine
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
@@ -64,7 +64,7 @@ class Starts:
     """The way to go `(N,)` [m], infinite where none is given."""
     routes: Routes | None = None
     """Whole routes to follow instead; a start of a route has no direction of its own, 0 stands for it."""
-    engine: Engine = MUJOCO
+    engine: Engine = ENGINE
     """The engine in which the object is held; episodes from here run in it."""
 
     def __len__(self) -> int:
@@ -115,7 +115,7 @@ def grid_of(angles_deg: Array) -> tuple[float, ...]:
 
 
 def plans_for(
-    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned", engine: Engine = MUJOCO
+    hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float], grasp: GraspKind = "planned", engine: Engine = ENGINE
 ) -> dict[float, GraspPlan]:
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":
@@ -131,7 +131,7 @@ def gripped(
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
-    engine: Engine = MUJOCO,
+    engine: Engine = ENGINE,
     threads: int = 0,
 ) -> Starts:
     """Return starts with all fingers of a hand on an object; one whose grasp fails is drawn again.

@@ -27,7 +27,7 @@ from inhand.learning.figures import learning_figure
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
 from inhand.learning.report import write_training
 from inhand.learning.run_cards import MARK, read_config
-from inhand.shown import Kept
+from inhand.shown import Kept, path_of
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Evaluation
@@ -110,8 +110,8 @@ def train(
         InputError: anything that cannot be trained; the text says what, and what is allowed.
     """
     check_installed()
-    folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(out)
-    shown = None if demonstrations is None else os.fspath(demonstrations)
+    folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(path_of("out", out))
+    shown = None if demonstrations is None else path_of("demonstrations", demonstrations)
     named: dict[str, Any] = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
     named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings
     given = {name: value for name, value in named.items() if value is not None}

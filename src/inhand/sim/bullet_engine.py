@@ -57,7 +57,7 @@ class BulletSimulator(Simulator):
         """
         super().__init__(hand, objects, scenes)
         if any(scene.walls for scene in self._scenes):
-            raise InputError("walls with the engine 'bullet', which has none here: use the engine 'mujoco'")
+            raise InputError("walls with the engine 'bullet', which has none here: use the engine 'planar' or 'mujoco'")
         if len(objects) > MOST_WORLDS:
             raise InputError(f"{len(objects)} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
         self._engine = load_pybullet()

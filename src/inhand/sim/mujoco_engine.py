@@ -16,7 +16,6 @@ from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import is_box
 from inhand.sim.engine import Simulator
 from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec, build_measuring_model, build_model
-from inhand.sim.names import MUJOCO
 from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
 
@@ -44,7 +43,7 @@ class MujocoSimulator(Simulator):
     and distances of the new state. (MuJoCo's own sensors lag one physics step behind the positions.)
     """
 
-    engine = MUJOCO
+    engine = "mujoco"
 
     def __init__(
         self,

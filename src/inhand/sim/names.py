@@ -2,8 +2,10 @@
 
 from typing import Literal
 
-Engine = Literal["mujoco", "planar", "bullet"]
-"""Physics engine: MuJoCo in three dimensions, the same law in the plane (several times as fast), or PyBullet as a
+Engine = Literal["planar", "mujoco", "bullet"]
+"""Physics engine: MuJoCo's law in the plane, MuJoCo in three dimensions (several times as slow), or PyBullet as a
 witness (extra `bullet`; much slower)."""
-MUJOCO: Engine = "mujoco"
+ENGINE: Engine = "planar"
 """The engine where none is asked for."""
+UNTOLD: Engine = "mujoco"
+"""The engine of files that name none."""

@@ -19,6 +19,7 @@ from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.records import read_record
 from inhand.shown import Shown, frame, saved
+from inhand.sim.names import UNTOLD
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
 from inhand.tracing.follow import Followed
@@ -114,7 +115,7 @@ def load_trace(folder: Path) -> TraceRun:
     Raises:
         InputError: there is none that can be read.
     """
-    config, content = saved(folder, MARK, TraceConfig)
+    config, content = saved(folder, MARK, TraceConfig, engine=UNTOLD)
     trials = sorted(load_trials(folder), key=lambda trial: trial.passport.trial)
     try:
         whole = read_record({name: content.get(name) for name in ("followed", "size_mm", "notes")}, _Whole)

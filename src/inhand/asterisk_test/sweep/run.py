@@ -22,7 +22,7 @@ from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
-from inhand.shown import Shown, listed, several
+from inhand.shown import Shown, listed, path_of, several
 from inhand.tasks.primitives import parse_directions
 
 DEFAULT = SweepConfig()
@@ -90,7 +90,7 @@ def sweep(
     Raises:
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
-    folder = Path(tempfile.mkdtemp(prefix="inhand-sweep-")) if out is None else Path(out)
+    folder = Path(tempfile.mkdtemp(prefix="inhand-sweep-")) if out is None else Path(path_of("out", out))
     settings |= {"hands": [HANDS.name_of(hand) for hand in several(hands)], "jobs": jobs, "out": folder}
     settings["objects"] = [OBJECTS.name_of(thing) for thing in several(objects)]
     settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}

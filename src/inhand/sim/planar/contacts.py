@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from inhand.sim.planar.compiled import inner
+from inhand.compiled import inner
 from inhand.sim.planar.outlines import clip, meet, near
 from inhand.sim.planar.parts import Model, Work, Worlds
 

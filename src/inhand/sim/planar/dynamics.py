@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
+from inhand.compiled import inner, leaf
 from inhand.geometry import Array
-from inhand.sim.planar.compiled import inner, leaf
 from inhand.sim.planar.parts import Indices, Model, Work, Worlds
 
 

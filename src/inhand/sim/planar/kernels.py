@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from inhand.compiled import inner, kernel
 from inhand.geometry import Array
-from inhand.sim.planar.compiled import inner, kernel
 from inhand.sim.planar.contacts import find_constraints
 from inhand.sim.planar.dynamics import integrate, place_bodies, weigh
 from inhand.sim.planar.outlines import FAR, above, lowest, overlap, place_outline, to_point

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from inhand.sim.planar.compiled import inner, leaf
+from inhand.compiled import inner, leaf
 from inhand.sim.planar.parts import Model, Shapes, Work
 
 FAR = 1e9

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
+from inhand.compiled import inner
 from inhand.geometry import Array
-from inhand.sim.planar.compiled import inner
 from inhand.sim.planar.dynamics import factorise, solve
 from inhand.sim.planar.parts import Model, Work, Worlds
 

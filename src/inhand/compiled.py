@@ -1,8 +1,10 @@
 """Functions compiled to machine code by Numba, kept on disk for the next run.
 
 Numba would keep a kernel by the date of its own file alone, blind to changes of the functions that it calls, and would
-load whatever it finds. Here the folder's name is a digest of all sources of the engine and of the versions that made
-it, and a file that is not what was written is thrown away and made anew.
+load whatever it finds. Here the folder's name is a digest of the kernel's module, of all of ours that it imports and of
+the versions that made it, and a file that is not what was written is thrown away and made anew.
+
+Importing this file imports Numba: only modules of compiled functions do, and those who call these import them late.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
-import platformdirs
+
+from inhand.caches import base, sources
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -28,7 +31,6 @@ INNER: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
 """Without `_nrt` Numba would count who holds each array at every use: half of a step's time. Kernels make none."""
 WRAPPERLESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """What only kernels call needs no way in from Python: two thirds of the time to compile."""
-SEAL = "digests.json"
 
 
 def inner(function: Callable[P, R]) -> Callable[P, R]:
@@ -46,11 +48,12 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     settings = vars(numba.config)
     if settings["DISABLE_JIT"]:
         return function
-    folder = cache_folder()
+    name = function.__name__
+    folder = cache_folder(function.__module__)
     if folder is None:
         compiled = numba.njit(**INNER)(function)
     else:
-        _drop_damaged(folder)
+        _drop_damaged(folder, name)
         # Numba reads where to write from its settings, while it decorates.
         before, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder)
         try:
@@ -60,25 +63,23 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        if not compiled.signatures:
-            _begin(function.__name__, folder)
-        known = len(compiled.signatures)
+        known = len(compiled.overloads)  # `signatures` would hash every array's type at each call
+        if known == 0:
+            _begin(function, folder)
         result = compiled(*args, **kwargs)
-        if len(compiled.signatures) > known and folder is not None:
-            _seal(folder)
+        if len(compiled.overloads) > known and folder is not None:
+            _write_digests(folder, name)
         return cast("R", result)
 
     return run
 
 
-def cache_folder() -> Path | None:
-    """Return the folder for compiled code of exactly these sources and versions; None where none can be written."""
-    here = Path(__file__).parent
-    sources = [path.read_text(encoding="utf-8") for path in sorted(here.glob("*.py"))]
-    made_by = [sys.version, version("numba"), version("llvmlite"), version("numpy"), *sources]
+def cache_folder(module: str) -> Path | None:
+    """Return the folder for a module's compiled code, of exactly these sources; None where none can be written."""
+    made_by = [sys.version, *map(version, ("numba", "llvmlite", "numpy")), sources(module)]
     digest = hashlib.sha256("\0".join(made_by).encode()).hexdigest()[:16]
-    base = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("inhand")
-    folder = Path(base) / f"planar-{digest}"
+    place = os.environ.get("NUMBA_CACHE_DIR")
+    folder = (Path(place) if place else base() / "compiled") / f"{module.removeprefix('inhand.')}-{digest}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -86,35 +87,39 @@ def cache_folder() -> Path | None:
     return folder if os.access(folder, os.W_OK) else None
 
 
-def _begin(name: str, folder: Path | None) -> None:
+def _begin(function: Callable[..., object], folder: Path | None) -> None:
     """Say what the first call of a kernel waits for, where it has to be compiled."""
-    if folder is None or not any(folder.rglob(f"*.{name}-*.nbc")):
+    if folder is None or not any(file.suffix == ".nbc" for file in _files(folder, function.__name__)):
+        where = function.__module__.removeprefix("inhand.")
         kept = "" if folder is not None else "; the cache cannot be written, so every run does: set NUMBA_CACHE_DIR"
-        logging.getLogger("inhand").warning("compiling the planar engine, %s: some 10 s%s", name, kept)
+        logging.getLogger("inhand").warning("compiling %s of %s: some seconds%s", function.__name__, where, kept)
 
 
-def _digests(folder: Path) -> dict[str, str]:
-    """Return the digests of the files that Numba keeps in a folder."""
-    files = sorted(folder.rglob("*.nb[ci]"))
-    return {str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+def _files(folder: Path, name: str) -> list[Path]:
+    """Return the files that Numba keeps for a kernel: an index, and code for each kind of arguments."""
+    return sorted(folder.rglob(f"*.{name}-*.nb[ci]"))
 
 
-def _seal(folder: Path) -> None:
-    """Write down what was kept, in one step, so that no reader sees half of it."""
-    part = folder / f"{SEAL}.{os.getpid()}"
+def _digests(folder: Path, name: str) -> dict[str, str]:
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in _files(folder, name)}
+
+
+def _write_digests(folder: Path, name: str) -> None:
+    """Write down what was kept for a kernel, in one step, so that no reader sees half of it."""
+    part = folder / f"{name}.json.{os.getpid()}"
     try:
-        part.write_text(json.dumps(_digests(folder)), encoding="utf-8")
-        part.replace(folder / SEAL)
+        part.write_text(json.dumps(_digests(folder, name)), encoding="utf-8")
+        part.replace(folder / f"{name}.json")
     except OSError:
         part.unlink(missing_ok=True)
 
 
-def _drop_damaged(folder: Path) -> None:
-    """Remove what Numba kept unless every file is as it was written down."""
+def _drop_damaged(folder: Path, name: str) -> None:
+    """Remove what Numba kept for a kernel unless every file is as it was written down."""
     try:
-        sealed = json.loads((folder / SEAL).read_text(encoding="utf-8"))
+        written = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        sealed = {}
-    if sealed != _digests(folder):
-        for file in folder.rglob("*.nb[ci]"):
+        written = {}
+    if written != _digests(folder, name):
+        for file in _files(folder, name):
             file.unlink(missing_ok=True)

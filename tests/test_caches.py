@@ -1,0 +1,181 @@
+"""Caches on disk: what a result is named by, and files that are damaged, strange, too many, or cannot be written."""
+
+import json
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from inhand import caches, compiled
+from inhand.caches import Arrays, cached, keep, key_of, look_up, sources
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE
+
+MODULE = "inhand.hands.shapes"
+RESULT: Arrays = {"way": np.array(0.1), "cells": np.arange(6).reshape(2, 3)}
+HELD = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(caches.PLACE, str(tmp_path))
+    return tmp_path / "results"
+
+
+def same(found: Arrays | None, expected: Arrays = RESULT) -> bool:
+    if found is None or found.keys() != expected.keys():
+        return False
+    return all(found[name].dtype == each.dtype and np.array_equal(found[name], each) for name, each in expected.items())
+
+
+def test_what_is_known_is_not_computed_again(folder: Path) -> None:
+    computed = []
+
+    def compute() -> Arrays:
+        computed.append(1)
+        return RESULT
+
+    for _ in range(3):
+        assert same(cached("limit", HELD, MODULE, compute))
+    assert len(computed) == 1
+    assert [file.name for file in folder.iterdir()] == [key_of("limit", HELD, MODULE)]
+    cached("limit", (HELD[0], CATALOGUE["triangle"]), MODULE, compute)
+    assert len(computed) == 2
+    keep("nothing", {})
+    assert look_up("nothing") == {}
+
+
+def test_a_name_depends_on_all_that_the_result_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    hand, cube = HELD
+    inputs: list[object] = [
+        HELD,
+        (hand, replace(cube, mass=cube.mass * (1 + 1e-15))),
+        (replace(hand, left=replace(hand.left, bend=1)), cube),
+        (*HELD, None),
+        (hand, (cube,)),
+        ("12", "3"),
+        ("1", "23"),
+        (12, 3),
+        (12.0, 3),
+        np.arange(4),
+        np.arange(4.0),
+        np.arange(4).reshape(2, 2),
+        {"a": 1},
+        {"b": 1},
+    ]
+    keys = [key_of("limit", each, MODULE) for each in inputs]
+    keys += [key_of("plan", HELD, MODULE), key_of("limit", HELD, "inhand.hands.fit")]
+    monkeypatch.setattr(caches, "_versions", lambda: "another")
+    keys.append(key_of("limit", HELD, MODULE))
+    assert len(set(keys)) == len(keys)
+    with pytest.raises(TypeError, match="function is nothing that a cache can name a result by"):
+        key_of("limit", cached, MODULE)
+
+
+def test_sources_are_those_of_the_module_and_of_all_that_it_imports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "room").mkdir()
+    files = {
+        "room/a.py": "from inhand.room import (\n    b,\n)\n",
+        "room/b.py": "def f():\n    from inhand.c import X\n",
+        "c.py": "import numpy\nX = 1\n",
+        "room/other.py": "",
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    monkeypatch.setattr(caches, "PACKAGE", tmp_path)
+    digests = []
+    for changed in ("room/other.py", "room/a.py", "room/b.py", "c.py"):
+        with (tmp_path / changed).open("a", encoding="utf-8") as file:
+            file.write("# changed\n")
+        sources.cache_clear()
+        digests.append(sources("inhand.room.a"))
+        if changed == "room/other.py":
+            before = digests.pop()
+    sources.cache_clear()
+    assert len({before, *digests}) == 4
+    (tmp_path / "room/other.py").write_text("# again\n", encoding="utf-8")
+    assert sources("inhand.room.a") == digests[-1]
+    sources.cache_clear()
+
+
+@pytest.mark.parametrize("damage", [b"", b"no", "cut", "byte", "other"])
+def test_a_file_that_is_not_what_was_written_is_made_anew(folder: Path, damage: bytes | str) -> None:
+    key = key_of("limit", HELD, MODULE)
+    keep(key, RESULT)
+    assert same(look_up(key))
+    file, other = folder / key, folder / "limit-other"
+    content = file.read_bytes()
+    if damage == "other":  # a whole file of another name
+        keep(other.name, RESULT)
+        other.replace(file)
+    else:
+        spoilt = {"cut": content[:-1], "byte": content[:-9] + b"?" + content[-8:]}
+        file.write_bytes(damage if isinstance(damage, bytes) else spoilt[damage])
+    assert look_up(key) is None
+    assert same(cached("limit", HELD, MODULE, lambda: RESULT))
+    assert same(look_up(key))
+
+
+def test_without_a_place_to_write_every_run_computes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    for place in (tmp_path / "file", "off"):
+        monkeypatch.setenv(caches.PLACE, str(place))
+        assert same(cached("limit", HELD, MODULE, lambda: RESULT))
+        assert look_up(key_of("limit", HELD, MODULE)) is None
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert caches.base().name == "inhand"
+
+
+def test_what_was_not_used_for_longest_is_dropped(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [f"limit-{k}" for k in range(4)]
+    for age, name in enumerate(names[:3]):
+        keep(name, RESULT)
+        os.utime(folder / name, (age, age))
+    assert same(look_up(names[0]))  # now used last
+    size = (folder / names[0]).stat().st_size
+    monkeypatch.setattr(caches, "LARGEST", 3 * size)
+    keep(names[3], RESULT)
+    assert {path.name for path in folder.iterdir()} == {names[0], names[2], names[3]}
+
+
+def test_many_write_and_read_one_result_at_once(folder: Path) -> None:
+    results = [{"many": np.full(50_000, k)} for k in range(4)]
+
+    def work(k: int) -> Arrays | None:
+        keep("limit-one", results[k % 4])
+        return look_up("limit-one")
+
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(work, range(64)))
+    for each in found:
+        assert each is not None
+        assert_array_equal(each["many"], each["many"][0])
+    assert [path.name for path in folder.iterdir()] == ["limit-one"]
+
+
+def test_damaged_code_is_compiled_anew_and_where_none_can_be_kept_it_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def double(value: float) -> float:
+        return 2.0 * value
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert compiled.kernel(double)(2.0) == 4.0
+    folder = next(tmp_path.iterdir())
+    assert json.loads((folder / "double.json").read_text(encoding="utf-8"))
+    assert compiled.kernel(double)(2.0) == 4.0
+    assert caplog.text.count("compiling double of test_caches") == 1
+    (kept,) = folder.rglob("*.nbc")
+    kept.write_bytes(kept.read_bytes()[:-1] + b"?")
+    assert compiled.kernel(double)(2.0) == 4.0
+    assert caplog.text.count("compiling double of test_caches") == 2
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    assert compiled.kernel(double)(2.0) == 4.0
+    assert "set NUMBA_CACHE_DIR" in caplog.text

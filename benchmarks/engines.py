@@ -23,8 +23,8 @@ from inhand.control.draws import start_noise
 from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.geometry import Array, Path
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import Engine
+from inhand.sim.scene import SceneSpec
 from inhand.tasks.paths import stacked
 from timing import best_times, environment, verdict
 

@@ -1,8 +1,10 @@
-"""Time to wait for the 16-direction report, and for the command line's help.
+"""Time to wait for whole runs, and for commands that have nothing to do.
 
-Runs the commands as a user does, each in a new process, and takes the wall time from start to exit.
+Runs each as a user does, in a process of its own, and takes the wall time from start to exit, the least of several.
+Whole runs are warm: the first, which fills the caches on disk, does not count.
 
-Bounds: the report in less than 30 s, the help in less than 0.5 s.
+Bounds on two idle cores: a report of 16 directions with 3 trials each in 6 s, the letter R traced in 5 s; help and
+import in 0.3 s, a wrong name told in 0.5 s.
 Run: python benchmarks/report_time.py
 """
 
@@ -17,45 +19,63 @@ from pathlib import Path
 
 from timing import environment, verdict
 
-LONGEST_REPORT = 30.0
-"""Longest time for the report [s]."""
 START = "from inhand.cli import main; main()"
 """What the console script `inhand` runs."""
-LONGEST_HELP = 0.5
-"""Longest time for the help [s]."""
+QUICK: dict[str, tuple[float, int, tuple[str, ...]]] = {
+    "python alone": (0.3, 0, ("-c", "pass")),
+    "import inhand": (0.3, 0, ("-c", "import inhand")),
+    "inhand --help": (0.3, 0, ("-c", START, "--help")),
+    "inhand asterisk, a wrong hand": (0.5, 2, ("-c", START, "asterisk", "--hand", "nonsense")),
+    "inhand trace, a wrong path": (0.5, 2, ("-c", START, "trace", "--path", "nonsense")),
+    "inhand train, a wrong object": (0.5, 2, ("-c", START, "train", "--object", "nonsense")),
+    "inhand sweep, a wrong direction": (0.5, 2, ("-c", START, "sweep", "--directions", "nonsense")),
+}
+"""Longest time [s], exit status and words of what has nothing to do."""
+RUNS: dict[str, tuple[float, tuple[str, ...]]] = {
+    "inhand asterisk, 16 x 3": (6.0, ("asterisk",)),
+    "inhand trace --path R": (5.0, ("trace", "--path", "R")),
+}
+"""Longest time [s] and words of whole runs."""
 
 
-def wall_time(arguments: Sequence[str]) -> float:
-    """Return the time that an `inhand` command takes from start to exit [s].
+def wall_time(words: Sequence[str], status: int = 0) -> float:
+    """Return the time that Python takes from start to exit [s].
 
     Raises:
-        RuntimeError: the command failed.
+        RuntimeError: it ended with another status.
     """
 
     async def finish() -> int:
-        command = [sys.executable, "-c", START, *arguments]
-        process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.DEVNULL)
+        null = asyncio.subprocess.DEVNULL
+        errors = null if status else None
+        process = await asyncio.create_subprocess_exec(sys.executable, *words, stdout=null, stderr=errors)
         return await process.wait()
 
     start = time.perf_counter()
-    status = asyncio.run(finish())
-    if status != 0:
-        raise RuntimeError(f"inhand {' '.join(arguments)} ended with exit status {status}; its error text is above")
+    ended = asyncio.run(finish())
+    if ended != status:
+        raise RuntimeError(f"{' '.join(words)} ended with exit status {ended}; its error text is above")
     return time.perf_counter() - start
 
 
+def run_time(words: Sequence[str]) -> float:
+    """Return the time of a command that writes a folder [s], the second and third time that it runs."""
+    with tempfile.TemporaryDirectory() as folder:
+        times = [wall_time(("-c", START, *words, "--out", str(Path(folder) / str(number)))) for number in range(3)]
+    return min(times[1:])
+
+
 def main() -> None:
-    """Time both commands and print the results."""
-    help_time = min(wall_time(["--help"]) for _ in range(5))
-    report_times = []
-    for _ in range(2):
-        with tempfile.TemporaryDirectory() as folder:
-            out = str(Path(folder) / "report")
-            report_times.append(wall_time(["asterisk", "--directions", "all", "--trials", "1", "--out", out]))
-    report_time = min(report_times)
+    """Time everything and print the results."""
     print(environment())
-    print(f"inhand --help    {help_time:6.2f} s  (at most {LONGEST_HELP}: {verdict(help_time < LONGEST_HELP)})")
-    print(f"report of 16     {report_time:6.1f} s  (at most {LONGEST_REPORT}: {verdict(report_time < LONGEST_REPORT)})")
+    for name, (longest, status, words) in QUICK.items():
+        _tell(name, min(wall_time(words, status) for _ in range(5)), longest)
+    for name, (longest, words) in RUNS.items():
+        _tell(name, run_time(words), longest)
+
+
+def _tell(name: str, seconds: float, longest: float) -> None:
+    print(f"{name:32} {seconds:6.2f} s  (at most {longest}: {verdict(seconds < longest)})", flush=True)
 
 
 if __name__ == "__main__":

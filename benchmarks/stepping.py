@@ -22,8 +22,9 @@ from inhand.control.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 from timing import best_times, environment, verdict
 

@@ -30,7 +30,7 @@ from inhand.hands.fit import Held
 from inhand.learning.config import Training, default
 from inhand.learning.progress import JOURNAL
 from inhand.learning.runs import finished, resume, train
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from inhand.tracing.follow import follow
 from inhand.tracing.plan import Plan
 from inhand.tracing.tasks import find_task, fitting_plan

@@ -1,5 +1,7 @@
-"""The command line, called in the process of the tests."""
+"""The command line, called in the process of the tests or in one of its own."""
 
+import asyncio
+from pathlib import Path
 from typing import Protocol
 
 
@@ -8,3 +10,15 @@ class Call(Protocol):
 
     def __call__(self, *words: object) -> tuple[int, str, str]:
         """Run it with the words of a command line."""
+
+
+def in_a_process(program: Path | str, *words: Path | str, cwd: Path | None = None) -> tuple[int, str, str]:
+    """Run a program; return its exit code and what it printed on stdout and stderr."""
+
+    async def run() -> tuple[int, str, str]:
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(program, *words, cwd=cwd, stdout=pipe, stderr=pipe)
+        out, err = await asyncio.wait_for(process.communicate(), timeout=120)
+        return process.returncode or 0, out.decode(), err.decode()
+
+    return asyncio.run(run())

@@ -18,8 +18,9 @@ from inhand.hands.objects import parse_object_name
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import build_world, load_pybullet, touching_pairs
 from inhand.sim.engine import Simulator
-from inhand.sim.model import FAR, SceneSpec, build_model
+from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import FAR, SceneSpec
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions

@@ -1,8 +1,8 @@
 """The command line, end to end."""
 
-import asyncio
 import importlib.util
 import json
+import logging
 import re
 import sys
 from pathlib import Path
@@ -10,27 +10,16 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from PIL import Image
+from rich.console import Console
 
-from commands import Call
+from commands import Call, in_a_process
 from inhand import __version__
 from inhand.asterisk_test.comparison import HEADER
 from inhand.cli.evaluate import SPARE
-from inhand.cli.terminal import print_table
+from inhand.cli.terminal import print_table, progress
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SCRIPT = Path(sys.executable).with_name("inhand")
-
-
-def in_a_process(program: Path | str, *words: Path | str) -> tuple[int, str, str]:
-    """Run a program; return its exit code and what it printed on stdout and stderr."""
-
-    async def run() -> tuple[int, str, str]:
-        pipe = asyncio.subprocess.PIPE
-        process = await asyncio.create_subprocess_exec(program, *words, stdout=pipe, stderr=pipe)
-        out, err = await asyncio.wait_for(process.communicate(), timeout=120)
-        return process.returncode or 0, out.decode(), err.decode()
-
-    return asyncio.run(run())
 
 
 @pytest.fixture(scope="module")
@@ -284,28 +273,6 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, inhand: Call
     assert "--out" in err
 
 
-HELP = """
-import sys
-from inhand.cli import main
-sys.argv = ["inhand", *{words}]
-try:
-    main()
-except SystemExit as stop:
-    assert not stop.code, stop.code
-heavy = {{"mujoco", "numba", "matplotlib", "pandas", "scipy", "numpy", "similaritymeasures", "PIL"}}
-sys.exit(f"imported {{sorted(heavy & set(sys.modules))}}" if heavy & set(sys.modules) else 0)
-"""
-
-
-@pytest.mark.parametrize(
-    "words", [["--help"], ["asterisk", "--help"], ["reach", "--help"], ["metrics", "--help"], ["view", "--help"]]
-)
-def test_help_imports_nothing_heavy(words: list[str]) -> None:
-    code, out, err = in_a_process(sys.executable, "-c", HELP.format(words=words))
-    assert (code, err) == (0, "")
-    assert "usage: inhand" in out
-
-
 def test_the_version_is_told_by_the_command_and_by_the_module() -> None:
     told = in_a_process(sys.executable, "-m", "inhand", "--version")
     assert told == (0, f"inhand {__version__}\n", "")
@@ -331,3 +298,16 @@ def test_the_table_of_an_evaluation_fits_a_terminal_of_100_columns(
     assert max(map(len, table)) <= 100
     assert len([line for line in table if "-0.10 | 0.92" in line and row[-1] in line]) == 1
     assert told.startswith("Left out, for want of width: Contact")
+
+
+def test_what_the_package_logs_stands_in_the_bar_of_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    logger = logging.getLogger("inhand")
+    before = list(logger.handlers)
+    with progress() as screen:
+        logger.warning("compiling %s", "the planar engine")
+        console = Console(width=100)
+        with console.capture() as written:
+            console.print(screen.live.get_renderable())
+        assert "compiling the planar engine" in written.get()
+    assert logger.handlers == before

@@ -22,8 +22,9 @@ from inhand.hands.shapes import link_polygons
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import build_world, load_pybullet, prism_inertia
 from inhand.sim.engine import Simulator
-from inhand.sim.model import SceneSpec, build_measuring_model, build_model
+from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")

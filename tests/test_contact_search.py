@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +11,8 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import rehearsal
 from inhand.control.catalogue import planned_grasp
-from inhand.control.rehearsal import _farthest
-from inhand.control.trial import LOST_CONTACT, REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, unit
-from inhand.hands.fit import Held
 from inhand.hands.force_closure import force_closure
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, _grip_lines, fingers_clear, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
@@ -215,20 +211,6 @@ def test_a_point_is_moved_along_as_far_as_the_joints_limits_let_it() -> None:
     moved = moved_along(finger, joints, tip, np.array([[0.0, -0.05]]))
     assert moved[0, 0] == pytest.approx(finger.limits[0][1])
     assert (np.array(finger.limits)[:, 0] <= moved).all()
-
-
-def test_of_two_grasps_the_one_that_keeps_the_object_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However much farther the other one went."""
-    spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
-    poses = poses_along(spec, 90.0)
-    ((first, second, *_),) = plan_grasps(spec, cube, poses)
-    expert = SimpleNamespace(progress=np.array([0.14, 0.02]))
-    monkeypatch.setattr(rehearsal, "IkController", lambda *_: expert)
-    for outcomes, best in (((LOST_CONTACT, REACHED), second), ((TIME_OUT, REACHED), first)):
-        monkeypatch.setattr(rehearsal, "simulate", lambda *_, told=outcomes: (None, SimpleNamespace(outcomes=told)))
-        (found,), (worth,) = _farthest(Held(spec, cube), [[first, second]], (poses, poses[:, 0]), None, "mujoco")
-        assert found is best
-        assert worth == (0.02 if best is second else 0.14)
 
 
 def test_a_finger_that_cannot_roll_to_where_the_object_stands_closes_where_it_was_planned() -> None:

@@ -23,8 +23,9 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import load_pybullet
-from inhand.sim.model import SceneSpec, build_measuring_model, build_model
+from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import LARGEST, State, ran_away, select
 from inhand.tasks.paths import straight_path
@@ -156,13 +157,13 @@ class Breaking(MujocoSimulator):
     at: int = 0
     taken: int = 0
 
-    def step(self, targets: Array, substeps: int) -> State:
+    def step(self, targets: Array, substeps: int, active: NDArray[np.bool_] | None = None) -> State:
         """Break down when it is time, then step."""
         assert np.isfinite(targets).all()
         self.taken += 1
         if self.taken == self.at:
             break_down(self, self.world)
-        return super().step(targets, substeps)
+        return super().step(targets, substeps, active)
 
 
 def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:

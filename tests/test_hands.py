@@ -15,8 +15,9 @@ from inhand.hands.names import CATALOGUE, FINGER_LENGTH, parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.touch import touch
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 STANDARD_HAND = parse_hand_name(STANDARD)

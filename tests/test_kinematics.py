@@ -18,7 +18,8 @@ from inhand.hands.kinematics import (
 )
 from inhand.hands.names import CATALOGUE, parse_hand_name
 from inhand.hands.objects import parse_object_name
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
+from inhand.sim.scene import SceneSpec
 
 FINGERS = [finger for name in CATALOGUE for finger in parse_hand_name(name).fingers]
 finger_and_angles = st.sampled_from(FINGERS).flatmap(

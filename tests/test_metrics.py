@@ -90,6 +90,13 @@ def test_asterisk_target_rotation_and_raw_path() -> None:
     assert got.max_err == pytest.approx(0.15 / plain.arc_len)
 
 
+@settings(max_examples=40, deadline=None)
+@given(PATHS, PATHS)
+def test_the_frechet_distance_is_the_librarys_own(one: Array, other: Array) -> None:
+    for a, b in ((one, other), (other, one), (one, other[:1]), (np.c_[one, one[:, 0]], np.c_[other, -other[:, 1]])):
+        assert geometry.frechet(a, b) == pytest.approx(similaritymeasures.frechet_dist(a, b), rel=1e-12, abs=1e-12)
+
+
 @pytest.mark.parametrize("rows", [2, 40, 130])
 def test_the_area_is_the_librarys_own(rows: int) -> None:
     """Points are put into the shorter curve as the library does, faster."""

@@ -12,8 +12,8 @@ from inhand.geometry import Array, cross
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, outline, parse_object_name, polygon
 from inhand.hands.touch import touch
-from inhand.sim.model import SceneSpec
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 SPECS = list(CATALOGUE.values())

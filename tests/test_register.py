@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ import pytest
 import inhand as front
 from commands import Call
 from inhand.asterisk_test.report import Run
-from inhand.asterisk_test.user_metrics import METRICS
+from inhand.asterisk_test.user_metrics import METRICS, UserMetric, measured
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.phases import PHASES
 from inhand.control.policy import PolicyController
@@ -38,6 +38,10 @@ def hook():
 @inhand.register.metric("highest_mm")
 def highest(trial):
     return float(trial.manipulated_path()[0][:, 1].max())
+
+@inhand.register.metric("broken")
+def broken(trial):
+    return 1 / 0
 
 @inhand.register.phase("hold", longest=0.2)
 class Hold:
@@ -114,10 +118,11 @@ def test_a_word_runs_along_its_own_path(own: Path) -> None:
 
 
 def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
-    own: Path, inhand: Call, tmp_path: Path
+    own: Path, inhand: Call, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     words = ("--directions", f"{own}:{own.stem}", "--trials", 1, "--noise-mm", 0, "--out", tmp_path / "run")
-    code, out, err = inhand("asterisk", *words, "--metrics", f"{own}:highest_mm", "--phases", f"{own}:hold")
+    metrics = "--metrics", f"{own}:highest_mm", f"{own}:broken"
+    code, out, err = inhand("asterisk", *words, *metrics, "--phases", f"{own}:hold")
     assert (code, err) == (0, ""), err
     assert own.stem in out
     run = front.load(tmp_path / "run")
@@ -128,11 +133,26 @@ def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
     assert path[-1, 0] == pytest.approx(20.0, abs=1.5)
     assert run.table()["limit_mm"][0] == pytest.approx(20.0)
     assert run.table()["more.highest_mm"][0] == path[:, 1].max()
+    told = f"Metric broken gave no number for 1 of 1 trials ({own.stem}, trial 1: ZeroDivisionError: division by zero)"
+    assert told in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
+    assert [record.message.startswith(told) for record in caplog.records] == [True]
+    assert np.isnan(run.table()["more.broken"][0])
     held = run.trials[0].phase == run.trials[0].phases.index("hold")
     assert run.trials[0].phases == ("place", "grasp", "hold", "manipulate")
     assert held.sum() == 10
     assert ">more.highest_mm</th>" in run._repr_html_()
     assert run._repr_png_().startswith(b"\x89PNG")
+
+
+def test_a_metric_that_gives_no_number_costs_no_trial_and_says_why() -> None:
+    for name, metric in {"broken": lambda _: 1 / 0, "wordy": lambda _: "far", "two": lambda _: 2}.items():
+        front.register.metric(name)(cast("UserMetric", metric))
+    values, wrong = measured(cast("Any", None), ["broken", "wordy", "two"])
+    assert np.isnan([values["broken"], values["wordy"]]).all()
+    assert values["two"] == 2.0
+    assert wrong["broken"] == "ZeroDivisionError: division by zero"
+    assert wrong["wordy"].startswith("metric 'wordy' gives ")
+    assert list(wrong) == ["broken", "wordy"]
 
 
 def installed(folder: Path, module: str, text: str) -> None:

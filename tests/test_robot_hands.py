@@ -27,7 +27,8 @@ from inhand.hands.robot_outlines import FLATTENING, collision_geoms, convex_outl
 from inhand.hands.shapes import link_outline, link_polygons, palm_outline
 from inhand.hands.touch import outline_support, touch
 from inhand.sim.bullet_model import build_world, load_pybullet
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
+from inhand.sim.scene import SceneSpec
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 GRIPPER = EXAMPLES / "gripper.toml"

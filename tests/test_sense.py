@@ -18,7 +18,7 @@ from inhand.control.user_policy import user_policy
 from inhand.geometry import Array, Path
 from inhand.learning.batch import Batch
 from inhand.learning.environment_config import EnvironmentConfig
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
 from inhand.tasks.paths import straight_path

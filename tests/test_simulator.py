@@ -17,8 +17,9 @@ from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.touch import touch
 from inhand.sim.engine import Simulator
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import CONTACT_TOLERANCE, State, select
 
 every_hand = pytest.mark.parametrize("hand_name", HAND_NAMES)

@@ -12,8 +12,9 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from test_simulator import BOXES, CUBE, HAND, assert_same, run, shaken

@@ -81,6 +81,9 @@ def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
     )
     again = json.loads((tmp_path / "again" / "trace.json").read_text())
     assert again["followed"] == content["followed"]
+    del again["config"]["engine"]
+    (tmp_path / "again" / "trace.json").write_text(json.dumps(again))
+    assert front.load(tmp_path / "again").config.engine == "mujoco"  # as every run before there was another
     (tmp_path / "again" / "trials" / "square_2.npz").unlink()
     with pytest.raises(InputError, match=r"trace.json: it tells of 2 trials, and 1 are there; run it again"):
         front.load(tmp_path / "again")
@@ -131,7 +134,7 @@ def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None
     assert text.startswith(f"# Square of 30 mm by ik: cube_39 with {STANDARD}\n")
     assert "| 1 | reached | 100.0 |" in text
     assert "Every trial followed its plan to the end without a failure." in text
-    assert "2 trial(s) of 5 primitives, 1 of them an approach, then 120 mm of way" in text
+    assert "2 trials of 5 primitives, 1 of them an approach, then 120 mm of way" in text
     for picture in re.findall(r"!\[.*\]\((.*)\)", text):
         assert (run / picture).is_file()
     held = "--hand 2v2_50.50_50.50_1.1_53 --object cube_39 --engine planar --seed 4 --noise-mm 1.0 --noise-deg 1.0"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import pytest
 from PIL import Image
@@ -21,10 +23,12 @@ from inhand.errors import InputError
 from inhand.learning import train as trains
 from inhand.learning.config import preset
 from inhand.learning.report import Compared
+from inhand.learning.run_cards import read_config
 from inhand.learning.train import Trained
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Evaluation
+    from inhand.learning.progress import Learned
 
 learns = pytest.mark.skipif(
     importlib.util.find_spec("jax") is None, reason="learning needs the extra `rl`: pip install 'inhand[rl]'"
@@ -81,7 +85,11 @@ def check_loaded(run: Path, folder: Path) -> None:
     trained, compared = front.load(run), front.load(folder / "evaluated")
     assert isinstance(trained, Trained)
     assert isinstance(compared, Compared)
-    assert (trained.config.episodes, trained.config.seed) == (60, 2)
+    assert (trained.config.episodes, trained.config.seed, trained.config.engine) == (60, 2, "planar")
+    card = json.loads((run / "config.json").read_text())
+    del card["config"]["engine"]
+    (folder / "config.json").write_text(json.dumps(card))
+    assert read_config(folder).engine == "mujoco"  # what a card that names none was trained in
     assert len(trained.table()) == 16
     assert trained.policy.trained["seed"] == 2
     assert trained._repr_png_().startswith(b"\x89PNG")
@@ -151,7 +159,7 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
     assert "holds the results of a run; give another folder, or --overwrite" in err
     monkeypatch.setattr(command.Watch, "evaluated", evaluated)
     with monkeypatch.context() as patch:
-        patch.setattr(trains, "write_training", lambda *_: sys.exit(137))  # killed before the figures
+        patch.setattr("inhand.learning.report.write_training", lambda *_: sys.exit(137))  # killed before the figures
         assert inhand("train", "--out", run, "--resume")[0] == 137
     assert not (run / "report.md").exists()
     code, out, err = inhand("train", "--out", run, "--resume")
@@ -176,6 +184,21 @@ def test_settings_reach_a_training_and_its_parts() -> None:
         front.train(episodes=3, out="nowhere", resume=True)
     with pytest.raises(InputError, match="unknown preset 'best'"):
         front.train(preset="best")
+
+
+def test_a_wrong_preset_is_told_the_presets_in_their_order(inhand: Call) -> None:
+    code, _, err = inhand("train", "--preset", "foo")
+    assert code == 2
+    assert re.findall(r"'(\w+)'", err.partition("Expected")[2]) == ["default", "thesis", "smoke", "None"]
+
+
+def test_a_title_tells_names_not_files(tmp_path: Path) -> None:
+    (tmp_path / "file.toml").write_text('name = "brick"\nshape = "box"\nsize_mm = [30, 40, 100]\n')
+    config = replace(preset("smoke"), object=str(tmp_path / "file.toml"))
+    run = Trained(config, tmp_path, cast("Learned", None))
+    assert run.title == f"smoke training, brick with {config.hand}, seed {config.seed}"
+    (tmp_path / "file.toml").unlink()
+    assert f"{tmp_path / 'file.toml'} with" in run.title
 
 
 def test_what_is_kept_at_each_stage(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """Radar, donut and single-trial figures: they render from nothing to sixteen directions and show their input."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -12,6 +14,7 @@ from inhand.geometry import Array, unit
 from inhand.plots.donut import DonutSeries, donut_figure
 from inhand.plots.path import TrialPath, orientation_ticks, path_figure
 from inhand.plots.radar import RadarSeries, draw_radar, radar_figure
+from inhand.plots.save import save_figure
 from inhand.plots.shapes import SceneOutline
 from inhand.plots.sheet import new_figure
 from inhand.plots.style import INK
@@ -54,6 +57,17 @@ def dashed(ax: Axes) -> list[Line2D]:
 
 def directions(names: dict[float, str]) -> list[tuple[str, float]]:
     return [(name, angle) for angle, name in names.items()]
+
+
+def test_a_sheet_that_is_drawn_on_again_shows_what_a_new_one_would(outline: SceneOutline, tmp_path: Path) -> None:
+    many, few = np.linspace(0, 60, 40), np.linspace(0, 7, 12)
+    first = TrialPath("Out", 90.0, np.c_[0 * many, many], many, np.ones((40, 2), bool), ("left", "right"))
+    other = TrialPath("Right", 0.0, np.c_[few, few / 9], -few, np.eye(12, 2) > 0, failed=True)
+    again = path_figure(first, outline=outline, title="the first", subtitle="of two")
+    save_figure(again, tmp_path / "first.png")
+    for name, on in (("again", again), ("new", None)):
+        save_figure(path_figure(other, title="the other", again=on), tmp_path / f"{name}.png")
+    assert (tmp_path / "again.png").read_bytes() == (tmp_path / "new.png").read_bytes()
 
 
 def test_radar_stands_like_the_compass_and_closes_each_line() -> None:

@@ -18,8 +18,9 @@ from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.objects import ObjectSpec, convex_pieces, polygon, polygon_object
 from inhand.hands.polygons import is_box, separation
 from inhand.hands.shapes import link_polygons
-from inhand.sim.model import POINT, SceneSpec, build_measuring_model, build_model
+from inhand.sim.model import POINT, build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 from inhand.sim.walls import Wall, clearance
 from inhand.tasks.paths import straight_path

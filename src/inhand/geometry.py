@@ -67,6 +67,27 @@ def length(points: Array) -> float:
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
+def frechet(one: Array, other: Array) -> float:
+    """Return the discrete Frechet distance of two lists of points `(N, d)` and `(M, d)`.
+
+    It is how far two points, one on each list, must come apart at least, where both go from start to end and never back
+    (Eiter and Mannila 1994). Pairs are looked at a diagonal at a time, of which each needs the two before it.
+    """
+    short, long = sorted((one, other), key=len)
+    count = len(short)
+    squares = sum(np.square(a[:, None] - b) for a, b in zip(short.T, long.T, strict=True))
+    padded = np.pad(squares, ((0, 0), (0, count)), constant_values=np.inf)
+    diagonals = padded.ravel()[:-count].reshape(count, -1).T.copy()  # that row shifted by its number
+    before, last, now = np.full((3, count + 1), np.inf)
+    last[1] = squares[0, 0]
+    for diagonal in diagonals[1:]:
+        least = np.minimum(before[:-1], last[:-1], out=now[1:])
+        np.minimum(least, last[1:], out=least)
+        np.maximum(least, diagonal, out=least)
+        before, last, now = last, now, before
+    return float(np.sqrt(last[-1]))
+
+
 def interpolate(wanted: ArrayLike, knots: Array, rows: Array) -> Array:
     """Return rows `(..., k)` at places `(...)`, linear between rows `(S, k)` at knots `(S,)`, the ends held."""
     return np.stack([np.interp(np.asarray(wanted, dtype=float), knots, column) for column in rows.T], axis=-1)

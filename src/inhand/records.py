@@ -167,7 +167,7 @@ def _complaint(error: str, entry: object, kind: Kind) -> str:
         wanted = reduce(
             lambda outer, step: (outer if isinstance(outer, dict) else get_type_hints(outer))[step], steps, kind
         )
-        allowed = [str(each) for each in _allowed(wanted) if each is not type(None)]
+        allowed = [str(each) for each in _allowed(wanted) if each not in (None, type(None))]
         return f"{field} is {held}; it must be {' or '.join(allowed)}{near_matches(str(value), allowed)}"
     return f"{field}: {message}" if field else message
 

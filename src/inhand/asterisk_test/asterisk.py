@@ -1,16 +1,19 @@
-"""The Asterisk Test as a function: what to run in, a finished run out."""
+"""The Asterisk Test as a function: what to run in, a finished run out; what reports is imported once all is run."""
 
+from __future__ import annotations
+
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.beside import Beside, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
-from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.control.trial import Trial
@@ -21,6 +24,9 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import listed, several
 from inhand.sim.names import Engine
+
+if TYPE_CHECKING:
+    from inhand.asterisk_test.report import Run
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
@@ -100,9 +106,13 @@ def ready(config: AsteriskConfig) -> Ready:
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
     """Simulate, measure, and return the finished run."""
+    from inhand.asterisk_test.report import Run
+
     notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
+    for sentence in metric_faults(results):
+        logging.getLogger("inhand").warning(sentence)
     return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)
 
 

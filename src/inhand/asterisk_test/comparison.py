@@ -1,10 +1,11 @@
 """A learned policy and the expert from the same starts: what both do, and one table for both."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, averaged, result_of_human, tidy
@@ -14,6 +15,9 @@ from inhand.control.trial import LOST, Trial
 from inhand.errors import InputError
 from inhand.pages import spread
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 GROUPS = (("Trained directions", TRAIN), ("Unseen directions", UNSEEN))
 """The directions that training may see, and the eight that it never sees (thesis 3.3)."""
@@ -89,11 +93,11 @@ def rows(
     return [_row(name, [each[each.direction.isin(of)] for each in (*both, human)], policy.shown) for name, of in every]
 
 
-def _row(name: str, found: Sequence[pd.DataFrame], count: int) -> tuple[str, ...]:
+def _row(name: str, found: Sequence[DataFrame], count: int) -> tuple[str, ...]:
     """Return a row of the policy's trials, the expert's and people's, of whose first so many distances are shown."""
     shown = [each[each.trial <= count] for each in found[:2]]
 
-    def both(told: Callable[[pd.DataFrame], str], of: Sequence[pd.DataFrame] = shown) -> str:
+    def both(told: Callable[[DataFrame], str], of: Sequence[DataFrame] = shown) -> str:
         return " | ".join(told(each) for each in of)
 
     return (
@@ -109,6 +113,6 @@ def _row(name: str, found: Sequence[pd.DataFrame], count: int) -> tuple[str, ...
     )
 
 
-def _distance(trials: pd.DataFrame) -> str:
+def _distance(trials: DataFrame) -> str:
     """Return the mean distance, and its SD where all are of one direction."""
     return spread(trials.reached.mean(), trials.reached.std() if len(set(trials.direction)) == 1 else math.nan)

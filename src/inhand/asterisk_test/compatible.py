@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import similaritymeasures
 
 from inhand import geometry
 from inhand.asterisk_test.metrics import check_rows
-from inhand.geometry import Array
+from inhand.geometry import Array, frechet
 
 LINE_LENGTH = 0.5
 """Length of the target line, normalised."""
@@ -95,8 +94,8 @@ def _measure(path: Array, turn: Array, raw: Array, angle_deg: float | None, targ
         mvt_eff=_over(dist, arc_len),
         max_err=_over(lateral, arc_len),
         max_err_rot=_over(rotation, arc_len),
-        t_fd=_frechet(path, target),
-        fd=_frechet(np.column_stack([path, turn]), np.column_stack([target, level])),
+        t_fd=frechet(path, target),
+        fd=frechet(np.column_stack([path, turn]), np.column_stack([target, level])),
         area_btwn=_area(path, target),
         max_a_reg=region,
         max_a_loc=centre / LINE_LENGTH,
@@ -126,7 +125,9 @@ def _largest_window(aligned: Array, dist: float) -> tuple[float, float]:
 
 
 def _area(path: Array, target: Array) -> float:
-    """Return the library's area between two curves, or NaN where one of them is no curve."""
+    """Return the library's area between two curves, or NaN where one of them is no curve; it is imported now."""
+    import similaritymeasures
+
     if min(len(path), len(target)) < 2:
         return math.nan
     shorter, longer = sorted((target, path), key=len)  # the longer one comes first, as the library has it
@@ -154,10 +155,6 @@ def _filled(curve: Array, count: int) -> Array:
 
 def _gap(one: list[float], other: list[float]) -> float:
     return math.sqrt((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2)
-
-
-def _frechet(path: Array, target: Array) -> float:
-    return float(similaritymeasures.frechet_dist(path, target))
 
 
 def _over(part: float, whole: float) -> float:

@@ -4,13 +4,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import similaritymeasures
 from numpy.typing import NDArray
 
 from inhand import geometry
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.errors import InputError
-from inhand.geometry import Array, distance_to, interpolate, longest_run
+from inhand.geometry import Array, distance_to, frechet, interpolate, longest_run
 
 TARGET_POINTS = 100
 """Points on the straight segment of the Frechet distance, as in the Asterisk Test."""
@@ -100,6 +99,11 @@ def counted_rows(contact: NDArray[np.bool_]) -> int:
     return len(held) if held.all() else max(int(np.argmin(held)), 1)
 
 
+def progress(path_mm: Array, angle_deg: float) -> Array:
+    """Return how far each row of a path is from its start, along a direction and to its left `(T, 2)` [mm]."""
+    return geometry.rotate(-math.radians(angle_deg), path_mm - path_mm[0])
+
+
 def measure_human(trial: HumanTrial) -> Metrics:
     """Return the primary metrics of a recorded trial, from its smoothed rows without the rest before and after."""
     rows = slice(*trial.moving)
@@ -118,7 +122,7 @@ def _measure_rows(
         error = np.abs(turn - turn[0])
         efficiency = _share(float(error[-1]), float(np.abs(np.diff(turn)).sum()))
     else:
-        along, across = geometry.rotate(-math.radians(angle_deg), path).T
+        along, across = progress(path, angle_deg).T
         lateral, error = np.abs(across), np.abs(turn - target_deg)
         efficiency = _share(float(along[-1]), arc)
     off = None if reference is None else distance_to(path[:, None], reference[:-1], reference[1:]).min(axis=1)
@@ -156,7 +160,7 @@ def _frechet(path: Array, distance: float, angle_deg: float | None) -> float:
         path = interpolate(np.arange(knots[-1] + 1), knots, path)
     target = np.linspace(0.0, length, TARGET_POINTS)[:, None] * geometry.unit(math.radians(angle_deg or 0.0))
     # A rotation has no segment but a point, from which the largest distance is the Frechet distance.
-    return float(similaritymeasures.frechet_dist(path, target if length > 0.0 else target[:1]))
+    return frechet(path, target if length > 0.0 else target[:1])
 
 
 def _share(part: float, whole: float) -> float:

@@ -1,16 +1,15 @@
 """Reach as a function: how far a hand could carry an object, whatever controls it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-from matplotlib.figure import Figure
 
 from inhand.asterisk_test.config import ReachCommand
-from inhand.asterisk_test.reach_figure import reach_figure
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS, assumed, load_hand, load_object
@@ -18,12 +17,15 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
-from inhand.plots.save import save_figure
 from inhand.records import read_record
 from inhand.shown import Shown, frame, listed, saved
 from inhand.tasks.primitives import Primitive, parse_directions
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 MARK = "reach.json"
 """The file that marks a folder as one of a reach."""
@@ -64,7 +66,7 @@ class Reach(Shown):
         """Twists that translations hold [deg]; none where everything only rotates."""
         return tuple(dict.fromkeys(f.primitive.rotation_deg for f in self.limits if f.primitive.angle_deg is not None))
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> DataFrame:
         """Return a row for each direction: its limit and the last grip."""
         return frame([_entry(limit) for limit in self.limits])
 
@@ -74,6 +76,8 @@ class Reach(Shown):
         Raises:
             InputError: there are only rotations.
         """
+        from inhand.asterisk_test.reach_figure import reach_figure
+
         if not self.twists:
             raise InputError("only rotations were asked for, which have no workspace to draw: add a direction")
         chosen = self.twists[0] if twist is None else twist
@@ -83,6 +87,8 @@ class Reach(Shown):
 
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""
+        from inhand.plots.save import save_figure
+
         for twist in self.twists:
             name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
             save_figure(self.figure(twist), folder / name)

@@ -22,10 +22,10 @@ from inhand.asterisk_test.scenes import (
     trial_path,
     turn_series,
 )
-from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.pages import again, listed, options, page_of, pictured, table_of
+from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import donut_figure
@@ -123,8 +123,8 @@ def page(run: Run, pictures: Sequence[str]) -> str:
     config, table = run.config, shown_columns(table_rows(run.results, run.people))
     return page_of(
         f"# Asterisk Test: {run.subject}",
-        f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
-        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        f"{counted(config.trials, 'trial')} for each direction along {config.paths} paths, start noise"
+        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
         " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
         " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
@@ -133,7 +133,7 @@ def page(run: Run, pictures: Sequence[str]) -> str:
         table_of(*with_beside(*table, run.name, run.beside)),
         listed([f"{other.name}: {', '.join(other.settings)}." for other in run.beside], "Set beside it"),
         endings(run.results),
-        listed(failures(run.results), "What failed"),
+        listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),
         listed(run.notes),
         "## Figures",
@@ -215,7 +215,7 @@ def _title(run: Run) -> str:
 def _subtitle(run: Run) -> str:
     count = len({result.trial for result in run.results})
     passport = run.trials[0].passport
-    return f"{passport.hand.name}, {passport.object.name}; mean of {count} trial{'s' if count > 1 else ''} a direction"
+    return f"{passport.hand.name}, {passport.object.name}; mean of {counted(count, 'trial')} a direction"
 
 
 def _asterisks(run: Run, folder: Path) -> list[str]:
@@ -251,7 +251,7 @@ def side_by_side(run: Run, title: str) -> Figure:
         panels.insert(0, Panel(other.name, other.told, others, scene))
     if run.people:
         people = human_curves(run.people, [curve.name for curve in curves])
-        panels.insert(0, Panel("Human", f"{len(run.people)} recorded trials", tuple(people)))
+        panels.insert(0, Panel("Human", counted(len(run.people), "recorded trial"), tuple(people)))
     return panels_figure(panels, title)
 
 
@@ -296,11 +296,12 @@ def _replay(run: Run, folder: Path) -> str:
 
 def _paths(run: Run, folder: Path) -> list[str]:
     pictures: list[str] = []
+    figure = None
     for trial, result in zip(run.trials, run.results, strict=True):
         if result.trial != 1 or result.angle_deg is None:
             continue
         told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"
-        figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle)
+        figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle, again=figure)
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"
         pictures.append(save_picture(figure, folder, f"paths/{file_name(result.direction)}.png", text))
     return pictures

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from inhand.asterisk_test.averages import summarise
 from inhand.asterisk_test.compatible import AsteriskMetrics, measure_asterisk
 from inhand.asterisk_test.labels import is_averaged, labels_of
-from inhand.asterisk_test.metrics import Metrics, measure, measure_human
+from inhand.asterisk_test.metrics import Metrics, measure, measure_human, progress
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -67,9 +67,10 @@ class Result:
     """Deepest overlap of a link and the object in any row of the trial [mm]; None for people."""
     unseen: Unseen = ALL_SEEN
     """Frames of a recording in which the camera did not see the object."""
-    more: tuple[tuple[str, float], ...] = ()
-    """Names and values of users' metrics."""
-
+    more: dict[str, float] = field(default_factory=dict)
+    """Values of users' metrics by name, NaN where one gave none,"""
+    wrong: dict[str, str] = field(default_factory=dict)
+    """and why it gave none."""
     bent: bool = False
     """Whether its reference path is not the straight line along the direction."""
 
@@ -105,8 +106,9 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
     )
     lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
     first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
-    carried = measure(path, rotation, angle, target_rotation_deg=target).max_distance_mm
+    carried = 0.0 if angle is None else float(progress(path, angle)[:, 0].max())
     hand = passport.hand.name.partition("_")[0]
+    more, wrong = measured(trial, metrics)
     labels, original = _normalised((path, path), rotation, (angle, target), hand, compatible)
     return Result(
         passport.primitive,
@@ -122,8 +124,9 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         _limit(passport),
         trial.force_max_n,
         trial.penetration_max_mm,
-        more=measured(trial, metrics),
-        bent=angle is not None and measure(reference, None, angle).lateral_max_mm > BENT_MM,
+        more=more,
+        wrong=wrong,
+        bent=angle is not None and np.abs(progress(reference, angle)[:, 1]).max() > BENT_MM,
     )
 
 
@@ -199,7 +202,7 @@ def as_entry(result: Result) -> dict[str, Any]:
         "source": result.source,
     }
     if result.more:
-        entry["more"] = dict(result.more)
+        entry["more"] = result.more
     if result.unseen.frames:
         entry["unseen"] = asdict(result.unseen)
     if result.compatible is not None:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-import pandas as pd
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -58,6 +57,19 @@ def failures(results: Sequence[Result]) -> list[str]:
     return sentences
 
 
+def metric_faults(results: Sequence[Result]) -> list[str]:
+    """Return one sentence for every metric of the user's that gave no number for a trial: for how many, and why."""
+    sentences = []
+    for name in dict.fromkeys(name for result in results for name in result.wrong):
+        bad = [result for result in results if name in result.wrong]
+        first = f"{bad[0].direction}, trial {bad[0].trial}: {bad[0].wrong[name]}"
+        sentences.append(
+            f"Metric {name} gave no number for {len(bad)} of {len(results)} trials ({first}). Mend it; inhand.load of"
+            " the run's folder measures the trials again."
+        )
+    return sentences
+
+
 def _where(bad: Sequence[Result]) -> str:
     """Return how far trials of one direction went, beside what the hand could do or the thesis would have counted."""
     limit, unit = bad[0].limit, _unit(bad) or " mm"
@@ -75,7 +87,9 @@ def endings(results: Sequence[Result]) -> str:
     kept = [result for result in results if result.kept]
     if not kept:
         return "No trial carried the object to the end of its path or of its grip."
-    whole = f"{len(kept)} of {len(results)} trials" if len(kept) < len(results) else f"All {len(kept)} trials"
+    whole = f"All {len(kept)} trials" if len(kept) > 1 else "The trial"
+    if len(kept) < len(results):
+        whole = f"{len(kept)} of {len(results)} trials"
     path, grip = (sum(result.outcome == outcome for result in kept) for outcome in (REACHED, GRIP_END))
     where = [f"{path} came to the end of their path"] * (path > 0)
     where += [f"{grip} stopped where the grip was predicted to end"] * (grip > 0)
@@ -115,7 +129,9 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
 
 def _reached(group: Sequence[Result]) -> str:
     """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
-    values = pd.Series([result.reached for result in group], dtype=float)
+    from pandas import Series
+
+    values = Series([result.reached for result in group], dtype=float)
     return spread(values.mean(), values.std()) + _unit(group)
 
 

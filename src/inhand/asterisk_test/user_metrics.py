@@ -1,5 +1,6 @@
 """Metrics that users add: functions of a trial, measured beside the package's own."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 
@@ -14,13 +15,23 @@ UserMetric = Callable[[Trial], float]
 """Gives the number of a trial."""
 
 
-def measured(trial: Trial, names: Sequence[str]) -> tuple[tuple[str, float], ...]:
-    """Return names and values of users' metrics.
+def measured(trial: Trial, names: Sequence[str]) -> tuple[dict[str, float], dict[str, str]]:
+    """Return the values of users' metrics by name, and what went wrong in those that gave none, whose value is NaN.
+
+    A trial takes long to simulate: no mistake in a metric may cost it.
 
     Raises:
-        InputError: there is no metric of a name, or one gives no number.
+        InputError: there is no metric of a name.
     """
-    return tuple((name.rpartition(":")[2], METRICS.known(name)(trial)) for name in names)
+    values: dict[str, float] = {}
+    wrong: dict[str, str] = {}
+    for metric, name in [(METRICS.known(name), name.rpartition(":")[2]) for name in names]:
+        try:
+            values[name] = metric(trial)
+        except Exception as error:
+            told = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+            values[name], wrong[name] = math.nan, told
+    return values, wrong
 
 
 def _metric(name: str, given: object) -> UserMetric:

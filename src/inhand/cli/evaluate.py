@@ -7,7 +7,6 @@ from inhand.cli.terminal import print_table, say
 from inhand.folders import run_folder
 from inhand.learning.commands import EvaluateConfig
 from inhand.learning.evaluate import finish_evaluation, ready_evaluation
-from inhand.learning.report import summary
 
 SPARE = ("Contact", "Turn [deg]", "Human [mm]")
 """Columns that a narrow terminal does without, the first first."""
@@ -19,6 +18,8 @@ def run_evaluate(config: EvaluateConfig) -> None:
     with run_folder(config.out, overwrite=config.overwrite) as folder:
         found = finish_evaluation(config, known, simulated)
         found.write(folder)
+    from inhand.learning.report import summary
+
     for title, group in GROUPS:
         both = f"{title}: {found.policy.name} | {found.expert.name}"
         print_table(both, HEADER, rows(found.policy, found.expert, found.people, group), spare=SPARE)

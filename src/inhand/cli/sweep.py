@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from inhand.asterisk_test.sweep import run, tables
+from inhand.asterisk_test.sweep import run
 from inhand.asterisk_test.sweep.cells import Job
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.sweep import Plan, computed
@@ -34,6 +34,8 @@ def run_sweep(config: SweepConfig) -> None:
 
     done = run.run_sweep(config, compute)
     done.save(config.out)
+    from inhand.asterisk_test.sweep import tables
+
     for make in (tables.hands_table, tables.best_by_direction, tables.best_by_object):
         table = make(done.sweep)
         print_table(table.title, table.header, table.rows, spare=SPARE)

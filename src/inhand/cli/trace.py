@@ -3,9 +3,8 @@
 from inhand.cli.terminal import print_table, progress, say, trials_shown
 from inhand.folders import run_folder
 from inhand.tracing import tracing
-from inhand.tracing.config import TraceConfig
+from inhand.tracing.config import MARK, TraceConfig
 from inhand.tracing.follow import Followed
-from inhand.tracing.report import MARK
 from inhand.tracing.run import TraceSetup, check_trace, prepare_trace, simulate_trace
 from inhand.tracing.table import faults, trace_rows, what_was_done
 from inhand.tracing.trace import Trace

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from inhand.control.trial import load_trial
 from inhand.errors import InputError
-from inhand.sim.viewer import play
 
 
 def run_view(path: Path, speed: float) -> None:
@@ -20,4 +19,6 @@ def run_view(path: Path, speed: float) -> None:
     trial = load_trial(path)
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise InputError("no display here: `inhand view` needs a screen; a run's figures/replay.gif needs none")
+    from inhand.sim.viewer import play
+
     play(trial.passport.hand, trial.passport.object, trial.joint_angles, trial.object_pose, trial.time / speed)

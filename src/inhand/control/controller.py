@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 SUBSTEPS = 5

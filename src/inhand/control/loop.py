@@ -12,8 +12,8 @@ from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME
 from inhand.geometry import Array
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import ENGINE
+from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
 
 Told = Callable[[str, int, int], None]
@@ -64,14 +64,18 @@ def sense(state: State) -> State:
 
 
 def control_step(
-    simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int
+    simulator: Simulator,
+    targets: Array,
+    lost: NDArray[np.int64],
+    substeps: int,
+    active: NDArray[np.bool_] | None = None,
 ) -> tuple[State, NDArray[np.int64]]:
     """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
     Return the state after it, and for how many simulation steps each world has not been held by all fingers `(B,)`,
-    which before it was `lost`.
+    which before it was `lost`. Worlds that are not `active` `(B,)` stand still.
     """
-    state = simulator.step(targets, substeps)
+    state = simulator.step(targets, substeps, active)
     return state, lost_steps(lost, state, substeps)
 
 
@@ -123,15 +127,23 @@ def simulate(
 
 
 def run_episodes(
-    simulator: Simulator, task: Task, phases: Sequence[Phase], start: State, progress: Told | None = None
+    simulator: Simulator,
+    task: Task,
+    phases: Sequence[Phase],
+    start: State,
+    progress: Told | None = None,
+    *,
+    worlds: NDArray[np.bool_] | None = None,
 ) -> Recording:
-    """Run one episode in every world of a batch, phase by phase, from the state the simulator was reset to.
+    """Run one episode in every world of a batch, or in some `worlds` `(B,)`, phase by phase, from the state it is in.
 
     A world that finishes the last phase has reached its end, unless that is a grip, which is judged when all worlds
-    have closed. After every step `progress` is told the phase, the worlds still running and the simulated step.
+    have closed. One whose episode has ended, or has none, stands still and costs nothing. After every step `progress`
+    is told the phase, the worlds still running and the simulated step.
     """
     states, phase_of, count = [start], [0], task.n_worlds
-    verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
+    running = np.ones(count, dtype=bool) if worlds is None else worlds
+    verdicts = _Verdicts(running, np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
     for number, phase in enumerate(phases):
         done = np.zeros(count, dtype=bool)
         for state, done in _run_phase(simulator, task, phase, states[-1], verdicts):
@@ -163,7 +175,8 @@ def _run_phase(
     seen = sense(state)
     controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):
-        state, lost = control_step(simulator, controller.act(seen), verdicts.lost, task.substeps)
+        targets = controller.act(seen)
+        state, lost = control_step(simulator, targets, verdicts.lost, task.substeps, verdicts.running)
         seen = sense(state)
         done = controller.finished(seen)
         if phase.keep_contact:

@@ -11,8 +11,8 @@ from inhand.control.trial import SHAPES, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import ENGINE
+from inhand.sim.scene import SceneSpec
 from inhand.versions import versions
 
 

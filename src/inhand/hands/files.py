@@ -1,4 +1,9 @@
-"""Hands and objects from TOML files and outlines, and the one place that turns a name or a file into a spec."""
+"""Hands and objects from TOML files and outlines, and the one place that turns a name or a file into a spec.
+
+What reads robot files is imported when there is one.
+"""
+
+from __future__ import annotations
 
 import re
 import sys
@@ -7,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -17,9 +22,10 @@ from inhand.hands.line_files import read_outline
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_name, polygon_object
 from inhand.hands.polylines import UNITS
-from inhand.hands.robot_chains import FingerNames, RobotNames
-from inhand.hands.robot_files import RobotHand, read_robot
 from inhand.registry import Registry, describe
+
+if TYPE_CHECKING:
+    from inhand.hands.robot_files import RobotHand
 
 _FINGER_KEYS = ("links_mm", "limits_deg")
 _HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
@@ -272,6 +278,9 @@ def load_robot(path: Path) -> RobotHand:
 
 
 def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
+    from inhand.hands.robot_chains import FingerNames, RobotNames
+    from inhand.hands.robot_files import read_robot
+
     where = f"hand file {path}"
     _check_keys(table, _ROBOT_KEYS, ("name", "robot", "palm", *FINGER_NAMES), where)
     fingers = []

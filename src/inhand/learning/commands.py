@@ -8,6 +8,9 @@ from inhand.control.run_config import HeldConfig, RunConfig
 from inhand.records import Config
 from inhand.sim.names import Engine
 
+EXPERT = "ik"
+"""The controller that a policy is set beside; its trials lie in a folder of that name."""
+
 
 @dataclass(frozen=True)
 class RecordConfig(RunConfig, HeldConfig):
@@ -46,7 +49,7 @@ class RecordConfig(RunConfig, HeldConfig):
 class TrainConfig(Config):
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
-    preset: Literal["default", "thesis", "smoke"] | None = None
+    preset: Literal["default", "thesis", "smoke", None] = None  # not `| None`: tyro would list them in any order
     """Training: default learns best, thesis as its chapter 3.3 has it, smoke shows in seconds that all works. What is
     not given below is the preset's."""
     hand: str | None = None
@@ -54,9 +57,9 @@ class TrainConfig(Config):
     object: str | None = None
     """Object: a name (`inhand objects`), shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with
     its unit and mass, as part.dxf:unit=mm:mass_kg=0.05."""
-    directions: Literal["train", "continuous"] | None = None
+    directions: Literal["train", "continuous", None] = None
     """train: the 8 of the Asterisk Test. continuous: these and the circle between, the 8 unseen ones left out."""
-    engine: Engine | None = None
+    engine: Literal[Engine, None] = None
     """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow),
     or bullet as a witness (extra `bullet`; much slower)."""
     demonstrations: Path | None = None

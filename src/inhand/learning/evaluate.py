@@ -1,9 +1,11 @@
 """Evaluation as a function: a policy in, its trials beside the expert's from the same starts out."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.asterisk import Simulate, people_of
 from inhand.asterisk_test.comparison import ControllerTrials, with_more
@@ -18,12 +20,14 @@ from inhand.folders import MARK
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.learning.commands import EvaluateConfig
+from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
-from inhand.learning.report import EXPERT, Compared
 from inhand.records import checked, configured
 from inhand.shown import path_of, saved
 from inhand.sim.names import UNTOLD, Engine
+
+if TYPE_CHECKING:
+    from inhand.learning.report import Compared
 
 DEFAULT = EvaluateConfig()
 """What is evaluated where nothing else is asked for."""
@@ -99,6 +103,8 @@ def ready_evaluation(config: EvaluateConfig) -> Ready:
 
 def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simulate) -> Compared:
     """Run both, measure, and return the finished evaluation."""
+    from inhand.learning.report import Compared
+
     test, entry = known.test, known.setup.controller
     both = [
         _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
@@ -115,6 +121,8 @@ def load_evaluation(folder: Path) -> Compared:
     Raises:
         InputError: there is none that can be read.
     """
+    from inhand.learning.report import Compared
+
     config, content = saved(folder, MARK, EvaluateConfig, engine=UNTOLD)
     entries = checked("trials", content.get("trials"), list[dict[str, Any]])
     order = {(entry.get("direction"), entry.get("trial")): place for place, entry in enumerate(entries)}

@@ -1,15 +1,15 @@
 """Recording as a function: what is to be shown in, a dataset of demonstrations out."""
 
+from __future__ import annotations
+
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import find_controller
@@ -25,7 +25,6 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import RecordConfig
 from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, kind_of
-from inhand.learning.dataset_figure import dataset_figure
 from inhand.learning.datasets import MARK, DatasetEpisode, StoredEpisodes, check_installed, read_dataset, write_dataset
 from inhand.learning.demonstrations import Episodes, Recipe, Recording, check_episodes, demonstrations, plans_of
 from inhand.learning.environment_config import angles_of
@@ -38,6 +37,10 @@ from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
 from inhand.versions import versions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 DEFAULT = RecordConfig()
 """What is recorded where nothing else is asked for."""
@@ -73,9 +76,11 @@ class Dataset(Kept):
         """The episodes with their observations, actions and rewards, read as they are asked for."""
         return read_dataset(self.folder)[1]
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> DataFrame:
         """Return a row for each episode: its direction, how far it went and was to go, whether the object was lost."""
-        return pd.DataFrame(
+        from pandas import DataFrame
+
+        return DataFrame(
             {
                 "direction": [primitive_at(angle).name for angle in self.angle_deg],
                 "angle_deg": self.angle_deg,
@@ -85,8 +90,10 @@ class Dataset(Kept):
             }
         )
 
-    def summary(self) -> pd.DataFrame:
+    def summary(self) -> DataFrame:
         """Return a row for each direction, or for each sector of 45 deg about the training ones, and one for all."""
+        from pandas import concat
+
         table = self.table()
         if self.config.directions == CONTINUOUS:
             sectors = np.round(table["angle_deg"] / 45.0) * 45.0 % 360.0
@@ -95,13 +102,15 @@ class Dataset(Kept):
         names = [name for name in order if name in set(table["direction"])]
         names += sorted(set(table["direction"]) - set(names))
         table["share"] = (table["distance_mm"] / table["planned_mm"]).where(table["planned_mm"] > 0)
-        groups = pd.concat([table, table.assign(direction="all")]).groupby("direction")
+        groups = concat([table, table.assign(direction="all")]).groupby("direction")
         lost, distance, share = ("lost", "sum"), ("distance_mm", "mean"), ("share", "mean")
         found = groups.agg(episodes=("lost", "size"), lost=lost, distance_mm=distance, share=share)
         return found.loc[[*names, "all"]]
 
     def figure(self) -> Figure:
         """Return where the episodes ended."""
+        from inhand.learning.dataset_figure import dataset_figure
+
         return dataset_figure(self.angle_deg, self.distance, self.lost, self.title)
 
 

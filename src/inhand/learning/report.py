@@ -18,7 +18,7 @@ from inhand.asterisk_test.report import Run, both_radars, only, people_told, sid
 from inhand.asterisk_test.results import as_entry, summary_of
 from inhand.asterisk_test.table import failures
 from inhand.control.trial import write_json, write_trials
-from inhand.learning.commands import EvaluateConfig
+from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
@@ -28,8 +28,6 @@ from inhand.shown import Shown, frame
 from inhand.tasks.primitives import Primitive
 from inhand.versions import versions
 
-EXPERT = "ik"
-"""The controller that a policy is set beside; its trials lie in a folder of that name."""
 CURVES = (
     ("learning.png", learning_figure, f"Rewards and losses over the episodes, smoothed by {SMOOTHING:g}"),
     ("progress.png", progress_figure, "What evaluations reached, against the expert"),

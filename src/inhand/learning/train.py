@@ -11,25 +11,23 @@ from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-from matplotlib.figure import Figure
-
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import TrainConfig
 from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named
-from inhand.learning.figures import learning_figure
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
-from inhand.learning.report import write_training
-from inhand.learning.run_cards import MARK, read_config
+from inhand.learning.run_cards import MARK, check, read_config
 from inhand.shown import Kept, path_of
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
     from inhand.learning.journal import Evaluation
 
 PACKAGES = ("jax", "optax", "tensorboardX")
@@ -57,7 +55,8 @@ class Trained(Kept):
     def title(self) -> str:
         """What was trained, in one line."""
         config = self.config
-        return f"{config.preset} training, {config.object} with {config.hand}, seed {config.seed}"
+        names = f"{_name(load_object, config.object)} with {_name(load_hand, config.hand)}"
+        return f"{config.preset} training, {names}, seed {config.seed}"
 
     @property
     def best(self) -> Path:
@@ -69,13 +68,17 @@ class Trained(Kept):
         """The best policy: gives actions `(B, n)` for observations `(B, d)`."""
         return load_policy(self.best)
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> DataFrame:
         """Return a row for each direction: what the best policy reached in its evaluation, and the expert."""
+        from pandas import DataFrame
+
         found = self.learned.best
-        return pd.DataFrame([{"direction": name} | asdict(each) for name, each in found.directions.items()])
+        return DataFrame([{"direction": name} | asdict(each) for name, each in found.directions.items()])
 
     def figure(self) -> Figure:
         """Return rewards and losses over the episodes."""
+        from inhand.learning.figures import learning_figure
+
         return learning_figure(self.learned, self.folder.resolve().name, self.title)
 
 
@@ -144,6 +147,7 @@ def begin(config: Training, out: Path, told: Telling = SILENT, *, overwrite: boo
     Raises:
         InputError: as `inhand.learning.runs.train`.
     """
+    check(config)  # before JAX is imported
     from inhand.learning import runs
 
     runs.train(config, out, told, overwrite=overwrite)
@@ -156,6 +160,7 @@ def go_on(out: Path, told: Telling = SILENT) -> Trained:
     Raises:
         InputError: as `inhand.learning.runs.resume`.
     """
+    read_config(out)  # refuses what is no run before JAX is imported
     from inhand.learning import runs
 
     runs.resume(out, told)
@@ -226,7 +231,17 @@ def kept(out: Path) -> tuple[str, str]:
     return "Stopped before anything was written.", "Begin with the same command again."
 
 
+def _name(load: Callable[[str], HandSpec | ObjectSpec], given: str) -> str:
+    """Return the name of a hand or an object, not its file's path, unless the file has gone."""
+    try:
+        return load(given).name
+    except InputError:
+        return given
+
+
 def _told(out: Path) -> Trained:
+    from inhand.learning.report import write_training
+
     found = load_training(out)
     write_training(out, found.title)
     return found

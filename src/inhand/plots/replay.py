@@ -232,7 +232,7 @@ def _pictures(film: Film, which: Sequence[int]) -> Iterator[Image.Image]:
         film.show(number)
         for artist in artists:
             artist.draw(canvas.get_renderer())
-        yield Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def _palette(picture: Image.Image) -> Image.Image:

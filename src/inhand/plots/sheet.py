@@ -89,6 +89,7 @@ def sheet(
     beside: Sequence[Artist] = (),
     below: Sequence[Sequence[Artist]] = (),
     projection: Literal["polar"] | None = None,
+    again: Figure | None = None,
 ) -> Iterator[tuple[Figure, list[Axes]]]:
     """Give a white figure and its axes to draw on; at the end it becomes as large as all that was drawn needs.
 
@@ -100,23 +101,43 @@ def sheet(
         beside: entries of a legend at the right of the first row.
         below: entries of legends below all axes, one legend for each list that holds any.
         projection: of the axes.
+        again: a sheet of the same rows that is done with, to draw on anew: axes and ticks are what costs most.
     """
     with mpl.rc_context(STYLE):
-        figure = new_figure(1.0, 1.0)  # so that fractions of the figure are inches until it is fitted
-        boxes: list[Box] = []
-        top = 0.0
-        for row in rows:
-            left, height = 0.0, max(size[1] for size in row)
-            for wide, high in row:
-                boxes.append((left, top - high, wide, high))
-                left += wide + gap[0]
-            top -= height + gap[1]
-        axes = [figure.add_axes(box, projection=projection) for box in boxes]
+        boxes = _boxes(rows, gap)
+        figure = new_figure(1.0, 1.0) if again is None else again
+        figure.set_size_inches(1.0, 1.0)  # so that fractions of the figure are inches until it is fitted
+        fresh = [] if again else [figure.add_axes(box, projection=projection) for box in boxes]
+        axes = fresh or _emptied(figure, boxes)
         yield figure, axes
         if beside:
             anchor = axes[len(rows[0]) - 1].transAxes + ScaledTranslation(0.12, 0.0, figure.dpi_scale_trans)
             figure.legend(handles=list(beside), loc="upper left", bbox_to_anchor=(1, 1), bbox_transform=anchor)
         _fit(figure, boxes, [title, subtitle], below)
+
+
+def _boxes(rows: Sequence[Sequence[Size]], gap: Size) -> list[Box]:
+    """Return where axes of some sizes lie, row by row from the top at 0, each row from the left."""
+    boxes: list[Box] = []
+    top = 0.0
+    for row in rows:
+        left, height = 0.0, max(size[1] for size in row)
+        for wide, high in row:
+            boxes.append((left, top - high, wide, high))
+            left += wide + gap[0]
+        top -= height + gap[1]
+    return boxes
+
+
+def _emptied(figure: Figure, boxes: Sequence[Box]) -> list[Axes]:
+    """Remove all that was drawn on a sheet, and return its axes in their boxes [in]."""
+    for ax, (left, bottom, wide, high) in zip(figure.axes, boxes, strict=True):
+        for artist in (*ax.lines, *ax.patches, *ax.collections, *ax.texts):
+            artist.remove()
+        ax.set_position((left, bottom, wide, high))
+    for part in (*figure.texts, *figure.legends):
+        part.remove()
+    return figure.axes
 
 
 def _fit(figure: Figure, boxes: Sequence[Box], heading: Sequence[str], below: Sequence[Sequence[Artist]]) -> None:

@@ -20,7 +20,7 @@ from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.outlines import centroid, second_moments, signed_area
 from inhand.hands.polygons import edge_normals, is_box
 from inhand.hands.shapes import link_outline, palm_outline
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 
 BASE = -1
 """PyBullet's number of a body's base; its links count from 0."""

@@ -11,10 +11,13 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass
-from inhand.sim.model import SceneSpec, scene_of_each
 from inhand.sim.names import Engine
+from inhand.sim.scene import SceneSpec, scene_of_each
 from inhand.sim.snapshot import Snapshot, check_indices, check_restore
 from inhand.sim.state import State
+
+LINK_SENSOR_SIZE = 7
+"""Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
 
 class Simulator(ABC):
@@ -65,8 +68,10 @@ class Simulator(ABC):
         self._place(object_pose, joint_angles)
         return self.measure()
 
-    def step(self, targets: Array, substeps: int) -> State:
+    def step(self, targets: Array, substeps: int, active: NDArray[np.bool_] | None = None) -> State:
         """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
+
+        Worlds that are not `active` `(B,)` stand still with their clocks, whatever their targets, and cost nothing.
 
         Raises:
             InputError: a target is not finite (the text names world and joint), or fewer than one physics step.
@@ -74,12 +79,13 @@ class Simulator(ABC):
         if substeps < 1:
             raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
         self._check_targets(targets)
-        self._advance(targets, substeps)
-        return self.measure()
+        active = np.ones(len(self.objects), dtype=bool) if active is None else active
+        self._advance(targets, substeps, active)
+        return self._measure(active)
 
-    @abstractmethod
     def measure(self) -> State:
         """Return the state of the present instant, worlds that diverged put back first."""
+        return self._measure(np.ones(len(self.objects), dtype=bool))
 
     @abstractmethod
     def snapshot(self) -> Snapshot:
@@ -116,7 +122,11 @@ class Simulator(ABC):
     def _place(self, object_pose: Array, joint_angles: Array) -> None: ...
 
     @abstractmethod
-    def _advance(self, targets: Array, substeps: int) -> None: ...
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None: ...
+
+    @abstractmethod
+    def _measure(self, active: NDArray[np.bool_]) -> State:
+        """Return the state of the present instant, of worlds that are not active as they were measured last."""
 
     @abstractmethod
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None: ...

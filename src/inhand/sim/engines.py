@@ -8,8 +8,8 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import load_pybullet
 from inhand.sim.engine import Simulator
-from inhand.sim.model import SceneSpec
 from inhand.sim.names import Engine
+from inhand.sim.scene import SceneSpec
 
 
 def make_simulator(

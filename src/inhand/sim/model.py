@@ -7,66 +7,19 @@ bodies' friction coefficients, as in the thesis's engine.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain, combinations, product
 
 import mujoco
 import numpy as np
 
-from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
 from inhand.hands.outlines import centroid, second_moments
 from inhand.hands.polygons import is_box
 from inhand.hands.shapes import link_outline, palm_outline
+from inhand.sim.scene import FAR, SceneSpec
 from inhand.sim.walls import Wall
-
-
-def scene_of_each(objects: Sequence[ObjectSpec], scenes: SceneSpec | Sequence[SceneSpec] | None) -> list[SceneSpec]:
-    """Return what surrounds each object: the standard scene, one scene for all, or one for each.
-
-    Raises:
-        InputError: no objects, another number of scenes, or scenes of different timesteps.
-    """
-    if not objects:
-        raise InputError("no objects given; a simulator needs one object for each world")
-    scene = SceneSpec() if scenes is None else scenes
-    found = [scene] * len(objects) if isinstance(scene, SceneSpec) else list(scene)
-    if len(found) != len(objects):
-        raise InputError(f"{len(found)} scenes for {len(objects)} objects; give one for all or one each")
-    if len({each.timestep for each in found}) > 1:
-        raise InputError("scenes of a different timestep in one simulator; use one simulator for each")
-    return found
-
-
-FAR = 1.0
-"""Distances beyond this read as this [m]; larger than any hand."""
-
-
-@dataclass(frozen=True)
-class SceneSpec:
-    """What surrounds hand and object."""
-
-    timestep: float = 0.004
-    """Physics step [s] (thesis 3.4)."""
-    floor_friction: float = 0.2
-    """Friction coefficient of the plane (the laboratory's RL setting)."""
-    gravity: float = 9.81
-    """Gravity along -z [m/s^2]."""
-    walls: tuple[Wall, ...] = ()
-    """Fixed walls, which object and links run against; none may stand in the object."""
-
-    def __post_init__(self) -> None:
-        """Refuse surroundings that no simulation has."""
-        if not (np.isfinite(self.timestep) and self.timestep > 0):
-            raise InputError(f"timestep {self.timestep:g} s: a physics step must be positive")
-        if not (np.isfinite(self.floor_friction) and self.floor_friction >= 0):
-            raise InputError(f"floor_friction {self.floor_friction:g}: friction must be 0 or more")
-        if not np.isfinite(self.gravity):
-            raise InputError(f"gravity {self.gravity:g} m/s^2: it must be a finite number")
-
 
 RIMS = ("low", "high")
 """The rims of a fingertip that touch the object, and the ribs of a wall."""
@@ -82,8 +35,6 @@ POINT = 1e-6
 """Radius of the points on the corners of an object [m], guessed: far below the depth of a contact."""
 NET_FORCE = 3
 """MuJoCo's number for contact sensors that add all forces up."""
-LINK_SENSOR_SIZE = 7
-"""Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
 
 def build_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco.MjModel:

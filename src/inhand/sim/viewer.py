@@ -10,7 +10,8 @@ from inhand.errors import needs_extra
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.model import SceneSpec, build_model
+from inhand.sim.model import build_model
+from inhand.sim.scene import SceneSpec
 
 
 def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Array, when: Array) -> None:

@@ -5,6 +5,9 @@ from pathlib import Path
 
 from inhand.control.run_config import HeldConfig, TrialsConfig
 
+MARK = "trace.json"
+"""The file that marks a folder as one of a trace."""
+
 
 @dataclass(frozen=True)
 class TraceConfig(TrialsConfig, HeldConfig):

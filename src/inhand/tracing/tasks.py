@@ -12,7 +12,7 @@ from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.registry import Registry, describe
-from inhand.sim.model import SceneSpec
+from inhand.sim.scene import SceneSpec
 from inhand.sim.walls import Wall
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits

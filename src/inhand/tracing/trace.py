@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import similaritymeasures
 from numpy.typing import NDArray
 
 from inhand.control.trial import LOST, REACHED
-from inhand.geometry import TURN_ARM, Array, Path, distance_to, longest_run, planar, wrap_angle
+from inhand.geometry import TURN_ARM, Array, Path, distance_to, frechet, longest_run, planar, wrap_angle
 from inhand.sim.walls import Wall, clearance
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
@@ -148,7 +147,7 @@ def _frechet(poses: Array, plan: Plan) -> float:
     wanted = plan.measured()
     count = int(np.clip(np.ceil(1e3 * wanted.way[-1]), POINTS, MOST_POINTS))
     path, target = (_evenly(points, count) for points in (poses, wanted.path.poses))
-    return float(1e3 * similaritymeasures.frechet_dist(path, target))
+    return 1e3 * frechet(path, target)
 
 
 def _evenly(poses: Array, count: int) -> Array:

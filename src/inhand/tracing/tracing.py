@@ -1,8 +1,10 @@
-"""Tracing as a function: what to draw or do in, a finished run out."""
+"""Tracing as a function: what to draw or do in, a finished run out; what reports is imported once all is run."""
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.hands.files import HANDS, OBJECTS
@@ -11,9 +13,11 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
-from inhand.tracing.report import TraceRun
 from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
 from inhand.tracing.trace import Trace
+
+if TYPE_CHECKING:
+    from inhand.tracing.report import TraceRun
 
 DEFAULT = TraceConfig()
 """What is traced where nothing else is asked for."""
@@ -62,6 +66,8 @@ def run_trace(
         InputError: anything in the configuration that cannot be run.
     """
     setup = prepare(config)
+    from inhand.tracing.report import TraceRun
+
     notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

@@ -4,8 +4,6 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
-from scipy.signal import correlate
 
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.geometry import Array, interpolate
@@ -56,6 +54,8 @@ def distance_between(first: Array, second: Array) -> tuple[float, float] | None:
     Returns:
         None where one of them hardly moves, because then every shift fits.
     """
+    from scipy.signal import correlate
+
     a, b = (first, second) if len(first) >= len(second) else (second, first)
     if min(np.ptp(a, axis=0).max(), np.ptp(b, axis=0).max()) < SMALLEST_EXTENT:
         return None
@@ -76,6 +76,8 @@ def _task(trial: HumanTrial) -> tuple[str, str, float]:
 
 def _series(trial: HumanTrial) -> Array:
     """Return x, y and rotation `(F, 3)` with one row per frame, dropped frames filled in, lightly smoothed."""
+    from scipy.ndimage import uniform_filter1d
+
     rotation = trial.rotation_deg if trial.rotation_usable else np.zeros(len(trial.path_mm))
     values = np.column_stack([trial.path_mm + trial.start_mm, rotation])
     frame = trial.frame

@@ -1,4 +1,9 @@
-"""A sweep as a function: hands and objects in, every hand with every object out."""
+"""A sweep as a function: hands and objects in, every hand with every object out.
+
+What counts and draws is imported once all cells are there.
+"""
+
+from __future__ import annotations
 
 import shutil
 import tempfile
@@ -6,15 +11,10 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.sweep.cells import Job, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.page import figure_of, write_sweep
-from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
 from inhand.control.catalogue import CONTROLLERS
 from inhand.folders import check_folder
@@ -24,6 +24,12 @@ from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import Shown, listed, path_of, several
 from inhand.tasks.primitives import parse_directions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from inhand.asterisk_test.sweep.summary import Sweep
 
 DEFAULT = SweepConfig()
 """What is run where nothing else is asked for."""
@@ -43,12 +49,14 @@ class SweepRun(Shown):
     notes: tuple[str, ...] = ()
     """What a reader should know, a sentence each."""
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> DataFrame:
         """Return a row for each trial: hand, object, direction, what was reached, the limit, every metric."""
         return self.sweep.trials.copy()
 
     def figure(self) -> Figure:
         """Return the heat map of the distances of hands and objects."""
+        from inhand.asterisk_test.sweep.page import figure_of
+
         return figure_of(self.config, self.sweep, "distance", "object")
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
@@ -57,6 +65,8 @@ class SweepRun(Shown):
         Raises:
             InputError: the folder holds something, or another sweep and `overwrite` is off.
         """
+        from inhand.asterisk_test.sweep.page import write_sweep
+
         out = Path(folder)
         if out.resolve() != self.config.out.resolve():
             check_folder(out, overwrite=overwrite, mark="sweep.json")
@@ -107,6 +117,8 @@ def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: comput
     found, notes = plan(config), assumed(config.hands)
     for _ in compute(found, config.jobs):
         pass
+    from inhand.asterisk_test.sweep.summary import sweep_of
+
     cells = (read_cell(job.path) for job in found.jobs)
     swept = sweep_of(cells, parse_directions(config.directions))
     return SweepRun(config, swept, time.perf_counter() - began, notes)

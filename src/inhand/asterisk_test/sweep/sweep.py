@@ -6,8 +6,6 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
-from joblib import Parallel, delayed, parallel_config
-
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.sweep.cells import Job, compute, differences, job_of, read_cell
@@ -68,6 +66,8 @@ def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
     """
     if not jobs:
         return
+    from joblib import Parallel, delayed, parallel_config
+
     cells = jobs[0].path.parent
     with alone(cells, cells.parent), parallel_config("loky", inner_max_num_threads=1):
         workers = Parallel(n_jobs=at_a_time or -1, batch_size=1, return_as="generator_unordered")

@@ -18,8 +18,8 @@ from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces, poly
 from inhand.hands.outlines import centroid, second_moments
 from inhand.hands.polygons import edge_normals, is_box
 from inhand.hands.shapes import link_outline, palm_outline
-from inhand.sim.model import SceneSpec
 from inhand.sim.planar.parts import Model
+from inhand.sim.scene import SceneSpec
 
 World: TypeAlias = tuple[HandSpec, ObjectSpec, SceneSpec]
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from inhand.geometry import Array, perpendicular, rotate, spatial
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engine import Simulator
-from inhand.sim.model import LINK_SENSOR_SIZE, SceneSpec
+from inhand.sim.engine import LINK_SENSOR_SIZE, Simulator
 from inhand.sim.planar.build import build
 from inhand.sim.planar.kernels import measure_worlds, step_worlds
 from inhand.sim.planar.parts import Work, Worlds, room
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, ran_away
 
@@ -55,6 +55,7 @@ class PlanarSimulator(Simulator):
         self._model = build(list(kinds))
         self._worlds = Worlds(
             kind=np.array([kinds[world] for world in each]),
+            active=np.ones(count, dtype=bool),
             position=np.zeros((count, n + 3)),
             velocity=np.zeros((count, n + 3)),
             target=np.zeros((count, n)),
@@ -68,8 +69,8 @@ class PlanarSimulator(Simulator):
         self._parts = [self._part(rows) for rows in np.array_split(np.arange(count), threads)]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
-    def measure(self) -> State:
-        """Return the state of the present instant, worlds that diverged put back first."""
+    def _measure(self, active: NDArray[np.bool_]) -> State:
+        self._worlds.active[:] = active
         self._put_back()
         self._run(lambda part: measure_worlds(self._model, part.worlds, part.work, part.links))
         n, now = self.hand.n_joints, self._worlds
@@ -99,10 +100,11 @@ class PlanarSimulator(Simulator):
             array[:] = 0.0
         self._start[:] = now.position
 
-    def _advance(self, targets: Array, substeps: int) -> None:
-        self._worlds.target[:] = targets
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        self._worlds.active[:] = active
+        self._worlds.target[active] = targets[active]
         self._run(lambda part: step_worlds(self._model, part.worlds, part.work, substeps))
-        self._time += substeps * self.timestep
+        self._time[active] += substeps * self.timestep
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n, now = self.hand.n_joints, self._worlds
@@ -131,7 +133,7 @@ class PlanarSimulator(Simulator):
         here = slice(int(rows[0]), int(rows[-1]) + 1)
         now = self._worlds
         views = [array[here] for array in (now.position, now.velocity, now.target, now.acceleration, now.force)]
-        return Part(Worlds(now.kind[here], *views), self._links[here], room(self._model))
+        return Part(Worlds(now.kind[here], now.active[here], *views), self._links[here], room(self._model))
 
     def _run(self, work: Callable[[Part], None]) -> None:
         """Do something with every part, each on a thread of its own."""

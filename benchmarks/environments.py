@@ -3,7 +3,7 @@
 Small random steps around the hold, on all cores. Compared with bare `simulator.step`, which measures the same `State`
 of as many worlds held by the same grips, in interleaved turns: what is left is the price of being an environment.
 
-Bound: at least 20,000 environment steps/s; one is a decision of 5 physics steps.
+Bound: at least 60,000 environment steps/s on two cores; one is a decision of 5 physics steps.
 Run: python benchmarks/environments.py
 """
 
@@ -16,13 +16,13 @@ import numpy as np
 from inhand.control.controller import SUBSTEPS
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.learning.environments import AsteriskVectorEnv
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.decisions import LARGEST_STEP
 from timing import best_times, environment, verdict
 
 BATCHES = (64, 256, 1024)
 """Numbers of environments side by side."""
-LEAST = 20_000
+LEAST = 60_000
 """Least environment steps per second of the best batch."""
 SHAKE = 0.1
 """Standard deviation of the actions: 4 mrad a decision."""
@@ -38,7 +38,7 @@ def measure(count: int) -> tuple[float, float]:
     hand, spec = config.held
     actions = SHAKE * np.random.default_rng(0).standard_normal((DRAWN, count, hand.n_joints))
     pool, every = config.pool(), np.arange(count)
-    bare = MujocoSimulator(hand, [spec] * count)
+    bare = make_simulator(config.engine, hand, [spec] * count)
     bare.restore(every, pool.snapshot, every % len(pool))
     held = bare.measure().targets
     turn = {"env": 0, "bare": 0}

@@ -117,7 +117,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
     ("words", "told"),
     [
         (("--episodes", 0), "--episodes 0: give at least 1"),
-        (("--episodes", 2000000), "they would take about 180 GB of disk and 20 hours of two cores; at most 100000"),
+        (("--episodes", 2000000), "they would take about 180 GB of disk and 3 hours of two cores; at most 100000"),
         (("--push", -1), "--push -1: give 0 or more"),
         (("--noise-mm", "nan"), "--noise-mm is nan; it must be a finite number"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),

@@ -18,9 +18,10 @@ from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, point_jacobian
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import apart
-from inhand.hands.reach.fingers import Body, Postures, touching_postures
+from inhand.hands.reach.fingers import Body, touching_postures
 from inhand.hands.reach.limits import body_of
 from inhand.hands.reach.pairs import neighbours
+from inhand.hands.reach.parts import Postures
 from inhand.hands.rolling import Starts, Tracks, roll
 from inhand.hands.shapes import link_polygons
 from inhand.hands.touch import inclined_touches

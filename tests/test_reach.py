@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from brute_contacts import nearest_contact
 from inhand.errors import InputError
 from inhand.geometry import Array, transform, wrap_angle
 from inhand.hands.force_closure import force_closure
 from inhand.hands.hand import HandSpec, lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, convex_pieces, parse_object_name, polygon
-from inhand.hands.polygons import edge_normals, nearest_contact, separation
+from inhand.hands.polygons import edge_normals, separation
 from inhand.hands.reach.bundles import cells, knots
 from inhand.hands.reach.fingers import touching_postures
 from inhand.hands.reach.flood import spread

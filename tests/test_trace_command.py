@@ -13,6 +13,7 @@ from PIL import Image
 
 import inhand as front
 from commands import Call
+from inhand import caches
 from inhand.cli.terminal import print_table
 from inhand.cli.trace import SPARE, run_trace
 from inhand.control.trial import load_trial
@@ -157,7 +158,21 @@ def test_the_table_fits_a_terminal_of_100_columns(
         assert told == f"Left out, for want of width: {spared} (the report has them)"
 
 
-def test_the_search_for_whether_a_drawing_fits_tells_how_far_it_is() -> None:
+def test_a_second_run_of_a_drawing_searches_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(caches.PLACE, str(tmp_path))
+    configs = TraceConfig(path="L", trials=1), TraceConfig(path="L", trials=1, size=24)
+    first = [prepare_trace(config) for config in configs]
+    for module, name in ((fit, "farthest"), (fit, "plan_grasps"), (trace_run, "largest")):
+        monkeypatch.setattr(module, name, None)
+    for config, before in zip(configs, first, strict=True):
+        again = prepare_trace(config)
+        assert (again.size, again.notes, again.plans[0].legs) == (before.size, before.notes, before.plans[0].legs)
+    with pytest.raises(TypeError, match="not callable"):
+        prepare_trace(TraceConfig(path="L", trials=1, size=25))
+
+
+def test_the_search_for_whether_a_drawing_fits_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(caches.PLACE, "off")
     told: list[tuple[str, int, int]] = []
     way = prepare_trace(TraceConfig(path="L", size=24), lambda *now: told.append(now)).plans[0].way[-1]
     assert {(what, whole) for what, _, whole in told} == {("whether letter L fits, mm", round(1e3 * way))}
@@ -334,6 +349,7 @@ def test_a_drawing_beyond_the_fingers_is_refused_without_a_search(monkeypatch: p
 
 
 def test_a_drawing_without_a_size_gets_a_share_of_the_reachable_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(caches.PLACE, "off")
     monkeypatch.setattr(trace_run, "largest", lambda *_: 0.05)
     setup = prepare_trace(TraceConfig(path="star", trials=2))
     assert setup.size == pytest.approx(0.03)

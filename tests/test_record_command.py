@@ -98,7 +98,8 @@ def test_a_hand_from_a_file_is_told_by_its_name(
     words = ("--hand", "mine.toml", "--episodes", 1, "--horizon", 2, "--directions", "Right", "--midway", 0)
     code, out, err = inhand_record(*words, "--expert", "thesis-ik", "--out", "set")
     assert (code, err) == (0, "")
-    assert "thesis-ik on cube_39, wide: 1 episodes" in out
+    assert "thesis-ik on cube_39, wide: 1 episode" in out
+    assert "1 episodes" not in out
 
 
 def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, monkeypatch: pytest.MonkeyPatch) -> None:

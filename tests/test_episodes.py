@@ -87,6 +87,9 @@ class Scripted(Simulator):
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         raise NotImplementedError
 
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        del worlds
+
     def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         raise NotImplementedError
 

@@ -9,11 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from inhand.control import loop
+from inhand.control.between import Between
 from inhand.control.catalogue import rough_grasp
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.policy import PolicyController
+from inhand.control.seen import PRIVILEGED, Reads, View
 from inhand.control.user_policy import user_policy
 from inhand.geometry import Array, Path
 from inhand.learning.batch import Batch
@@ -33,10 +35,12 @@ AWAY = np.array([0.003, -0.002, 0.0])
 def beside(monkeypatch: pytest.MonkeyPatch) -> None:
     """The object is seen beside where it is."""
 
-    def sense(state: State) -> State:
+    def sense(state: State, between: Between | None = None, reads: Reads = PRIVILEGED) -> View:
         pose = state.object_pose.copy()
         pose[:, :3] += AWAY
-        return replace(state, object_pose=pose)
+        return before(replace(state, object_pose=pose), between, reads)
+
+    before = loop.sense
 
     monkeypatch.setattr(loop, "sense", sense)
 

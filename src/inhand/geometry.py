@@ -158,7 +158,8 @@ def chain(base: ArrayLike, links: ArrayLike, joint_angles: Array) -> Array:
 
 def yaw(quaternion: ArrayLike) -> Array:
     """Return the rotation about z [rad] of unit quaternions `(..., 4)` (w, x, y, z)."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    parts = np.asarray(quaternion, dtype=float)
+    w, x, y, z = (parts[..., k] for k in range(4))
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 

@@ -16,6 +16,7 @@ from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.draws import disturbance_notes
 from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS
@@ -23,6 +24,8 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import listed, several
+from inhand.sim.disturbance import disturbance_of
+from inhand.sim.disturbance_files import disturbance_name
 from inhand.sim.names import Engine
 
 if TYPE_CHECKING:
@@ -84,6 +87,7 @@ def asterisk(
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
+    settings |= disturbance_of(settings)
     settings |= {"label": several(label), "beside": several(beside)}
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
@@ -99,7 +103,7 @@ def ready(config: AsteriskConfig) -> Ready:
     for metric in config.metrics:
         METRICS.known(metric)
     setup = prepare(config, people.trials)
-    own = setup.hand.name, setup.object.name, setup.controller.name, config.engine
+    own = setup.hand.name, setup.object.name, setup.controller.name, config.engine, disturbance_name(config.disturb)
     name, beside = load_beside(config.beside, own, config.label)
     return Ready(setup, people, beside, name)
 
@@ -108,7 +112,8 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Ru
     """Simulate, measure, and return the finished run."""
     from inhand.asterisk_test.report import Run
 
-    notes = (*known.people.notes, *notes_of(known.setup.controller, config.hand, config.object))
+    entry = known.setup.controller
+    notes = (*known.people.notes, *notes_of(entry, config.hand, config.object), *disturbance_notes(config, entry.reads))
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     for sentence in metric_faults(results):

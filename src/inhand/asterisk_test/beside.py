@@ -12,10 +12,11 @@ from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.control.trial import Passport, Trial, load_trial
 from inhand.errors import InputError
 from inhand.pages import counted
+from inhand.sim.disturbance_files import NONE
 
 MOST = 2
 """Runs that fit beside people and the new run in one figure."""
-SETTINGS = ("hand", "object", "controller", "engine")
+SETTINGS = ("hand", "object", "controller", "engine", "disturb")
 """What tells runs apart, before their folders do."""
 THIS = "this run"
 """What stands for the folder of the new run, which may have none yet."""
@@ -35,8 +36,13 @@ class Beside:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Its hand, object, controller and engine."""
+        """Its hand, object, controller, engine and disturbance."""
         return settings_of(self.trials[0].passport)
+
+    @property
+    def told_settings(self) -> str:
+        """The same in words; nothing of a disturbance where there is none."""
+        return ", ".join(word for word in self.settings if word != NONE)
 
     def only(self, wanted: Callable[[Trial], bool]) -> Beside:
         """Return the run with some of its trials."""
@@ -45,8 +51,8 @@ class Beside:
 
 
 def settings_of(passport: Passport) -> tuple[str, ...]:
-    """Return hand, object, controller and engine of a trial."""
-    return passport.hand.name, passport.object.name, passport.controller, passport.engine
+    """Return hand, object, controller, engine and disturbance of a trial."""
+    return passport.hand.name, passport.object.name, passport.controller, passport.engine, passport.disturb
 
 
 def load_beside(
@@ -56,9 +62,9 @@ def load_beside(
 
     Args:
         folders: of the earlier runs.
-        own: hand, object, controller and engine of the new run.
+        own: hand, object, controller, engine and disturbance of the new run.
         labels: names of the new run and of the earlier ones; without them names are what differs in hand, object,
-            controller and engine, and the folder where that is the same.
+            controller, engine and disturbance, and the folder where that is the same.
 
     Raises:
         InputError: too many folders, one twice, or one without the trials of a run; labels that are not one for each.

@@ -63,8 +63,12 @@ class Run(Shown):
     """What tells it from them; without it its controller."""
 
     def table(self) -> pd.DataFrame:
-        """Return a row for each trial: hand, object, controller, engine, direction, outcome, every metric."""
-        same = dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
+        """Return a row for each trial: hand, object, controller, engine, disturbance, direction, outcome, every metric.
+
+        `reads` says what its controller reads: privileged or sensed.
+        """
+        passport = self.trials[0].passport
+        same = dict(zip(SETTINGS, settings_of(passport), strict=True)) | {"reads": passport.reads}
         return tidy(same | as_entry(result) for result in self.results)
 
     def figure(self) -> Figure:
@@ -87,6 +91,8 @@ class Run(Shown):
             "config": asdict(self.config),
             "versions": versions(),
             "seed": self.config.seed,
+            "reads": self.trials[0].passport.reads,
+            "disturbed": [trial.passport.disturbed for trial in self.trials],
         }
         write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)
@@ -121,17 +127,19 @@ def write_report(run: Run, folder: Path) -> None:
 def page(run: Run, pictures: Sequence[str]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
     config, table = run.config, shown_columns(table_rows(run.results, run.people))
+    passport = run.trials[0].passport
     return page_of(
         f"# Asterisk Test: {run.subject}",
         f"{counted(config.trials, 'trial')} for each direction along {config.paths} paths, start noise"
-        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}. The"
+        f" controller reads what is {passport.reads}.",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
         " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
         " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         table_of(*with_beside(*table, run.name, run.beside)),
-        listed([f"{other.name}: {', '.join(other.settings)}." for other in run.beside], "Set beside it"),
+        listed([f"{other.name}: {other.told_settings}." for other in run.beside], "Set beside it"),
         endings(run.results),
         listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),

@@ -10,7 +10,7 @@ from inhand.asterisk_test.people.paths import human_path
 from inhand.control import loop
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import Task
-from inhand.control.draws import check_count, check_draws, start_noise
+from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
 from inhand.control.loop import Told
 from inhand.control.phases import PHASES
 from inhand.control.recording import cut_trials, passports
@@ -90,6 +90,7 @@ def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None,
     whole = stacked([whole_path(each.path) for each in assignments])
     whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in assignments]
     start = hand.start_pose + start_noise(config, whose)
+    disturbed = disturbed_worlds(config, whose, hand.n_joints)
     task = Task(hand, (setup.object,) * len(assignments), Path(stacked([each.path.poses for each in assignments])))
     _, recording = loop.simulate(
         task,
@@ -99,11 +100,12 @@ def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None,
         loop.Bench(config.engine, threads=threads, progress=progress),
         twists=stacked([twist_poses(each.path) for each in assignments]),
         between=[PHASES.known(name) for name in config.phases],
+        disturbed=disturbed,
     )
-    signed = passports(hand, setup.object, setup.controller.name, seed=config.seed, engine=config.engine)
+    signed = passports(hand, setup.object, setup.controller, seed=config.seed, engine=config.engine)
     found = [
-        signed(each.primitive.name, angle, rotation, each.path.name, number, limit=reach[each.primitive])
-        for each, (angle, rotation, number) in zip(assignments, whose, strict=True)
+        signed(each.primitive.name, *own, each.path.name, number, limit=reach[each.primitive], disturbed=world)
+        for each, (*own, number), world in zip(assignments, whose, disturbed or [None] * len(whose), strict=True)
     ]
     return tuple(ended(trial) for trial in cut_trials(recording, found, task.path.poses))
 

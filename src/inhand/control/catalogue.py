@@ -26,6 +26,7 @@ from inhand.control.policy import (
     straight_angles,
 )
 from inhand.control.rehearsal import best_grasps, closing_joints
+from inhand.control.seen import PRIVILEGED, Reads, reads_of
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
@@ -66,6 +67,8 @@ class ControllerEntry:
     """Makes the controller of the manipulation phase."""
     policy: Policy | None = None
     """The learned policy that it is, if it is one."""
+    reads: Reads = PRIVILEGED
+    """What it reads: all that is measured, or what a hand can know."""
 
 
 def planned_grasp(
@@ -133,7 +136,7 @@ def _entry(name: str, given: object) -> ControllerEntry:
     planner = GRASPS.get(grasp) if isinstance(grasp, str) else grasp
     if not callable(planner):
         raise InputError(f"grasp {grasp!r} of controller {name!r}: use planned, rough or a function")
-    return ControllerEntry(name, "a user's", planner, made)
+    return ControllerEntry(name, "a user's", planner, made, reads=reads_of(given))
 
 
 GRASPS: dict[str, Planner] = {"planned": planned_grasp, "rough": rough_grasp}

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Controller, Task
+from inhand.control.seen import View, reads_of
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.registry import describe
-from inhand.sim.state import State
 
 METHODS = ("begin", "act", "finished")
 """What a controller has."""
@@ -42,15 +42,16 @@ class Checked:
             InputError: what was made has not the three methods of a controller.
         """
         self._inner, self._name, self._task = made(task), name, task
+        self.reads = reads_of(self._inner)
         for word in METHODS:
             if not callable(getattr(self._inner, word, None)):
                 raise InputError(f"controller {name!r} made {type(self._inner).__name__}, which has no method {word}")
 
-    def begin(self, state: State) -> None:
+    def begin(self, state: View) -> None:
         """Start a phase from a state."""
         self._inner.begin(state)
 
-    def act(self, state: State) -> Array:
+    def act(self, state: View) -> Array:
         """Return joint targets `(B, n_joints)` [rad].
 
         Raises:
@@ -65,7 +66,7 @@ class Checked:
             )
         return targets
 
-    def finished(self, state: State) -> NDArray[np.bool_]:
+    def finished(self, state: View) -> NDArray[np.bool_]:
         """Return which worlds have done what the controller was for `(B,)`.
 
         Raises:

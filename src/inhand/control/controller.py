@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control.seen import View
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -51,13 +52,16 @@ class Task:
 
 
 class Controller(Protocol):
-    """Turns states of a batch into joint targets."""
+    """Turns what is seen of a batch into joint targets.
 
-    def begin(self, state: State) -> None:
-        """Start a phase from a state."""
+    It sees a `State`; a class attribute `reads = "sensed"` says that it sees a `Seen`, what a hand can know.
+    """
 
-    def act(self, state: State) -> Array:
+    def begin(self, state: View) -> None:
+        """Start a phase from what is seen."""
+
+    def act(self, state: View) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
 
-    def finished(self, state: State) -> NDArray[np.bool_]:
+    def finished(self, state: View) -> NDArray[np.bool_]:
         """Return which worlds have done what the controller was for `(B,)`."""

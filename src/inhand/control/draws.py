@@ -7,6 +7,9 @@ import numpy as np
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.sim.disturbance import told
+from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.drawn import Disturbed, draw
 
 STEP_DEG = 1e-3
 """Directions and rotations nearer than this to each other are one, and start alike [deg]."""
@@ -33,11 +36,12 @@ def check_count(count: int, given: str) -> None:
 
 
 def check_draws(config: RunConfig) -> None:
-    """Refuse start noise or a seed that nothing can be drawn with.
+    """Refuse start noise, a seed or a disturbance that nothing can be drawn with.
 
     Raises:
         InputError: the text names the option.
     """
+    load_disturbance(config.disturb)
     for name, value in (("--noise-mm", config.noise_mm), ("--noise-deg", config.noise_deg)):
         if value < 0:
             raise InputError(f"{name} {value:g}: noise must be 0 or more")
@@ -58,6 +62,31 @@ def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, in
         for angle, rotation, trial in whose
     ]
     return spread * np.array(drawn)
+
+
+def disturbed_worlds(
+    config: RunConfig, whose: Iterable[tuple[float | None, float, int]], n_joints: int
+) -> tuple[Disturbed, ...] | None:
+    """Return how each trial's world is disturbed, with a hand of some joints; None where a run disturbs nothing.
+
+    It follows from the same as the start noise, of which it is independent, and from the disturbance.
+
+    Raises:
+        InputError: no such disturbance.
+    """
+    spec = load_disturbance(config.disturb)
+    if spec is None:
+        return None
+    keys = [(config.seed, trial, *_numbers(angle, rotation)) for angle, rotation, trial in whose]
+    return tuple(draw(spec, key, n_joints) for key in keys)
+
+
+def disturbance_notes(config: RunConfig, reads: str) -> tuple[str, ...]:
+    """Return what a reader should know of a disturbed run whose controller reads so, a sentence; nothing of another."""
+    spec = load_disturbance(config.disturb)
+    if spec is None:
+        return ()
+    return (f"Disturbed by {told(spec)}. The controller is told none of it; it reads what is {reads}.",)
 
 
 def _numbers(angle_deg: float | None, rotation_deg: float) -> tuple[int, int]:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
+from inhand.control.seen import PRIVILEGED
 from inhand.geometry import Array, compose, rotate, wrap_angle
 from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.sim.state import State
@@ -59,6 +60,8 @@ class IkConfig:
 
 class IkController:
     """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
+
+    reads = PRIVILEGED
 
     def __init__(self, task: Task, config: IkConfig | None = None) -> None:
         """Carry objects along the task's paths."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
+from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
 from inhand.sim.state import State
 
@@ -31,6 +32,8 @@ class PidConfig:
 class JointPid:
     """Moves all joints to a goal `(B, n_joints)` along a straight line in joint space."""
 
+    reads = SENSED
+
     def __init__(self, task: Task, goal: Array, config: PidConfig | None = None) -> None:
         """Aim at joint angles `(B, n_joints)` [rad]."""
         self.config = config or PidConfig()
@@ -39,12 +42,12 @@ class JointPid:
         self._set_point = goal
         self._integral = np.zeros_like(goal)
 
-    def begin(self, state: State) -> None:
+    def begin(self, state: State | Seen) -> None:
         """Start from where the joints are."""
         self._set_point = state.joint_angles
         self._integral = np.zeros_like(self._goal)
 
-    def act(self, state: State) -> Array:
+    def act(self, state: State | Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         config = self.config
         way = self._goal - self._set_point
@@ -58,7 +61,7 @@ class JointPid:
         damped = config.derivative * state.joint_velocities
         return np.asarray(state.joint_angles + config.proportional * error + self._integral - damped)
 
-    def finished(self, state: State) -> NDArray[np.bool_]:
+    def finished(self, state: State | Seen) -> NDArray[np.bool_]:
         """Return which worlds have their set point at the goal and every joint at rest `(B,)`.
 
         The joints need not be at the goal: a goal inside the object is how fingers press on it.

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control.between import Between
 from inhand.control.controller import Controller, Task
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
+from inhand.control.seen import PRIVILEGED, Reads, View, exact, reads_of
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 from inhand.geometry import Array
+from inhand.sim.drawn import Disturbed, truths
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.names import ENGINE
@@ -54,13 +57,15 @@ class _Verdicts:
         self.running = self.running & ~worlds
 
 
-def sense(state: State) -> State:
-    """Return what controllers see of the worlds: all there is, as it is.
+def sense(state: State, between: Between | None = None, reads: Reads = PRIVILEGED) -> View:
+    """Return what controllers see of the worlds: a `State`, or a `Seen` for one that reads what a hand can know.
 
     Every controller decides on what this returns, in trials, in training and in environments; verdicts, rewards and
-    recordings read the state itself.
+    recordings read the state itself. Without anything `between` controllers and worlds all is seen as it is.
     """
-    return state
+    if between is not None:
+        return between.seen(reads)
+    return state if reads == PRIVILEGED else exact(state)
 
 
 def control_step(
@@ -69,13 +74,19 @@ def control_step(
     lost: NDArray[np.int64],
     substeps: int,
     active: NDArray[np.bool_] | None = None,
+    *,
+    between: Between | None = None,
 ) -> tuple[State, NDArray[np.int64]]:
     """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
     Return the state after it, and for how many simulation steps each world has not been held by all fingers `(B,)`,
-    which before it was `lost`. Worlds that are not `active` `(B,)` stand still.
+    which before it was `lost`. Worlds that are not `active` `(B,)` stand still. What stands `between` delays targets,
+    pushes, and takes the state in.
     """
-    state = simulator.step(targets, substeps, active)
+    arriving = targets if between is None else between.send(simulator, targets)
+    state = simulator.step(arriving, substeps, active)
+    if between is not None:
+        between.take(state)
     return state, lost_steps(lost, state, substeps)
 
 
@@ -112,18 +123,26 @@ def simulate(
     twists: Array | None = None,
     longest: float = 8.0,
     between: Sequence[Phase] = (),
+    disturbed: Sequence[Disturbed] | None = None,
 ) -> tuple[Simulator, Recording]:
     """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
 
     Trials, traces, rehearsals and the starts of training and environments all begin here.
 
     Objects stand at `starts` `(B, 3)`. Once they are gripped the phases `between` follow, and `twists` `(B, S, 3)` turn
-    them. What `manipulate` makes carries them, until `longest` [s] at most; None leaves them held.
+    them. What `manipulate` makes carries them, until `longest` [s] at most; None leaves them held. Where worlds are
+    `disturbed` they are not as the task has them, objects do not stand quite at `starts`, and controllers are not told.
     """
-    simulator = make_simulator(bench.engine, task.hand, task.objects, bench.surroundings, bench.threads)
-    start = simulator.reset(starts, placed_joints(task.hand, grasp))
+    hand, objects, scene = task.hand, task.objects, bench.surroundings
+    if disturbed is None:
+        simulator = make_simulator(bench.engine, hand, objects, scene, bench.threads)
+    else:
+        simulator = make_simulator(bench.engine, *truths(disturbed, hand, objects, scene), bench.threads)
+        starts = starts + [each.drawn.start for each in disturbed]
+    start = simulator.reset(starts, placed_joints(hand, grasp))
     phases = standard_phases(grasp, manipulate, twists, longest, between)
-    return simulator, run_episodes(simulator, task, phases, start, bench.progress)
+    way = None if disturbed is None else Between(disturbed, start, task.timestep, task.substeps)
+    return simulator, run_episodes(simulator, task, phases, start, bench.progress, between=way)
 
 
 def run_episodes(
@@ -133,6 +152,7 @@ def run_episodes(
     start: State,
     progress: Told | None = None,
     *,
+    between: Between | None = None,
     worlds: NDArray[np.bool_] | None = None,
 ) -> Recording:
     """Run one episode in every world of a batch, or in some `worlds` `(B,)`, phase by phase, from the state it is in.
@@ -146,7 +166,7 @@ def run_episodes(
     verdicts = _Verdicts(running, np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
     for number, phase in enumerate(phases):
         done = np.zeros(count, dtype=bool)
-        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts):
+        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts, between=between, last=phases[-1]):
             states.append(state)
             phase_of.append(number)
             index = len(states) - 1
@@ -168,20 +188,35 @@ def run_episodes(
 
 
 def _run_phase(
-    simulator: Simulator, task: Task, phase: Phase, state: State, verdicts: _Verdicts
+    simulator: Simulator,
+    task: Task,
+    phase: Phase,
+    state: State,
+    verdicts: _Verdicts,
+    *,
+    between: Between | None,
+    last: Phase,
 ) -> Iterator[tuple[State, NDArray[np.bool_]]]:
-    """Give every state of a phase and which worlds are done, until all that run are done or time is up."""
+    """Give every state of a phase and which worlds are done, until all that run are done or time is up.
+
+    Where something stands `between`, phases before the `last` and grips take their whole time: worlds with noisy senses
+    are done at times of their own, and no world may wait for another's draw.
+    """
+    whole = between is not None and (phase is not last or phase.must_hold)
     controller = phase.controller(task)
-    seen = sense(state)
+    reads = reads_of(controller)
+    if between is not None:
+        between.pushing = phase.keep_contact
+    seen = sense(state, between, reads)
     controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):
-        targets = controller.act(seen)
-        state, lost = control_step(simulator, targets, verdicts.lost, task.substeps, verdicts.running)
-        seen = sense(state)
+        targets, lost = controller.act(seen), verdicts.lost
+        state, lost = control_step(simulator, targets, lost, task.substeps, verdicts.running, between=between)
+        seen = sense(state, between, reads)
         done = controller.finished(seen)
         if phase.keep_contact:
             verdicts.lost = lost
             done = done & (lost == 0)
         yield state, done
-        if bool((done | ~verdicts.running).all()):
+        if not (verdicts.running & (whole | ~done)).any():
             return

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from inhand.control.catalogue import ControllerEntry
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import Recording
 from inhand.control.trial import SHAPES, Passport, Trial
@@ -17,10 +18,10 @@ from inhand.versions import versions
 
 
 def passports(
-    hand: HandSpec, spec: ObjectSpec, controller: str, *, seed: int, engine: str = ENGINE
+    hand: HandSpec, spec: ObjectSpec, entry: ControllerEntry, *, seed: int, engine: str = ENGINE
 ) -> Callable[..., Passport]:
     """Return what makes the passports of a run's trials, given what `Passport` says of one, from `primitive` on."""
-    made = partial(Passport, hand, spec, controller, seed=seed, engine=engine)
+    made = partial(Passport, hand, spec, entry.name, reads=entry.reads, seed=seed, engine=engine)
     return partial(made, substeps=SUBSTEPS, timestep=SceneSpec.timestep, versions=versions())
 
 

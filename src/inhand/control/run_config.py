@@ -30,6 +30,9 @@ class RunConfig(Config):
     """Standard deviation of the object's start in x and y [mm]."""
     noise_deg: float = 1.0
     """Standard deviation of the object's start rotation [deg]."""
+    disturb: str = "none"
+    """What disturbs worlds, senses and commands, unknown to the controller: none, bench, field, hard, or a TOML file
+    (docs/disturbances.md)."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from inhand.geometry import Array, planar, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, text_of
+from inhand.sim.drawn import Disturbed
 from inhand.sim.names import UNTOLD
 from inhand.sim.state import CONTACT_TOLERANCE
 
@@ -68,11 +69,21 @@ class Passport:
     engine: str = UNTOLD
     limit: float | None = None
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
+    reads: str = "privileged"
+    """What the controller reads: privileged, or sensed where it knows no more than a hand can."""
+    disturbed: Disturbed | None = None
+    """How its world was disturbed, with all that was drawn; None where nothing was. Hand and object are those that the
+    controller was told."""
 
     @property
     def period(self) -> float:
         """Time between two rows [s]."""
         return self.substeps * self.timestep
+
+    @property
+    def disturb(self) -> str:
+        """Name of what disturbed its world; none where nothing did."""
+        return "none" if self.disturbed is None else self.disturbed.spec.name
 
     def __post_init__(self) -> None:
         """Refuse what no trial has."""

@@ -153,7 +153,8 @@ def moved_along(finger: FingerSpec, joints: Array, points: Array, shift: Array, 
 
     In steps of damped least squares, the points fixed to the last link; joint limits are kept.
     """
-    count = max(int(np.ceil(np.linalg.norm(shift, axis=-1).max() / step)), 1)
+    # A billionth more: whether a whole number of steps rounds up must not depend on what else is in the batch.
+    count = max(int(np.ceil(np.linalg.norm(shift, axis=-1).max() / step + 1e-9)), 1)
     limits = np.array(finger.limits)
     for _ in range(count):
         jacobian = point_jacobian(joint_positions(finger, joints)[..., :-1, :], points)

@@ -39,6 +39,8 @@ class ObjectSpec:
     """Friction coefficient; a contact has the product of both bodies' coefficients."""
     corners: Corners = ()
     """Outline of a polygon [m]: counter-clockwise, around the middle of its bounding box, stretched to `size`."""
+    centre: tuple[float, float] = (0.0, 0.0)
+    """Centre of mass from where an even object of this outline has it [m]; moments of inertia about it stay."""
 
     def __post_init__(self) -> None:
         """Refuse shapes, sizes, masses, frictions and outlines that no object has; bring corners into order."""
@@ -48,6 +50,10 @@ class ObjectSpec:
         check_mass(f"object {self.name!r}: its mass", self.mass)
         if not (np.isfinite(self.friction) and self.friction >= 0):
             raise InputError(f"object {self.name!r}: friction {self.friction:g}; friction must be 0 or more")
+        if len(self.centre) != 2 or not np.isfinite(self.centre).all():
+            raise InputError(
+                f"object {self.name!r}: centre {self.centre}; its centre of mass needs x and y, finite [m]"
+            )
         if self.shape == "polygon":
             object.__setattr__(self, "corners", stretched(clean_outline(self.name, self.corners), self.size))
         elif self.corners:
@@ -126,7 +132,7 @@ def polygon(spec: ObjectSpec, count: int = 48) -> Array:
 
 def centre_of_mass(spec: ObjectSpec) -> Array:
     """Return an object's centre of mass in its own frame `(2,)` [m]."""
-    return centroid(polygon(spec)) if spec.shape == "polygon" else np.zeros(2)
+    return np.array(spec.centre) + (centroid(polygon(spec)) if spec.shape == "polygon" else 0.0)
 
 
 def convex_pieces(spec: ObjectSpec) -> tuple[Array, ...]:

@@ -18,6 +18,8 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.grasp_search import GraspPlan
 from inhand.learning.starts import Noise, Starts, gripped, plans_for, reach_of
 from inhand.learning.worlds import Interface
+from inhand.sim.disturbance import Disturbance
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import START_BYTES, check_memory
 from inhand.sim.names import ENGINE, Engine
@@ -52,6 +54,9 @@ class EnvironmentConfig(Interface, HeldConfig):
     """Physics engine: planar, mujoco (in three dimensions), or bullet as a witness (extra `bullet`; much slower)."""
     threads: int = 0
     """Threads of the simulation; 0 uses every core."""
+    disturb: str = "none"
+    """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file. Each of the starts is in a
+    world of its own."""
 
     def __post_init__(self) -> None:
         """Refuse values that no environment can have."""
@@ -63,6 +68,7 @@ class EnvironmentConfig(Interface, HeldConfig):
             raise InputError(f"starts={self.starts} for {len(self.angles)} directions: give at least one for each")
         check_memory(f"starts={self.starts}", self.starts, START_BYTES[self.engine])
         check_engine(self.engine)
+        load_disturbance(self.disturb)
         find_layout(self.observation)
         find_reward(self.interface.reward)
         check_fit(*self.held)
@@ -90,7 +96,8 @@ class EnvironmentConfig(Interface, HeldConfig):
     def pool(self) -> Starts:
         """Return the starts of episodes; equal keywords share one pool, made once in a process."""
         noise = Noise(self.noise_mm / 1e3, math.radians(self.noise_deg))
-        return _pool(self.held, self.angles, (self.grasp, noise, self.engine), self.starts, stop=self.stops)
+        how = self.grasp, noise, self.engine, load_disturbance(self.disturb)
+        return _pool(self.held, self.angles, how, self.starts, stop=self.stops)
 
 
 @dataclass(frozen=True)
@@ -196,9 +203,14 @@ def _plans(held: Held, angles: tuple[float, ...], grasp: GraspKind, engine: Engi
 
 @cache
 def _pool(
-    held: Held, angles: tuple[float, ...], gripping: tuple[GraspKind, Noise, Engine], count: int, *, stop: bool
+    held: Held,
+    angles: tuple[float, ...],
+    gripping: tuple[GraspKind, Noise, Engine, Disturbance | None],
+    count: int,
+    *,
+    stop: bool,
 ) -> Starts:
-    grasp, noise, engine = gripping
+    grasp, noise, engine, disturb = gripping
     grips = _plans(held, angles, grasp, engine), np.resize(np.array(angles), count)
-    starts = gripped(*held, grips, np.random.default_rng(POOL_SEED), noise, engine=engine)
+    starts = gripped(*held, grips, np.random.default_rng(POOL_SEED), noise, engine=engine, disturb=disturb)
     return replace(starts, distance=reach_of(held, starts)) if stop else starts

@@ -14,6 +14,7 @@ from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.control.catalogue import SHIPPED, find_controller, notes_of
+from inhand.control.draws import disturbance_notes
 from inhand.control.trial import Trial, load_trials
 from inhand.errors import InputError
 from inhand.folders import MARK
@@ -24,6 +25,7 @@ from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.records import checked, configured
 from inhand.shown import path_of, saved
+from inhand.sim.disturbance import disturbance_of
 from inhand.sim.names import UNTOLD, Engine
 
 if TYPE_CHECKING:
@@ -78,6 +80,7 @@ def evaluate(
     settings |= {"run": path_of("run", run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
     settings |= {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
     settings["human"] = None if human is None else Path(path_of("human", human))
+    settings |= disturbance_of(settings)
     config = configured(EvaluateConfig, settings)
     return finish_evaluation(config, ready_evaluation(config))
 
@@ -110,7 +113,7 @@ def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simu
         _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
         for setup in (known.setup, known.expert)
     ]
-    notes = (*known.people.notes, *notes_of(entry, test.hand, test.object))
+    notes = (*known.people.notes, *notes_of(entry, test.hand, test.object), *disturbance_notes(config, entry.reads))
     trained = entry.policy.trained if entry.policy else {}
     return Compared(config, test, both[0], both[1], trained, known.people.trials, notes, _learned(config.run))
 
@@ -156,7 +159,7 @@ def name_of(config: EvaluateConfig) -> str:
 
 def _test(config: EvaluateConfig, name: str, trained: dict[str, Any]) -> AsteriskConfig:
     """Return the run of the Asterisk Test that evaluates a policy, by default with what it was trained with."""
-    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "out")
+    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "disturb", "out")
     return AsteriskConfig(
         hand=config.hand or trained["hand"],
         object=config.object or trained["object"],

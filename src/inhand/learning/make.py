@@ -8,6 +8,7 @@ from inhand.environment_ids import IDS
 from inhand.errors import InputError, near_matches, needs_extra
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.records import checked
+from inhand.sim.disturbance import disturbance_of
 
 if TYPE_CHECKING:
     import gymnasium
@@ -24,8 +25,8 @@ def make(
     Args:
         name: asterisk, easy, goal, or an id of Gymnasium's.
         num_envs: how many in one simulation; None for a single one.
-        keywords: fields of `inhand.learning.environment_config.EnvironmentConfig`, of `GoalConfig` for goals; hand and
-            object may be specs too. And `render_mode="rgb_array"` for pictures.
+        keywords: fields of `inhand.learning.environment_config.EnvironmentConfig`, of `GoalConfig` for goals; hand,
+            object and disturb may be specs too. And `render_mode="rgb_array"` for pictures.
 
     Raises:
         InputError: an unknown name or keyword, or the extra `rl` is missing.
@@ -39,6 +40,7 @@ def make(
         keywords["hand"] = HANDS.name_of(keywords["hand"])
     if "object" in keywords:
         keywords["object"] = OBJECTS.name_of(keywords["object"])
+    keywords |= disturbance_of(keywords)
     found = WORDS.get(name, name)
     if found not in IDS:
         known = (*WORDS, *IDS)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
+from inhand.control.between import Between
 from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
@@ -28,6 +29,8 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
 from inhand.records import Config
+from inhand.sim.disturbance import Disturbance
+from inhand.sim.drawn import Disturbed, draw
 from inhand.sim.engine import Simulator
 from inhand.sim.names import ENGINE, Engine
 from inhand.sim.snapshot import Snapshot, join
@@ -66,6 +69,8 @@ class Starts:
     """Whole routes to follow instead; a start of a route has no direction of its own, 0 stands for it."""
     engine: Engine = ENGINE
     """The engine in which the object is held; episodes from here run in it."""
+    disturbed: tuple[Disturbed, ...] | None = None
+    """How the world of each start is disturbed, which episodes from it are too; None where nothing is."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
@@ -74,8 +79,9 @@ class Starts:
     def take(self, rows: NDArray[np.int64], angle_deg: Array) -> Starts:
         """Return some starts with other directions [deg] and no way to go yet; routes stay."""
         routes = None if self.routes is None else Routes(self.routes.poses[rows])
-        distance = np.full(len(rows), np.inf)
-        return Starts(self.snapshot.take(rows), select(self.state, rows), angle_deg, distance, routes, self.engine)
+        disturbed = None if self.disturbed is None else tuple(self.disturbed[row] for row in rows.tolist())
+        snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
+        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed)
 
 
 def joined(parts: Sequence[Starts]) -> Starts:
@@ -85,7 +91,8 @@ def joined(parts: Sequence[Starts]) -> Starts:
     found = [part.routes.poses for part in parts if part.routes is not None]
     routes = Routes(np.concatenate(found)) if found else None
     snapshot = join([part.snapshot for part in parts])
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine)
+    worlds = tuple(world for part in parts for world in part.disturbed or ()) or None
+    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds)
 
 
 def straight_task(held: Held, angle_deg: Array, distance: Array | None = None) -> Task:
@@ -106,7 +113,10 @@ def expert_task(held: Held, starts: Starts) -> Task:
 
 def reach_of(held: Held, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
-    return carried_by(straight_task(held, starts.angle_deg), loop.sense(starts.state))
+    task, between = straight_task(held, starts.angle_deg), None
+    if starts.disturbed is not None and len(starts):
+        between = Between(starts.disturbed, starts.state, task.timestep, task.substeps)
+    return carried_by(task, loop.sense(starts.state, between))
 
 
 def grid_of(angles_deg: Array) -> tuple[float, ...]:
@@ -133,10 +143,12 @@ def gripped(
     *,
     engine: Engine = ENGINE,
     threads: int = 0,
+    disturb: Disturbance | None = None,
 ) -> Starts:
     """Return starts with all fingers of a hand on an object; one whose grasp fails is drawn again.
 
-    `grips` are plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg].
+    `grips` are plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg]. Each is
+    held in a world of its own that `disturb` draws.
 
     Raises:
         InputError: in ten draws a start could not be held.
@@ -148,7 +160,9 @@ def gripped(
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
         poses = hand.start_pose + spread * rng.standard_normal((len(waiting), 3))
-        starts = _close(hand, spec, [plans[k] for k in waiting.tolist()], poses, bench)
+        keys = [] if disturb is None else rng.integers(2**62, size=len(waiting)).tolist()
+        worlds = tuple(draw(disturb, (key,), hand.n_joints) for key in keys if disturb is not None) or None
+        starts = _close(Held(hand, spec), [plans[k] for k in waiting.tolist()], poses, bench, worlds)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])
@@ -162,10 +176,17 @@ def gripped(
     )
 
 
-def taken(simulator: Simulator, state: State, worlds: NDArray[np.int64], angle_deg: Array) -> Starts:
-    """Return what some worlds of a running batch look like now, as starts."""
+def taken(
+    simulator: Simulator,
+    state: State,
+    worlds: NDArray[np.int64],
+    angle_deg: Array,
+    disturbed: Sequence[Disturbed] | None = None,
+) -> Starts:
+    """Return what some worlds of a running batch look like now, as starts; `disturbed` tells how each world is."""
     snapshot, distance = simulator.snapshot().take(worlds), np.full(len(worlds), np.inf)
-    return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine)
+    own = None if disturbed is None else tuple(disturbed[world] for world in worlds.tolist())
+    return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine, disturbed=own)
 
 
 def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
@@ -175,10 +196,12 @@ def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
     return [float(a) for a in have[away.argmin(axis=1)]]
 
 
-def _close(hand: HandSpec, spec: ObjectSpec, plans: list[GraspPlan], poses: Array, bench: Bench) -> Starts:
+def _close(
+    held: Held, plans: list[GraspPlan], poses: Array, bench: Bench, disturbed: tuple[Disturbed, ...] | None
+) -> Starts:
     """Close the fingers on objects that stand at poses `(N, 3)`."""
     count = len(plans)
-    grasp = closing_joints(hand, spec, plans, np.tile(hand.start_pose, (count, 1)), poses)
-    task = Task(hand, (spec,) * count, Path(np.zeros((count, 1, 3))))
-    simulator, recording = simulate(task, grasp, poses, None, bench)
-    return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))
+    grasp = closing_joints(*held, plans, np.tile(held.hand.start_pose, (count, 1)), poses)
+    task = Task(held.hand, (held.object,) * count, Path(np.zeros((count, 1, 3))))
+    simulator, recording = simulate(task, grasp, poses, None, bench, disturbed=disturbed)
+    return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count), disturbed)

@@ -1,12 +1,13 @@
 """Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
+from inhand.control.between import Between
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
 from inhand.errors import InputError
@@ -14,6 +15,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.learning.starts import Starts
 from inhand.records import Config
+from inhand.sim.drawn import truths
 from inhand.sim.engines import make_simulator
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
@@ -85,17 +87,22 @@ class ManipulationWorlds:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
         self.hand, spec = held
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
-        self.simulator = make_simulator(starts.engine, self.hand, [spec] * count, threads=threads)
-        self.scene = Scene(self.hand, self.simulator.objects)
+        if starts.disturbed is None:
+            self.simulator = make_simulator(starts.engine, self.hand, [spec] * count, threads=threads)
+        else:
+            kinds = truths(starts.disturbed, self.hand, [spec] * len(starts), None)
+            self.simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
+        self.scene = Scene(self.hand, (spec,) * count)
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts = starts
+        self._between: Between | None = None
         self._pool = _asked(starts)
         self._seen = observe(self.layout, loop.sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
         self._observation = np.empty((count, self._seen.shape[1]))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
-        self._last = np.zeros((count, self.hand.n_joints))
+        self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
 
     @property
@@ -106,7 +113,8 @@ class ManipulationWorlds:
     @property
     def seen(self) -> State:
         """What a controller sees of it."""
-        return loop.sense(self._state)
+        seen: State = loop.sense(self._state, self._between)
+        return seen
 
     @property
     def aim(self) -> Aim:
@@ -132,15 +140,15 @@ class ManipulationWorlds:
         """
         before = self._state
         actions = checked_actions(given, before.targets.shape)
-        targets = targets_of(actions, self.interface.actions, self.hand, before)
-        after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS)
+        targets = targets_of(actions, self.interface.actions, self.hand, self.seen)
+        after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS, between=self._between)
         self._steps += 1
         gone = dropped(after, self._lost)
         asked, made = self._aim, self._along(after)
         decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
-        successor = observe(self.layout, loop.sense(after), self._aim, self.scene)
+        successor = observe(self.layout, loop.sense(after, self._between), self._seen_aim(), self.scene)
         shift = self._shift(decision)
         self._state, self._observation, self._last = after, successor, decision.action
         ended = np.flatnonzero(gone | truncated)
@@ -166,7 +174,8 @@ class ManipulationWorlds:
         return np.stack([routes.way[self._row, self._come], made.across, made.turned], axis=-1)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
-        self.simulator.restore(worlds, self._starts.snapshot, rows)
+        kinds = None if self._starts.disturbed is None else rows
+        self.simulator.restore(worlds, self._starts.snapshot, rows, kinds)
         self._state = put(self._state, worlds, self._starts.state, rows)
         self._aim = Aim(
             **{name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
@@ -174,10 +183,35 @@ class ManipulationWorlds:
         self._row[worlds], self._come[worlds] = rows, 0
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
-        self._observation = _put(self._observation, worlds, self._seen[rows])
+        self._observation = _put(self._observation, worlds, self._first_seen(worlds, rows))
         self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
         self._lost[worlds] = 0
+
+    def _first_seen(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> Array:
+        """Return the first observations of episodes from some rows; where worlds are disturbed, senses begin anew."""
+        if self._starts.disturbed is None:
+            return self._seen[rows]
+        keys = self.rng.integers(2**62, size=len(worlds)).tolist()
+        disturbed = [self._starts.disturbed[row].again((key,)) for row, key in zip(rows.tolist(), keys, strict=True)]
+        if self._between is None:
+            self._between = Between(disturbed, self._state, self.simulator.timestep, SUBSTEPS)
+            self._between.pushing = True
+        else:
+            self._between.begin(worlds, disturbed, self._state)
+        seen = select(self.seen, worlds)
+        self._seen_start = _put(self._seen_start, worlds, seen.pose)
+        told = self._seen_aim()
+        if self._starts.routes is None:
+            told = Aim(told.angle[worlds], seen.pose, np.broadcast_to(told.distance, self.count)[worlds])
+            return observe(self.layout, seen, told, Scene(self.hand, self.scene.objects[: len(worlds)]))
+        return observe(self.layout, self.seen, told, self.scene)[worlds]
+
+    def _seen_aim(self) -> Aim:
+        """Return what is asked as a controller knows it: a direction starts where it then saw the object."""
+        if self._between is None or self._starts.routes is not None:
+            return self._aim
+        return replace(self._aim, start=self._seen_start)
 
     def state_dict(self) -> dict[str, Any]:
         """Return everything that `load_state_dict` needs, arrays by name and the random generator's state as `rng`."""

@@ -49,25 +49,27 @@ class BulletSimulator(Simulator):
         hand: HandSpec | Sequence[HandSpec],
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+        *,
+        kinds: NDArray[np.int64] | None = None,
     ) -> None:
         """Open a connection for each object, whose shapes may differ; it closes with the simulator.
 
         Raises:
             InputError: PyBullet is not installed, walls, too many worlds, or what no simulator takes.
         """
-        super().__init__(hand, objects, scenes)
-        if any(scene.walls for scene in self._scenes):
+        super().__init__(hand, objects, scenes, kinds)
+        if any(scene.walls for _, _, scene in self._kinds):
             raise InputError("walls with the engine 'bullet', which has none here: use the engine 'planar' or 'mujoco'")
-        if len(objects) > MOST_WORLDS:
-            raise InputError(f"{len(objects)} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
+        if self.n_worlds > MOST_WORLDS:
+            raise InputError(f"{self.n_worlds} worlds in PyBullet, which takes at most {MOST_WORLDS}: ask for fewer")
         self._engine = load_pybullet()
-        self._clients = [self._engine.connect(self._engine.DIRECT) for _ in objects]
+        self._clients = [self._engine.connect(self._engine.DIRECT) for _ in self._kind]
         weakref.finalize(self, _disconnect, self._engine, self._clients)
         self._worlds: list[World] = []
-        self._rows: list[Reading] = [([], [], [], [], [])] * len(objects)
+        self._rows: list[Reading] = [([], [], [], [], [])] * self.n_worlds
         self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, self.hand.n_joints))
-        self._targets = np.zeros((len(self.objects), self.hand.n_joints))
-        self._steps = np.zeros(len(self.objects), dtype=np.int64)
+        self._targets = np.zeros((self.n_worlds, self.hand.n_joints))
+        self._steps = np.zeros(self.n_worlds, dtype=np.int64)
 
     def _measure(self, active: NDArray[np.bool_]) -> State:
         self._check_begun()
@@ -102,7 +104,7 @@ class BulletSimulator(Simulator):
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         """Build the worlds anew: contacts that PyBullet remembers would change the next episode."""
         self._starts = object_pose.copy(), joint_angles.copy()
-        self._worlds = [self._begin(index) for index in range(len(self.objects))]
+        self._worlds = [self._begin(index) for index in range(self.n_worlds)]
         self._steps[:] = 0
         self._targets[:] = joint_angles
 
@@ -110,17 +112,20 @@ class BulletSimulator(Simulator):
         self._check_begun()
         for index in np.flatnonzero(active).tolist():
             world = self._worlds[index]
-            _command(self._engine, world, self._hands[index], targets[index])
+            _command(self._engine, world, self._kinds[self._kind[index]][0], targets[index])
             for _ in range(substeps):
                 self._engine.stepSimulation(world.client)
             self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
         self._steps[active] += substeps
         self._targets[active] = targets[active]
 
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        """Nothing more: a world that is put somewhere is built anew."""
+
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n = self.hand.n_joints
         if not self._worlds:
-            self.reset(np.zeros((len(self.objects), 3)), np.zeros((len(self.objects), n)))
+            self.reset(np.zeros((self.n_worlds, 3)), np.zeros((self.n_worlds, n)))
         for world, row in zip(worlds.tolist(), rows.tolist(), strict=True):
             self._worlds[world] = self._built(world)
             pose, speed = snapshot.qpos[row, n:], snapshot.qvel[row]
@@ -134,7 +139,7 @@ class BulletSimulator(Simulator):
         for index, each in zip(worlds.tolist(), impulse, strict=True):
             world = self._worlds[index]
             linear, angular = self._engine.getBaseVelocity(world.object, physicsClientId=world.client)
-            faster = (np.array(linear) + each / self.objects[index].mass).tolist()
+            faster = (np.array(linear) + each / self._mass[index]).tolist()
             self._engine.resetBaseVelocity(world.object, faster, angular, physicsClientId=world.client)
 
     def _time(self) -> Array:
@@ -145,14 +150,13 @@ class BulletSimulator(Simulator):
             raise InputError("step() before reset(): place objects and joints with reset() first")
 
     def _built(self, index: int) -> World:
-        spec, hand = self.objects[index], self._hands[index]
-        return build_world(self._engine, self._clients[index], hand, spec, self._scenes[index])
+        return build_world(self._engine, self._clients[index], *self._kinds[self._kind[index]])
 
     def _begin(self, index: int) -> World:
         """Build one world anew, at rest where it was last reset to."""
         poses, angles = self._starts
         world = self._built(index)
-        _set(self._engine, world, spatial(poses[index], self.objects[index].height / 2), angles[index])
+        _set(self._engine, world, spatial(poses[index], self._height[index]), angles[index])
         return world
 
 

@@ -79,7 +79,7 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
     palm = _add_hand(engine, client, hand, spec.height / 2)
     thing = _add_object(engine, client, spec)
     pieces = convex_pieces(spec)
-    middle = centroid(pieces[0]) if spec.shape == "polygon" else (0.0, 0.0)
+    middle = np.array(spec.centre) + (centroid(pieces[0]) if spec.shape == "polygon" else 0.0)
     world = World(client, palm, thing, len(pieces), (float(middle[0]), float(middle[1])), floor)
     _finish(engine, client, (floor, BASE), scene.floor_friction)
     for part in world.parts:
@@ -112,8 +112,11 @@ def _add_object(engine: ModuleType, client: int, spec: ObjectSpec) -> int:
     place = [0, 0.1, spec.height / 2]
     pieces = convex_pieces(spec)
     shapes, centres = zip(*(_prism(engine, client, piece, spec.height) for piece in pieces), strict=True)
+    centres = tuple([x + spec.centre[0], y + spec.centre[1], z] for x, y, z in centres)
     if spec.shape != "polygon":
-        return int(engine.createMultiBody(spec.mass, shapes[0], basePosition=place, physicsClientId=client))
+        middle = [*spec.centre, 0.0]
+        body = spec.mass, shapes[0], -1, place
+        return int(engine.createMultiBody(*body, baseInertialFramePosition=middle, physicsClientId=client))
     areas = np.array([signed_area(piece) for piece in pieces])
     masses, others = spec.mass * areas / areas.sum(), len(pieces) - 1
     thing = engine.createMultiBody(

@@ -34,20 +34,38 @@ class Simulator(ABC):
         hand: HandSpec | Sequence[HandSpec],
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+        kinds: NDArray[np.int64] | None = None,
     ) -> None:
-        """Keep what all engines need: a hand and a scene for all worlds, or one each, and the object of each.
+        """Keep what all engines need: a hand and a scene for all kinds of worlds, or one each, and the object of each.
+
+        `kinds` `(B,)` are the kinds of the worlds, which `restore` can change; without them there is a world of each.
 
         Raises:
             InputError: no objects, hands of different joints, or another number of hands or scenes.
         """
-        self._scenes = scene_of_each(objects, scenes)
-        self._hands = _hand_of_each(hand, len(objects))
-        self.hand, self.objects, self.timestep = self._hands[0], tuple(objects), self._scenes[0].timestep
-        """The first world's hand, whose joints are those of all, the object of each, and the physics step [s]."""
-        self._mass, self._height = np.array([(spec.mass, spec.height / 2) for spec in objects]).T
-        self._centre = np.stack([centre_of_mass(spec) for spec in objects])
-        self._diverged = np.zeros(len(objects), dtype=bool)
-        self._forces = np.zeros((len(objects), len(self.hand.fingers), 3))
+        each = scene_of_each(objects, scenes)
+        self._kinds = list(zip(_hand_of_each(hand, len(objects)), objects, each, strict=True))
+        self._kind = np.arange(len(objects)) if kinds is None else kinds.copy()
+        count = len(self._kind)
+        self.hand, self.timestep = self._kinds[0][0], each[0].timestep
+        """The first kind's hand, whose joints are those of all, and the physics step [s]."""
+        self._mass, self._height, self._centre = np.zeros(count), np.zeros(count), np.zeros((count, 2))
+        self._know(np.arange(count))
+        self._diverged = np.zeros(count, dtype=bool)
+        self._forces = np.zeros((count, len(self.hand.fingers), 3))
+        self.lag = np.zeros(count, dtype=np.int64)
+        """For how many physics steps of a control step each world still holds the targets before `(B,)`."""
+        self._held = np.zeros((count, self.hand.n_joints))
+
+    @property
+    def objects(self) -> tuple[ObjectSpec, ...]:
+        """The object of each world."""
+        return tuple(self._kinds[kind][1] for kind in self._kind.tolist())
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return len(self._kind)
 
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
@@ -55,7 +73,7 @@ class Simulator(ABC):
         Raises:
             InputError: a pose or an angle is not finite, or their shapes are others; the text names the world.
         """
-        count = len(self.objects)
+        count = self.n_worlds
         self._check_targets(joint_angles)
         if object_pose.shape != (count, 3):
             raise InputError(f"object poses of shape {object_pose.shape}; {count} worlds need {(count, 3)}")
@@ -64,7 +82,7 @@ class Simulator(ABC):
             raise InputError(
                 f"the object's start pose in world {world} is {object_pose[world]}; give finite x, y, theta"
             )
-        self._diverged[:], self._forces[:] = False, 0.0
+        self._diverged[:], self._forces[:], self._held[:] = False, 0.0, joint_angles
         self._place(object_pose, joint_angles)
         return self.measure()
 
@@ -79,20 +97,28 @@ class Simulator(ABC):
         if substeps < 1:
             raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
         self._check_targets(targets)
-        active = np.ones(len(self.objects), dtype=bool) if active is None else active
-        self._advance(targets, substeps, active)
+        active = np.ones(self.n_worlds, dtype=bool) if active is None else active
+        self._hold(targets, substeps, active)
         return self._measure(active)
 
     def measure(self) -> State:
         """Return the state of the present instant, worlds that diverged put back first."""
-        return self._measure(np.ones(len(self.objects), dtype=bool))
+        return self._measure(np.ones(self.n_worlds, dtype=bool))
 
     @abstractmethod
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on, to put worlds back to it with `restore`."""
 
-    def restore(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+    def restore(
+        self,
+        worlds: NDArray[np.int64],
+        snapshot: Snapshot,
+        rows: NDArray[np.int64],
+        kinds: NDArray[np.int64] | None = None,
+    ) -> None:
         """Put worlds `(K,)` back to rows `(K,)` of a snapshot, without measuring; the others are not touched.
+
+        They become worlds of the given `kinds` `(K,)`, or stay of their own.
 
         The snapshot may be another simulator's, of any number of worlds; a like object of another size or mass takes
         the pose over as it is.
@@ -100,9 +126,15 @@ class Simulator(ABC):
         Raises:
             InputError: worlds or rows that are not there, a world named twice, or a hand of another number of joints.
         """
-        check_restore(worlds, len(self.objects), snapshot, rows, self.hand.n_joints)
+        check_restore(worlds, self.n_worlds, snapshot, rows, self.hand.n_joints)
+        if kinds is not None:
+            check_indices(kinds, len(self._kinds), "kind")
+            self._kind[worlds] = kinds
+            self._know(worlds)
+            self._become(worlds)
         self._put(worlds, snapshot, rows)
         self._diverged[worlds], self._forces[worlds] = False, snapshot.forces[rows]
+        self._held[worlds] = snapshot.ctrl[rows]
 
     def push(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         """Push the objects of worlds `(K,)` at their centres of mass with impulses `(K, 3)` [N s], at this instant.
@@ -110,7 +142,7 @@ class Simulator(ABC):
         Raises:
             InputError: worlds that are not there, or impulses of another shape or not finite.
         """
-        check_indices(worlds, len(self.objects), "world")
+        check_indices(worlds, self.n_worlds, "world")
         if impulse.shape != (len(worlds), 3) or not np.isfinite(impulse).all():
             raise InputError(
                 f"impulses of shape {impulse.shape} for {len(worlds)} worlds; give finite values of shape"
@@ -120,6 +152,14 @@ class Simulator(ABC):
 
     @abstractmethod
     def _place(self, object_pose: Array, joint_angles: Array) -> None: ...
+
+    def _hold(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        """Advance by physics steps, at first with the targets before where targets lag."""
+        done = 0
+        for until in np.unique([*self.lag[(self.lag > 0) & (self.lag < substeps)].tolist(), substeps]).tolist():
+            self._advance(np.where((self.lag <= done)[:, None], targets, self._held), until - done, active)
+            done = until
+        self._held = np.where(active[:, None], targets, self._held)
 
     @abstractmethod
     def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None: ...
@@ -132,7 +172,18 @@ class Simulator(ABC):
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None: ...
 
     @abstractmethod
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        """Take up that some worlds are of other kinds now; they are put somewhere next."""
+
+    @abstractmethod
     def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None: ...
+
+    def _know(self, worlds: NDArray[np.int64]) -> None:
+        """Write down what is asked of some worlds' objects at every step."""
+        for world in worlds.tolist():
+            spec = self._kinds[self._kind[world]][1]
+            self._mass[world], self._height[world] = spec.mass, spec.height / 2
+            self._centre[world] = centre_of_mass(spec)
 
     def _state(
         self, time: Array, body: tuple[Array, Array], joints: tuple[Array, Array], targets: Array, links: Array
@@ -165,7 +216,7 @@ class Simulator(ABC):
         )
 
     def _check_targets(self, targets: Array) -> None:
-        wanted = len(self.objects), self.hand.n_joints
+        wanted = self.n_worlds, self.hand.n_joints
         if targets.shape != wanted:
             raise InputError(f"joint targets of shape {targets.shape}; {wanted[0]} worlds need {wanted}")
         if not np.isfinite(targets).all():

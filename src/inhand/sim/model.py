@@ -14,8 +14,8 @@ import numpy as np
 
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
-from inhand.hands.outlines import centroid, second_moments
+from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces, polygon
+from inhand.hands.outlines import second_moments
 from inhand.hands.polygons import is_box
 from inhand.hands.shapes import link_outline, palm_outline
 from inhand.sim.scene import FAR, SceneSpec
@@ -129,8 +129,10 @@ def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
     else:
         for name, piece in zip(_piece_names(spec), convex_pieces(spec), strict=True):
             _add_prism(mj, body, name, piece, height=spec.height, mass=spec.mass)
-        if spec.shape == "polygon" and not is_box(polygon(spec)):
+        if spec.shape == "polygon" and not is_box(polygon(spec)) and not any(spec.centre):
             _set_inertia(body, spec)
+    if any(spec.centre):
+        _set_inertia(body, spec)
 
 
 def _set_inertia(body: mujoco.MjsBody, spec: ObjectSpec) -> None:
@@ -139,9 +141,9 @@ def _set_inertia(body: mujoco.MjsBody, spec: ObjectSpec) -> None:
     MuJoCo would add those of the pieces; their rounding decides whether it takes a symmetric body for a simple one,
     and bodies of both kinds cannot share a batch.
     """
-    corners = polygon(spec)
-    middle, moments = centroid(corners), second_moments(corners)
-    (xx, xy), (_, yy) = moments
+    middle = centre_of_mass(spec)
+    round_moments = np.eye(2) * spec.size[0] ** 2 / 16
+    (xx, xy), (_, yy) = round_moments if spec.shape == "cylinder" else second_moments(polygon(spec))
     angle = 0.5 * np.arctan2(2 * xy, xx - yy) if abs(xy) > 1e-9 * (xx + yy) else 0.0
     c, s = np.cos(angle), np.sin(angle)
     along, across = xx * c * c + 2 * xy * c * s + yy * s * s, xx * s * s - 2 * xy * c * s + yy * c * c

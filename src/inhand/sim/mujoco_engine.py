@@ -1,7 +1,7 @@
 """The default engine: MuJoCo, all worlds stepped on all cores without a Python loop over them."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import mujoco
@@ -52,6 +52,8 @@ class MujocoSimulator(Simulator):
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
         threads: int = 0,
+        *,
+        kinds: NDArray[np.int64] | None = None,
     ) -> None:
         """Build a world for each object, to step on some threads; 0 uses every core.
 
@@ -61,14 +63,12 @@ class MujocoSimulator(Simulator):
         Raises:
             InputError: worlds that differ in more, or what no simulator takes.
         """
-        super().__init__(hand, objects, scenes)
-        _check_alike(objects, self._scenes)
-        worlds = list(zip(self._hands, objects, self._scenes, strict=True))
-        kinds = {world: build_model(*world) for world in set(worlds)}
-        meters = {world: build_measuring_model(*world) for world in set(worlds)}
-        threads = min(threads or os.cpu_count() or 1, len(objects))
-        self._stepper = _batch([kinds[world] for world in worlds], threads)
-        self._meter = _batch([meters[world] for world in worlds], threads)
+        super().__init__(hand, objects, scenes, kinds)
+        _check_alike(objects, [scene for _, _, scene in self._kinds])
+        models = {kind: (build_model(*kind), build_measuring_model(*kind)) for kind in set(self._kinds)}
+        self._models = [models[kind] for kind in self._kinds]
+        threads = min(threads or os.cpu_count() or 1, self.n_worlds)
+        self._stepper, self._meter = (_batch([*own], threads) for own in self._models_now())
         bind = self._stepper.bind
         read = {name: bind(name) for name in _KEPT}
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
@@ -104,6 +104,15 @@ class MujocoSimulator(Simulator):
         self._readings.ctrl[active] = targets[active]
         self._stepper.step(active, nstep=substeps)
         self._forces[active] = self._readings.forces.reshape(self._forces.shape)[active]
+
+    def _models_now(self) -> Iterator[tuple[mujoco.MjModel, ...]]:
+        """Give the model of each world, for stepping and for measuring."""
+        return zip(*(self._models[kind] for kind in self._kind.tolist()), strict=True)
+
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        del worlds
+        for batch, models in zip((self._stepper, self._meter), self._models_now(), strict=True):
+            batch.set_models([*models])
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         for name in _KEPT:

@@ -13,9 +13,12 @@ from inhand.control.ik import IkConfig, IkController
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
+from inhand.control.seen import SENSED
 from inhand.control.trial import REACHED, STOPPED, Trial
+from inhand.errors import InputError
 from inhand.geometry import Array, Path, planar
 from inhand.hands.fit import Held
+from inhand.sim.drawn import Disturbed
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
@@ -72,21 +75,27 @@ def follow(
     *,
     seed: int = 0,
     config: SequenceConfig | None = None,
+    disturbed: Sequence[Disturbed] | None = None,
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it and return what each world left.
 
     Plans begin where objects are placed, in the palm frame; really they stand at `starts` `(B, 3)` [m, m, rad]. The
     low-level controller chooses the grasp for the whole plan; a policy that was trained on a whole task follows it
-    without a sequence. `config` says when primitives have arrived or failed.
+    without a sequence. `config` says when primitives have arrived or failed; `disturbed` how each world is disturbed.
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
     grasp = entry.grasp(hand, spec, poses, starts, engine=bench.engine)
     task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
-    _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=max(map(_longest, plans)))
-    signed = passports(hand, spec, entry.name, seed=seed, engine=bench.engine)
-    found = [signed(plan.name, None, 0.0, plan.name, number) for number, plan in enumerate(plans, start=1)]
+    longest = max(map(_longest, plans))
+    _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
+    signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
+    worlds: Sequence[Disturbed | None] = disturbed or [None] * len(plans)
+    found = [
+        signed(plan.name, None, 0.0, plan.name, number, disturbed=world)
+        for number, (plan, world) in enumerate(zip(plans, worlds, strict=True), start=1)
+    ]
     trials = cut_trials(recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
@@ -95,6 +104,11 @@ def _driver(
     task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
 ) -> Sequencer | RouteController:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
+    if entry.reads == SENSED:
+        raise InputError(
+            f"controller {entry.name!r} reads what is sensed, and sequences judge primitives by what is privileged: use"
+            " another controller"
+        )
     if entry.policy is not None and entry.policy.task:
         return RouteController(task, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)

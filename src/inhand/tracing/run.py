@@ -8,7 +8,7 @@ import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.catalogue import ControllerEntry, find_controller
-from inhand.control.draws import check_count, check_draws, start_noise
+from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
 from inhand.control.loop import Bench, Told
 from inhand.control.policy import check_joints
 from inhand.errors import InputError, near_matches
@@ -150,9 +150,11 @@ def simulate_trace(
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
     held = Held(setup.hand, setup.object)
-    noise = start_noise(config, [(None, 0.0, number) for number in range(1, config.trials + 1)])
+    whose = [(None, 0.0, number) for number in range(1, config.trials + 1)]
+    starts = setup.hand.start_pose + start_noise(config, whose)
+    worlds = disturbed_worlds(config, whose, setup.hand.n_joints)
     bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), progress=progress)
-    found = follow(held, setup.controller, setup.plans, setup.hand.start_pose + noise, bench, seed=config.seed)
+    found = follow(held, setup.controller, setup.plans, starts, bench, seed=config.seed, disturbed=worlds)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 

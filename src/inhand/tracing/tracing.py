@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.draws import disturbance_notes
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
+from inhand.sim.disturbance import disturbance_of
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import Followed
 from inhand.tracing.run import TraceSetup, prepare_trace, simulate_trace
@@ -54,6 +56,7 @@ def trace(
     settings |= {"path": str(path), "size": size, "trials": trials, "seed": seed}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
+    settings |= disturbance_of(settings)
     return run_trace(configured(TraceConfig, settings))
 
 
@@ -68,6 +71,7 @@ def run_trace(
     setup = prepare(config)
     from inhand.tracing.report import TraceRun
 
-    notes = (*setup.notes, *notes_of(setup.controller, config.hand, config.object))
+    entry = setup.controller
+    notes = (*setup.notes, *notes_of(entry, config.hand, config.object), *disturbance_notes(config, entry.reads))
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

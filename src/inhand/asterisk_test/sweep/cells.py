@@ -20,6 +20,7 @@ from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.tasks.primitives import parse_directions
 
 WATCH = "end with the parent"
@@ -66,6 +67,7 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
         "object": spec,
         "directions": parse_directions(config.directions),
         **{field.name: getattr(config, field.name) for field in fields(TrialsConfig)},
+        "disturb": load_disturbance(config.disturb),
         "versions": dict(versions),
     }
     policy = find_controller(config.controller).policy

@@ -16,13 +16,15 @@ from typing import TYPE_CHECKING, Any
 from inhand.asterisk_test.sweep.cells import Job, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
-from inhand.control.catalogue import CONTROLLERS
+from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.draws import disturbance_notes
 from inhand.folders import check_folder
 from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
 from inhand.shown import Shown, listed, path_of, several
+from inhand.sim.disturbance import disturbance_of
 from inhand.tasks.primitives import parse_directions
 
 if TYPE_CHECKING:
@@ -104,6 +106,7 @@ def sweep(
     settings |= {"hands": [HANDS.name_of(hand) for hand in several(hands)], "jobs": jobs, "out": folder}
     settings["objects"] = [OBJECTS.name_of(thing) for thing in several(objects)]
     settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}
+    settings |= disturbance_of(settings)
     return run_sweep(configured(SweepConfig, settings))
 
 
@@ -114,7 +117,8 @@ def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: comput
         InputError: anything in the configuration that cannot be run.
     """
     began = time.perf_counter()
-    found, notes = plan(config), assumed(config.hands)
+    found = plan(config)
+    notes = (*assumed(config.hands), *disturbance_notes(config, find_controller(config.controller).reads))
     for _ in compute(found, config.jobs):
         pass
     from inhand.asterisk_test.sweep.summary import sweep_of

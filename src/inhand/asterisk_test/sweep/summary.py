@@ -53,7 +53,8 @@ def sweep_of(contents: Iterable[CellFile], primitives: Sequence[Primitive]) -> S
     entries = []
     for cell in cells:
         finger = 1e3 * read_record(cell.settings["hand"], HandSpec).finger_length
-        settings = cell.hand, cell.object, cell.settings["controller"], cell.settings["engine"]
+        disturb = cell.settings.get("disturb") or {"name": "none"}
+        settings = cell.hand, cell.object, cell.settings["controller"], cell.settings["engine"], disturb["name"]
         same = {**dict(zip(SETTINGS, settings, strict=True)), "finger_mm": finger}
         entries += [same | entry for entry in cell.trials]
     trials = tidy(entries, (*SETTINGS, "finger_mm"))

@@ -56,7 +56,7 @@ def friction_arm(spec: ObjectSpec) -> float:
     The object stands on the corners of its outline's hull, a cylinder on its rim, as MuJoCo lets it. The corners carry
     loads that balance about the centre of mass and are as even as can be; the arm is their mean distance from it.
     """
-    if spec.shape == "cylinder":
+    if spec.shape == "cylinder" and not any(spec.centre):
         return spec.size[0] / 2
     corners = polygon(spec)
     away = corners[ConvexHull(corners).vertices] - centre_of_mass(spec)
@@ -110,7 +110,7 @@ def build(worlds: Sequence[World]) -> Model:
 def _pieces(spec: ObjectSpec) -> list[Outline]:
     """Return an object's convex pieces, seen from its centre of mass."""
     if spec.shape == "cylinder":
-        return [Outline(np.zeros((1, 2)), spec.size[0] / 2)]
+        return [Outline(np.zeros((1, 2)) - centre_of_mass(spec), spec.size[0] / 2)]
     return [Outline(piece - centre_of_mass(spec)) for piece in convex_pieces(spec)]
 
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,23 +43,27 @@ class PlanarSimulator(Simulator):
         objects: Sequence[ObjectSpec],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
         threads: int = 0,
+        *,
+        kinds: NDArray[np.int64] | None = None,
     ) -> None:
         """Build a world for each object, to step on some threads; 0 uses every core.
 
         Raises:
             InputError: what no simulator takes.
         """
-        super().__init__(hand, objects, scenes)
-        each = list(zip(self._hands, objects, self._scenes, strict=True))
-        kinds = {world: number for number, world in enumerate(dict.fromkeys(each))}
-        count, n = len(objects), self.hand.n_joints
-        self._model = build(list(kinds))
+        super().__init__(hand, objects, scenes, kinds)
+        distinct = {kind: number for number, kind in enumerate(dict.fromkeys(self._kinds))}
+        self._number = np.array([distinct[kind] for kind in self._kinds])
+        count, n = self.n_worlds, self.hand.n_joints
+        self._model = build(list(distinct))
         self._worlds = Worlds(
-            kind=np.array([kinds[world] for world in each]),
+            kind=self._number[self._kind],
             active=np.ones(count, dtype=bool),
             position=np.zeros((count, n + 3)),
             velocity=np.zeros((count, n + 3)),
             target=np.zeros((count, n)),
+            coming=np.zeros((count, n)),
+            lag=np.zeros(count, dtype=np.int64),
             acceleration=np.zeros((count, n + 3)),
             force=self._forces,
         )
@@ -101,10 +106,17 @@ class PlanarSimulator(Simulator):
         self._start[:] = now.position
 
     def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
-        self._worlds.active[:] = active
-        self._worlds.target[active] = targets[active]
+        self._worlds.active[:], self._worlds.coming[:], self._worlds.lag[:] = active, targets, self.lag
         self._run(lambda part: step_worlds(self._model, part.worlds, part.work, substeps))
         self._time[active] += substeps * self.timestep
+
+    def _hold(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        """Advance at once; the kernel lets targets lag."""
+        self._advance(targets, substeps, active)
+
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        self._worlds.kind[worlds] = self._number[self._kind[worlds]]
+        self._links[worlds, :, 3::3] = self._height[worlds, None, None]
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n, now = self.hand.n_joints, self._worlds
@@ -132,8 +144,8 @@ class PlanarSimulator(Simulator):
     def _part(self, rows: NDArray[np.int64]) -> Part:
         here = slice(int(rows[0]), int(rows[-1]) + 1)
         now = self._worlds
-        views = [array[here] for array in (now.position, now.velocity, now.target, now.acceleration, now.force)]
-        return Part(Worlds(now.kind[here], now.active[here], *views), self._links[here], room(self._model))
+        views: list[Any] = [array[here] for array in now]
+        return Part(Worlds(*views), self._links[here], room(self._model))
 
     def _run(self, work: Callable[[Part], None]) -> None:
         """Do something with every part, each on a thread of its own."""

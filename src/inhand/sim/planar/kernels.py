@@ -18,6 +18,9 @@ def step_worlds(model: Model, worlds: Worlds, work: Work, steps: int) -> None:
         if not worlds.active[b]:
             continue
         for i in range(steps):
+            if i == worlds.lag[b]:
+                for j in range(len(model.finger)):
+                    worlds.target[b, j] = worlds.coming[b, j]
             place_bodies(model, worlds, b, work)
             weigh(model, worlds, b, work)
             contacts = find_constraints(model, worlds, b, work)

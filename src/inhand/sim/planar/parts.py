@@ -85,6 +85,10 @@ class Worlds(NamedTuple):
     """Their rates `(B, n + 3)`."""
     target: Array
     """Joint angles commanded `(B, n)` [rad]."""
+    coming: Array
+    """Those that are commanded `(B, n)` [rad] from a physics step on,"""
+    lag: Indices
+    """whose number this is `(B,)`."""
     acceleration: Array
     """What the solver found last, where it starts its next search `(B, n + 3)`."""
     force: Array

@@ -1,0 +1,117 @@
+"""What stands between controllers and disturbed worlds: senses one way, commands and pushes the other.
+
+The loop asks it at every decision: what arrives at the servos, which objects are pushed, and what is seen of the state
+that this led to. One object serves the B worlds of a batch; every episode of a world begins with `begin`.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.noise import Noise
+from inhand.control.seen import SENSED, Reads, View
+from inhand.control.senses import SOON, Senses, decisions_of
+from inhand.geometry import Array, unit
+from inhand.sim.drawn import Disturbed
+from inhand.sim.engine import Simulator
+from inhand.sim.state import State
+
+PUSHES = 4
+"""What tells the generator of a world's pushes from others of it."""
+
+
+class Between:
+    """Senses, delayed commands and pushes of B worlds of one disturbance."""
+
+    def __init__(self, disturbed: Sequence[Disturbed], state: State, timestep: float, substeps: int) -> None:
+        """Begin an episode in every world, from the state that it is in.
+
+        Args:
+            disturbed: how each world is disturbed, all by the same.
+            state: of all worlds.
+            timestep: of the physics [s].
+            substeps: physics steps for one decision.
+        """
+        self.spec, self._period, self._substeps = disturbed[0].spec, substeps * timestep, substeps
+        n_worlds, n_joints = state.targets.shape
+        self._senses = Senses(self.spec, state, self._period)
+        latest = decisions_of(self.spec.commands.delay_ms[1] / 1e3, self._period)
+        self._line = np.zeros((latest + 2, n_worlds, n_joints))
+        self._head = 0
+        self._worlds = np.arange(n_worlds)
+        self._whole, self._zero = np.zeros(n_worlds, dtype=np.int64), np.zeros((n_worlds, n_joints))
+        self._noise = Noise(n_worlds, PUSHES, 0, 2)
+        self._pushed, self._next, self._angle = (
+            np.zeros(n_worlds, dtype=np.int64),
+            np.zeros(n_worlds),
+            np.zeros(n_worlds),
+        )
+        self._held, self._lag = np.zeros(n_worlds), np.zeros(n_worlds, dtype=np.int64)
+        self._state, self._commands = state, state.targets
+        self._shown: dict[Reads, View] = {}
+        self.pushing = False
+        """Whether objects are pushed now: only where they are held and carried, by the loop's word."""
+        self.begin(self._worlds, disturbed, state)
+
+    def begin(self, worlds: NDArray[np.int64], disturbed: Sequence[Disturbed], state: State) -> None:
+        """Begin episodes in some worlds `(K,)`, from a state of all; nothing is on its way to them."""
+        drawn = [each.drawn for each in disturbed]
+        self._zero[worlds] = [each.zero for each in drawn]
+        steps = np.rint([each.command_s / self._period * self._substeps for each in drawn]).astype(np.int64)
+        self._whole[worlds], self._lag[worlds] = np.divmod(steps, self._substeps)
+        self._line[:, worlds] = state.targets[worlds]
+        commands = self._commands.copy()
+        commands[worlds] = state.targets[worlds] + self._zero[worlds]
+        self._noise.begin(worlds, [each.key for each in drawn])
+        self._held[worlds], self._pushed[worlds], self._next[worlds] = 0.0, 0, 0.0
+        self._plan_pushes(worlds)
+        self._senses.begin(worlds, disturbed, state)
+        self._state, self._commands, self._shown = state, commands, {}
+
+    def send(self, simulator: Simulator, commands: Array) -> Array:
+        """Take commands `(B, n)` [rad] and return those that arrive in this decision; push what is to be pushed.
+
+        A command is told to the servo, whose zero may be another than the joint's.
+        """
+        self._commands = commands
+        self._head = (self._head + 1) % len(self._line)
+        self._line[self._head] = commands - self._zero
+        simulator.lag = self._lag
+        if self.pushing and self.spec.pushes.push_mns:
+            self._push(simulator)
+        return np.asarray(self._line[(self._head - self._whole) % len(self._line), self._worlds])
+
+    def take(self, state: State) -> None:
+        """Take in the state that a decision led to."""
+        self._senses.take(state)
+        self._state, self._shown = state, {}
+
+    def seen(self, reads: Reads) -> View:
+        """Return what a controller that reads so sees of the state that was taken in last: a `State` or a `Seen`."""
+        if reads not in self._shown:
+            show = self._senses.sensed if reads == SENSED else self._senses.privileged
+            self._shown[reads] = show(self._state, self._commands)
+        return self._shown[reads]
+
+    def _push(self, simulator: Simulator) -> None:
+        due = np.flatnonzero(self._next <= self._held + SOON)
+        self._held += self._period
+        if len(due):
+            away = np.zeros((len(due), 3))
+            away[:, :2] = self.spec.pushes.push_mns / 1e3 * unit(self._angle[due])
+            simulator.push(due, away)
+            self._pushed[due] += 1
+            self._plan_pushes(due)
+
+    def _plan_pushes(self, worlds: NDArray[np.int64]) -> None:
+        """Draw when, counted from the push before, and in which direction the next push of some worlds comes."""
+        pushes = self.spec.pushes
+        if not pushes.per_s:
+            self._next[worlds] = np.inf
+            return
+        share, turn = self._noise.rows(self._pushed)[worlds].T
+        self._next[worlds] -= np.log1p(-share) / pushes.per_s
+        self._angle[worlds] = 2 * np.pi * turn
+        if pushes.most:
+            self._next[worlds[self._pushed[worlds] >= pushes.most]] = np.inf

@@ -1,0 +1,81 @@
+"""Disturbances by name or from TOML files."""
+
+import tomllib
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from inhand.errors import InputError, near_matches
+from inhand.records import checked
+from inhand.sim.disturbance import DISTURBANCES, PARTS, Disturbance
+
+NONE = "none"
+"""The word for undisturbed worlds."""
+
+
+def load_disturbance(name_or_file: str) -> Disturbance | None:
+    """Return the disturbance of a name, a TOML file or `FILE.py:NAME`; None for the word none.
+
+    Raises:
+        InputError: there is none of that name, or a file that says what cannot be.
+    """
+    if name_or_file == NONE:
+        return None
+    path = Path(name_or_file)
+    if path.suffix.lower() == ".toml":
+        return _from_file(path)
+    found = DISTURBANCES.find(name_or_file)
+    if found is None:
+        known = (NONE, *DISTURBANCES)
+        raise InputError(
+            f"unknown disturbance {name_or_file!r}{near_matches(name_or_file, known)}; allowed are {', '.join(known)},"
+            " a TOML file and FILE.py:NAME"
+        )
+    return found
+
+
+def disturbance_name(name_or_file: str) -> str:
+    """Return what runs call the disturbance of a name or a file; none where there is none."""
+    spec = load_disturbance(name_or_file)
+    return NONE if spec is None else spec.name
+
+
+def _from_file(path: Path) -> Disturbance:
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise InputError(f"no disturbance file {path}: give the path of a TOML file, or a name") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
+    try:
+        return _from_table(table, path.stem)
+    except InputError as error:
+        raise InputError(f"disturbance file {path}: {error}") from error
+
+
+def _from_table(table: dict[str, Any], name: str) -> Disturbance:
+    """Return a disturbance: a level, or nothing, with what tables change."""
+    kinds = get_type_hints(Disturbance)
+    known = {part: {each.name for each in fields(kinds[part])} for part in PARTS}
+    level = checked("level", table.get("level", NONE), str)
+    spec = replace(load_disturbance(level) or Disturbance(), name=checked("name", table.get("name", name), str))
+    for part, given in table.items():
+        if part in {"level", "name"}:
+            continue
+        if part not in PARTS:
+            homes = {quantity: home for home, names in known.items() for quantity in names}
+            home = f"; {part} belongs in the table [{homes[part]}]" if part in homes else near_matches(part, PARTS)
+            raise InputError(f"unknown table {part!r}{home}; allowed are level, name and the tables {', '.join(PARTS)}")
+        values = checked(part, given, dict[str, Any])
+        for quantity in values:
+            if quantity not in known[part]:
+                near = near_matches(quantity, known[part])
+                allowed = ", ".join(sorted(known[part]))
+                raise InputError(f"unknown quantity {quantity!r} in [{part}]{near}; allowed are {allowed}")
+        own = getattr(spec, part)
+        pairs = {
+            q: (v, v) if isinstance(getattr(own, q), tuple) and not isinstance(v, list) else v
+            for q, v in values.items()
+        }
+        spec = replace(spec, **{part: replace(own, **pairs)})
+    return spec

@@ -1,0 +1,124 @@
+"""What is drawn for each world of a disturbance, and the true hand, object and scene that come of it.
+
+A world's numbers follow from its own key alone, a tuple of whole numbers such as seed, trial and direction. So they do
+not depend on what runs beside it, and a world of which a disturbance leaves one quantity alone has the other numbers
+that it has with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.disturbance import FACTORS, Disturbance, Range
+from inhand.sim.scene import SceneSpec
+
+Key = tuple[int, ...]
+TRUTH = 1
+"""What tells the generator of a world's truth from that of its start."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What was drawn for one world."""
+
+    key: Key
+    """What it was drawn with, and what noise, missing frames and pushes are drawn with."""
+    friction: float = 1.0
+    mass: float = 1.0
+    size: float = 1.0
+    floor: float = 1.0
+    stiffness: float = 1.0
+    damping: float = 1.0
+    torque: float = 1.0
+    """Factors of the fingers' friction, of the object's mass and width, of the floor's friction and of the servos."""
+    centre: tuple[float, float] = (0.0, 0.0)
+    """Centre of mass from where the outline has it [m]."""
+    zero: tuple[float, ...] = ()
+    """What each joint's encoder reads at zero [rad]."""
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Start of the object from where the grasp is planned for [m, m, rad]."""
+    bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """What every frame of the camera adds to the pose [m, m, rad]."""
+    encoder_s: float = 0.0
+    camera_s: float = 0.0
+    command_s: float = 0.0
+    """How late joint angles, frames and commands are [s]."""
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """How one world is disturbed."""
+
+    spec: Disturbance
+    drawn: Drawn
+
+    def again(self, key: Key) -> Disturbed:
+        """Return the same world with other noise, missing frames and pushes: those of a key."""
+        return replace(self, drawn=replace(self.drawn, key=key))
+
+
+def draw(spec: Disturbance, key: Key, n_joints: int) -> Disturbed:
+    """Return what a disturbance draws for the world of a key, with a hand of some joints."""
+    rng, differs = np.random.default_rng((*key, TRUTH)), spec.differs
+    # Every number is drawn, also where it is not used, so that each has its place whatever the disturbance is.
+    shares, side = rng.random(len(FACTORS) + 6), rng.random()
+    normal = rng.standard_normal(3 + n_joints)
+    factors = {name: _between(getattr(differs, name), shares[k]) for k, name in enumerate(FACTORS)}
+    rest = shares[len(FACTORS) :].tolist()
+    around = 2 * np.pi * rest[5]
+    turn = np.deg2rad(spec.camera.bias_deg) * (1.0 if side < 0.5 else -1.0)
+    start = normal[:3] * (differs.start_mm / 1e3, differs.start_mm / 1e3, np.deg2rad(differs.start_deg))
+    delays = (spec.encoders.delay_ms, spec.camera.delay_ms, spec.commands.delay_ms)
+    late = [(low + share * (high - low)) / 1e3 for (low, high), share in zip(delays, rest[2:5], strict=True)]
+    drawn = Drawn(
+        key,
+        **factors,
+        centre=(differs.centre_mm / 1e3 * (2 * rest[0] - 1), differs.centre_mm / 1e3 * (2 * rest[1] - 1)),
+        zero=tuple((np.deg2rad(differs.zero_deg) * normal[3:]).tolist()),
+        start=(float(start[0]), float(start[1]), float(start[2])),
+        bias=(
+            float(spec.camera.bias_mm / 1e3 * np.cos(around)),
+            float(spec.camera.bias_mm / 1e3 * np.sin(around)),
+            float(turn),
+        ),
+        encoder_s=late[0],
+        camera_s=late[1],
+        command_s=late[2],
+    )
+    return Disturbed(spec, drawn)
+
+
+def _between(limits: Range, share: float) -> float:
+    """Return a factor at a share of the way between two, evenly in its logarithm."""
+    low, high = limits
+    return float(low * (high / low) ** share)
+
+
+def truth(drawn: Drawn, hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[HandSpec, ObjectSpec, SceneSpec]:
+    """Return hand, object and surroundings as they are in a world, of those that controllers are told."""
+    servos = {
+        name: getattr(hand, name) * getattr(drawn, name) for name in ("friction", "stiffness", "damping", "torque")
+    }
+    x, y, height = spec.size
+    centre = spec.centre[0] + drawn.centre[0], spec.centre[1] + drawn.centre[1]
+    size = x * drawn.size, y * drawn.size, height
+    return (
+        replace(hand, **servos),
+        replace(spec, mass=spec.mass * drawn.mass, size=size, centre=centre),
+        replace(scene, floor_friction=scene.floor_friction * drawn.floor),
+    )
+
+
+def truths(
+    disturbed: Sequence[Disturbed], hand: HandSpec, objects: Sequence[ObjectSpec], scene: SceneSpec | None
+) -> tuple[list[HandSpec], list[ObjectSpec], list[SceneSpec]]:
+    """Return the true hand, object and surroundings of each world."""
+    around = scene or SceneSpec()
+    each = [truth(world.drawn, hand, spec, around) for world, spec in zip(disturbed, objects, strict=True)]
+    hands, things, scenes = (list(part) for part in zip(*each, strict=True))
+    return hands, things, scenes

@@ -117,9 +117,8 @@ def train(
     folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(path_of("out", out))
     shown = None if demonstrations is None else path_of("demonstrations", demonstrations)
     named: dict[str, Any] = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
-    named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings
+    named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings | disturbance_of(settings)
     given = {name: value for name, value in named.items() if value is not None}
-    given |= disturbance_of(given)
     if resume:
         refuse_changes(given, folder)
         return go_on(folder)

@@ -182,7 +182,7 @@ def planar(pose: ArrayLike) -> Array:
     return np.concatenate([pose[..., :2], yaw(pose[..., 3:])[..., None]], axis=-1)
 
 
-def spatial(pose: ArrayLike, height: float) -> Array:
+def spatial(pose: ArrayLike, height: float | Array) -> Array:
     """Return full poses `(..., 7)` standing upright at `height` [m] from planar poses `(..., 3)`."""
     pose = np.asarray(pose, dtype=float)
     half = pose[..., 2] / 2

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from inhand.control.noise import Noise
 from inhand.control.seen import Seen, exact
-from inhand.geometry import Array, planar, spatial
+from inhand.geometry import Array, spatial, yaw
 from inhand.sim.disturbance import Camera, Disturbance, Encoders
 from inhand.sim.drawn import Disturbed
 from inhand.sim.state import State
@@ -64,6 +64,7 @@ class Encoded:
     def __init__(self, spec: Encoders, n_worlds: int, n_joints: int, period: float) -> None:
         """Read n joints of B worlds every period [s]."""
         self._spec, self._period = spec, period
+        self._spread, self._step = math.radians(spec.noise_deg), math.radians(spec.resolution_deg)
         self._noise = Noise(n_worlds, ENCODERS, n_joints)
         self._past = History(n_worlds, n_joints, decisions_of(spec.delay_ms[1] / 1e3, period))
         self._late = np.zeros(n_worlds)
@@ -99,10 +100,9 @@ class Encoded:
     def _reading(self, count: NDArray[np.int64], worlds: NDArray[np.int64]) -> Array:
         found = self._past.back(self._late[worlds], worlds) + self._zero[worlds]
         if self._spec.noise_deg:
-            found += np.deg2rad(self._spec.noise_deg) * self._noise.rows(count[worlds], worlds)
+            found += self._spread * self._noise.rows(count[worlds], worlds)
         if self._spec.resolution_deg:
-            step = np.deg2rad(self._spec.resolution_deg)
-            found = step * np.round(found / step)
+            found = self._step * np.rint(found / self._step)
         return found
 
 
@@ -176,12 +176,14 @@ class Filmed:
             return
         taken = self._frame[worlds] / self._rate
         row = self._past.back(np.maximum(count[worlds] - taken / self._period, 0.0), worlds)
-        pose = planar(row[:, :7]) + self._bias[worlds] + self._spread * drawn[:, :3]
+        pose = self._bias[worlds] + self._spread * drawn[:, :3]
+        pose[:, :2] += row[:, :2]
+        pose[:, 2] += yaw(row[:, 3:7])
         # What was handed out before stays as it was.
         self._row, self.pose, self.time = self._row.copy(), self.pose.copy(), self.time.copy()
         self._full, self._links = self._full.copy(), self._links.copy()
         self._row[worlds], self.pose[worlds], self.time[worlds] = row, pose, taken
-        self._full[worlds], self._full[worlds, 2] = spatial(pose, 0.0), row[:, 2]
+        self._full[worlds] = spatial(pose, row[:, 2])
         self._links[worlds] = np.rint(row[:, self._columns[-1][2] :]).astype(np.int64)
 
     def _misses(self, worlds: NDArray[np.int64], count: NDArray[np.int64], drawn: Array) -> NDArray[np.bool_]:

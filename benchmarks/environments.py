@@ -16,7 +16,7 @@ import numpy as np
 from inhand.control.controller import SUBSTEPS
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.learning.environments import AsteriskVectorEnv
-from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.decisions import LARGEST_STEP
 from timing import best_times, environment, verdict
 
@@ -38,7 +38,7 @@ def measure(count: int) -> tuple[float, float]:
     hand, spec = config.held
     actions = SHAKE * np.random.default_rng(0).standard_normal((DRAWN, count, hand.n_joints))
     pool, every = config.pool(), np.arange(count)
-    bare = MujocoSimulator(hand, [spec] * count)
+    bare = make_simulator(config.engine, hand, [spec] * count)
     bare.restore(every, pool.snapshot, every % len(pool))
     held = bare.measure().targets
     turn = {"env": 0, "bare": 0}

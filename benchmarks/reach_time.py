@@ -2,7 +2,8 @@
 
 The time is that of this process, so that other work on the machine counts less.
 
-Bound: two-link fingers and a cube in less than 5 s.
+Before it was compiled it took 3.7, 3.4, 7.5, 5.7 and 28 s (commit f1c438a; limits and grips are the same in 67 pairs of
+hand and object, to 2e-15 rad). Results that are kept on disk are not used here.
 Run: OMP_NUM_THREADS=1 taskset -c 0 python benchmarks/reach_time.py
 """
 
@@ -16,16 +17,14 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import GROUPS
 from timing import best_times, environment, verdict
 
-LONGEST = 5.0
-"""Longest time for two-link fingers and a cube [s]."""
 CASES = (
-    ("2v2_50.50_50.50_1.1_53", "cube_39"),
-    ("2v2_70.30_50.50_0.9.1_53", "cube_39"),
-    ("2v2_50.50_50.50_1.1_53", "cylinder_40"),
-    ("2v2_50.50_50.50_1.1_53", "hourglass"),
-    ("3v3_25.40.35_40.35.25_1.1_63", "cube_39"),
+    ("2v2_50.50_50.50_1.1_53", "cube_39", 0.8),
+    ("2v2_70.30_50.50_0.9.1_53", "cube_39", 0.8),
+    ("2v2_50.50_50.50_1.1_53", "cylinder_40", 1.5),
+    ("2v2_50.50_50.50_1.1_53", "hourglass", 1.5),
+    ("3v3_25.40.35_40.35.25_1.1_63", "cube_39", 3.0),
 )
-"""Hands and objects."""
+"""Hands and objects, and the longest time [s]."""
 
 
 def reach(hand_name: str, object_name: str) -> None:
@@ -38,12 +37,11 @@ def reach(hand_name: str, object_name: str) -> None:
 
 def main() -> None:
     """Time all cases and print the results."""
-    cases = {f"{hand} {spec}": (lambda hand=hand, spec=spec: reach(hand, spec)) for hand, spec in CASES}
-    times = best_times(cases, time.process_time, repeats=2, calls=1)
+    cases = {f"{hand} {spec}": (lambda hand=hand, spec=spec: reach(hand, spec)) for hand, spec, _ in CASES}
+    times = best_times(cases, time.process_time, repeats=3, calls=1)
     print(environment())
-    for number, (name, seconds) in enumerate(times.items()):
-        bound = f"  (at most {LONGEST}: {verdict(seconds < LONGEST)})" if number < 2 else ""
-        print(f"{name:42s} {seconds:6.1f} s{bound}")
+    for (name, seconds), (*_, longest) in zip(times.items(), CASES, strict=True):
+        print(f"{name:42s} {seconds:6.2f} s  (at most {longest}: {verdict(seconds < longest)})")
 
 
 if __name__ == "__main__":

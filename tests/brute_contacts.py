@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.hands.hand import FingerSpec, HandSpec
+from inhand.hands.polygons import contact
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -290,3 +291,14 @@ def palm_corners(hand: HandSpec) -> Array:
     """Return the palm's corners `(4, 2)`."""
     half = (hand.palm_width + hand.link_width) / 2
     return np.array([(-half, -hand.palm_depth), (half, -hand.palm_depth), (half, 0.0), (-half, 0.0)])
+
+
+def nearest_contact(first: Array, pieces: Sequence[Array]) -> tuple[Array, Array, Array]:
+    """Return `contact` of a convex polygon with that of several convex pieces from which it is least separated."""
+    if len(pieces) == 1:
+        return contact(first, pieces[0])
+    gaps, points, normals = (np.stack(part) for part in zip(*(contact(first, p) for p in pieces), strict=True))
+    nearest = gaps.argmin(axis=0)[None]
+    gap = np.take_along_axis(gaps, nearest, axis=0)[0]
+    point, normal = (np.take_along_axis(part, nearest[..., None], axis=0)[0] for part in (points, normals))
+    return gap, point, normal

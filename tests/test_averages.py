@@ -64,6 +64,8 @@ def test_a_gap_is_nan_and_a_motionless_trial_a_point() -> None:
     jump = np.array([(0, 0), (1.0, 0), (40, 0)])
     average = average_path([jump], 0.0, 40.0)
     assert np.isnan(average.points_mm[3]).all()
+    short = average_path([np.array([[0.0, 0.0], [0.03, 0.0]]), np.array([[0.0, 0.0], [0.002, 0.0]])], 0.0, 0.016)
+    np.testing.assert_allclose(short.points_mm, [[0.0, 0.0], [0.016, 0.0]])
     still = average_path([np.zeros((5, 2))], 0.0, 0.0)
     np.testing.assert_array_equal(still.points_mm, [[0, 0]])
     np.testing.assert_array_equal(still.lateral_sd_mm, [0])

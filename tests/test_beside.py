@@ -63,6 +63,11 @@ def test_names_tell_what_differs(trials: tuple[Trial, ...], saved: Save) -> None
     assert names(trials) == ["thesis-ik"]
 
 
+def test_a_trial_alone_is_loaded_with_its_engine(saved: Save) -> None:
+    for engine in ("planar", "bullet"):
+        assert inhand.load(saved(engine, engine=engine) / "trials" / "out_1.npz").config.engine == engine
+
+
 def test_what_does_not_differ_is_told_apart_by_its_folder(trials: tuple[Trial, ...], saved: Save) -> None:
     same = saved("a/run"), saved("b/run")
     assert names(trials, same[0]) == ["this run", "run"]

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import logging
 import re
 import sys
 from pathlib import Path
@@ -9,12 +10,13 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from PIL import Image
+from rich.console import Console
 
 from commands import Call, in_a_process
 from inhand import __version__
 from inhand.asterisk_test.comparison import HEADER
 from inhand.cli.evaluate import SPARE
-from inhand.cli.terminal import print_table
+from inhand.cli.terminal import print_table, progress
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SCRIPT = Path(sys.executable).with_name("inhand")
@@ -296,3 +298,16 @@ def test_the_table_of_an_evaluation_fits_a_terminal_of_100_columns(
     assert max(map(len, table)) <= 100
     assert len([line for line in table if "-0.10 | 0.92" in line and row[-1] in line]) == 1
     assert told.startswith("Left out, for want of width: Contact")
+
+
+def test_what_the_package_logs_stands_in_the_bar_of_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    logger = logging.getLogger("inhand")
+    before = list(logger.handlers)
+    with progress() as screen:
+        logger.warning("compiling %s", "the planar engine")
+        console = Console(width=100)
+        with console.capture() as written:
+            console.print(screen.live.get_renderable())
+        assert "compiling the planar engine" in written.get()
+    assert logger.handlers == before

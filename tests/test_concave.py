@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
+from brute_contacts import nearest_contact
 from inhand.control.catalogue import planned_grasp
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, rotate, transform, unit
@@ -16,7 +17,7 @@ from inhand.hands.grasp_search import plan_grasps
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object
 from inhand.hands.outlines import signed_area
-from inhand.hands.polygons import nearest_contact, separation
+from inhand.hands.polygons import separation
 from inhand.hands.rolling import Starts, roll
 from inhand.hands.shapes import link_polygons
 from inhand.sim.bullet_engine import BulletSimulator

@@ -1,24 +1,34 @@
 """The search for contact points: force closure, what a plan promises, and objects no grasp can hold."""
 
-from dataclasses import replace
-from itertools import combinations
-from types import SimpleNamespace
+from dataclasses import fields, replace
+from itertools import chain, combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from inhand import caches
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import rehearsal
 from inhand.control.catalogue import planned_grasp
-from inhand.control.rehearsal import _farthest
-from inhand.control.trial import LOST_CONTACT, REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, inverse_transform, unit
-from inhand.hands.fit import Held
+from inhand.hands import grasp_search
 from inhand.hands.force_closure import force_closure
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, _grip_lines, fingers_clear, moved_along, plan_grasps
+from inhand.hands.grasp_search import (
+    GraspPlan,
+    SearchConfig,
+    _common_reach,
+    _grip_lines,
+    _search,
+    clear_for,
+    moved_along,
+    plan_grasps,
+)
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import joint_positions
 from inhand.hands.names import parse_hand_name
@@ -123,7 +133,8 @@ def test_plans_stand_off_then_press_within_limits_and_clear_of_each_other(hand: 
         assert plan.reach >= 2
         for joints in (opened, closed):
             assert ((joints >= spec.limits[:, 0]) & (joints <= spec.limits[:, 1])).all()
-        assert fingers_clear(spec, closed[spec.slices[0]], closed[spec.slices[1]])
+        left, right = (closed[None, None, place] for place in spec.slices)
+        assert clear_for(spec, left, right, np.array([1])) == [1]
         for i, (finger, place) in enumerate(zip(spec.fingers, spec.slices, strict=True)):
             away = separation(link_polygons(spec, finger, opened[place])[-1], outline)
             gap, point, _ = contact(link_polygons(spec, finger, closed[place])[-1], outline)
@@ -217,20 +228,6 @@ def test_a_point_is_moved_along_as_far_as_the_joints_limits_let_it() -> None:
     assert (np.array(finger.limits)[:, 0] <= moved).all()
 
 
-def test_of_two_grasps_the_one_that_keeps_the_object_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However much farther the other one went."""
-    spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
-    poses = poses_along(spec, 90.0)
-    ((first, second, *_),) = plan_grasps(spec, cube, poses)
-    expert = SimpleNamespace(progress=np.array([0.14, 0.02]))
-    monkeypatch.setattr(rehearsal, "IkController", lambda *_: expert)
-    for outcomes, best in (((LOST_CONTACT, REACHED), second), ((TIME_OUT, REACHED), first)):
-        monkeypatch.setattr(rehearsal, "simulate", lambda *_, told=outcomes: (None, SimpleNamespace(outcomes=told)))
-        (found,), (worth,) = _farthest(Held(spec, cube), [[first, second]], (poses, poses[:, 0]), None, "mujoco")
-        assert found is best
-        assert worth == (0.02 if best is second else 0.14)
-
-
 def test_a_finger_that_cannot_roll_to_where_the_object_stands_closes_where_it_was_planned() -> None:
     spec, cube = parse_hand_name(STANDARD), OBJECTS["cube_39"]
     poses = poses_along(spec, 90.0)
@@ -248,3 +245,71 @@ def test_grasps_that_are_kept_differ() -> None:
     assert len(plans) == config.count
     for one, other in combinations(plans, 2):
         assert np.linalg.norm(one.contacts - other.contacts, axis=-1).max() >= config.apart
+
+
+@given(st.integers(0, 10_000))
+def test_pairs_hold_for_as_many_poses_as_both_fingers_and_both_cones_do(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    count, steps, friction = (4, 3), 5, np.array([0.4, 0.8])
+    sides = [
+        Tracks(
+            rng.normal((x, 0.0), 0.2, (each, steps, 2)),
+            unit(rng.normal(heading, 0.4, (each, steps))),
+            np.zeros((each, steps, 2)),
+            np.logical_and.accumulate(rng.uniform(size=(each, steps)) < 0.9, axis=1),
+        )
+        for each, x, heading in zip(count, (-1.0, 1.0), (np.pi, 0.0), strict=True)
+    ]
+    left, right = sides
+    closed = force_closure(
+        friction[[0, 1, 1, 1, 1]], (left.points[:, None], left.normals[:, None]), (right.points, right.normals)
+    )
+    holds = closed & left.held[:, None] & right.held
+    np.testing.assert_array_equal(_common_reach(left, right, friction), np.cumprod(holds, axis=-1).sum(axis=-1))
+
+
+@pytest.mark.parametrize("hand", [STANDARD, "3v3_25.40.35_40.35.25_1.1_63"])
+def test_poses_are_clear_until_two_links_overlap(hand: str) -> None:
+    spec, rng = parse_hand_name(hand), np.random.default_rng(0)
+    joints = rng.uniform(-1.2, 1.2, (200, 3, spec.n_joints))
+    left, right = (joints[..., place] for place in spec.slices)
+    links = [link_polygons(spec, finger, side) for finger, side in zip(spec.fingers, (left, right), strict=True)]
+    gaps = np.min([separation(one, other) for one in links[0] for other in links[1]], axis=0)
+    expected = np.cumprod(gaps > 0, axis=-1).sum(axis=-1)
+    assert set(expected.tolist()) == {0, 1, 2, 3}
+    np.testing.assert_array_equal(clear_for(spec, left, right, np.full(200, 3)), expected)
+    np.testing.assert_array_equal(clear_for(spec, left, right, np.full(200, 1)), np.minimum(expected, 1))
+
+
+def test_a_plan_is_searched_once_and_anew_where_anything_it_depends_on_differs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec, cube, searched = parse_hand_name(STANDARD), OBJECTS["cube_39"], list[int]()
+
+    def counting(hand: HandSpec, object_: ObjectSpec, poses: Array, config: SearchConfig) -> list[list[GraspPlan]]:
+        searched.append(len(poses))
+        return plain(hand, object_, poses, config)
+
+    plain = _search
+    monkeypatch.setattr(grasp_search, "_search", counting)
+    monkeypatch.setenv(caches.PLACE, str(tmp_path))
+    poses = poses_along(spec, 90.0, -45.0, length=0.02)
+    first, again, other = (plan_grasps(spec, cube, each) for each in (poses, poses, poses[::-1]))
+    assert searched == [2]
+    for groups in (again, other[::-1]):
+        for one, two in zip(chain(*first), chain(*groups), strict=True):
+            for field in fields(GraspPlan):
+                np.testing.assert_array_equal(getattr(one, field.name), getattr(two, field.name))
+    plan_grasps(spec, cube, poses_along(spec, 0.0, 90.0, length=0.02))
+    assert searched == [2, 1]
+    plan_grasps(replace(spec, friction=0.9 * spec.friction), cube, poses)
+    plan_grasps(spec, replace(cube, friction=0.9 * cube.friction), poses)
+    plan_grasps(spec, cube, poses, SearchConfig(count=2))
+    assert searched == [2, 1, 2, 2, 2]
+    damaged = next((tmp_path / "results").iterdir())
+    for file in (tmp_path / "results").iterdir():
+        file.write_bytes(damaged.read_bytes()[:-1])
+    plan_grasps(spec, cube, poses)
+    monkeypatch.setattr(caches, "sources", lambda _: "changed")
+    plan_grasps(spec, cube, poses)
+    assert searched == [2, 1, 2, 2, 2, 2, 2]

@@ -157,13 +157,13 @@ class Breaking(MujocoSimulator):
     at: int = 0
     taken: int = 0
 
-    def step(self, targets: Array, substeps: int) -> State:
+    def step(self, targets: Array, substeps: int, active: NDArray[np.bool_] | None = None) -> State:
         """Break down when it is time, then step."""
         assert np.isfinite(targets).all()
         self.taken += 1
         if self.taken == self.at:
             break_down(self, self.world)
-        return super().step(targets, substeps)
+        return super().step(targets, substeps, active)
 
 
 def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +86,23 @@ def test_a_push_gives_the_object_its_impulse_in_its_world_alone(engine: str) -> 
 def test_a_push_that_cannot_be_is_refused(engine: str, which: list[int], impulse: list[list[float]], text: str) -> None:
     with pytest.raises(InputError, match=text):
         worlds(engine).push(np.array(which), np.array(impulse, dtype=float))
+
+
+def test_worlds_that_are_not_active_stand_still_and_the_others_do_not_notice(engine: str) -> None:
+    both, one = worlds(engine), worlds(engine)
+    begun = one.measure()
+    closed = np.repeat(GRASP.closed, 2, axis=0)
+    for _ in range(20):
+        expected, state = both.step(closed, 5), one.step(closed, 5, np.array([True, False]))
+    for each in fields(State):
+        mine = getattr(state, each.name)
+        np.testing.assert_array_equal(mine[0], getattr(expected, each.name)[0], err_msg=each.name)
+        np.testing.assert_array_equal(mine[1], getattr(begun, each.name)[1], err_msg=each.name)
+    for _ in range(20):
+        state = one.step(closed, 5, np.array([False, True]))
+    for each in fields(State):
+        mine, there = getattr(state, each.name), getattr(expected, each.name)
+        np.testing.assert_array_equal(mine, there, err_msg=each.name)
 
 
 def test_fingers_press_the_object_from_both_sides_with_what_their_servos_give(engine: str) -> None:

@@ -295,7 +295,7 @@ def test_keywords_that_cannot_be_are_refused(keywords: dict[str, Any], text: str
         (2.5, "num_envs is 2.5; it must be a whole number"),
         (True, "num_envs is True; it must be a whole number"),
         (0, "num_envs is 0; it must be 1 or more"),
-        (10**9, r"num_envs=1000000000 would take about 6.5e\+03 GB of memory, 6.5 kB each, and this machine has"),
+        (10**9, r"num_envs=1000000000 would take about 2.1e\+03 GB of memory, 2.1 kB each, and this machine has"),
     ],
 )
 def test_numbers_of_environments_that_cannot_be_are_refused(count: Nested, text: str) -> None:

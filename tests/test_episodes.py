@@ -59,9 +59,11 @@ class Scripted(Simulator):
         """Diverge in worlds at the steps given."""
         super().__init__(HAND, [CUBE] * contacts.shape[1])
         self.contacts, self.diverging, self.steps, self.time = contacts, diverging or {}, 0, 0.0
+        self.moved: list[list[bool]] = []
 
-    def measure(self) -> State:
+    def _measure(self, active: NDArray[np.bool_]) -> State:
         """Give the row of the last step; before the first all are in contact."""
+        del active
         if not self.steps:
             return state_with(np.ones(self.contacts.shape[1:], dtype=bool))
         row = self.contacts[min(self.steps, len(self.contacts)) - 1]
@@ -76,8 +78,9 @@ class Scripted(Simulator):
         del object_pose, joint_angles
         self.steps = 0
 
-    def _advance(self, targets: Array, substeps: int) -> None:
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
         del targets
+        self.moved.append(active.tolist())
         self.steps += 1
         self.time = self.steps * substeps * self.timestep
 
@@ -272,6 +275,26 @@ def test_progress_is_told_after_every_step() -> None:
     run_episodes(simulator, task_for(simulator), [carrying(7, 7)], start, lambda *news: told.append(news))
     running = [2, 2, 2, 2, 1, 1, 0]
     assert told == [(MANIPULATE, count, step) for step, count in enumerate(running, start=1)]
+
+
+def test_a_world_whose_episode_has_ended_is_stepped_no_more() -> None:
+    contacts = np.ones((9, 4, 2), dtype=bool)
+    contacts[:, 1, 1] = False
+    simulator = Scripted(contacts, {3: 2})
+    start = simulator.reset(np.zeros((4, 3)), np.zeros((4, 4)))
+    run_episodes(simulator, task_for(simulator), [carrying(3, 9, 7, 9)], start)
+    ended = [moved.index(False) for moved in np.array([*simulator.moved, [False] * 4]).T.tolist()]
+    assert ended == [3, 5, 7, 2]
+
+
+def test_episodes_of_some_worlds_leave_the_others_alone() -> None:
+    simulator = Scripted(np.ones((1, 3, 2), dtype=bool))
+    start = simulator.reset(np.zeros((3, 3)), np.zeros((3, 4)))
+    worlds = np.array([False, True, True])
+    recording = run_episodes(simulator, task_for(simulator), [carrying(9, 2, 4)], start, worlds=worlds)
+    assert simulator.moved == [[False, True, True]] * 2 + [[False, False, True]] * 2
+    assert recording.last.tolist() == [0, 2, 4]
+    assert recording.outcomes[1:] == (REACHED, REACHED)
 
 
 def passport(trial: int) -> Passport:

@@ -255,7 +255,7 @@ def test_the_set_point_speeds_up_and_brakes_within_its_acceleration(grip: tuple[
 def test_a_grip_ends_where_its_fingers_meet(grip: tuple[Task, State], monkeypatch: pytest.MonkeyPatch) -> None:
     task, state = grip
     assert (follow_limit(task, state, 0.85, (0.0, 0.0)) > 0.02).all()
-    monkeypatch.setattr(follow, "fingers_clear", lambda _, left, __: np.zeros(len(left), dtype=bool))
+    monkeypatch.setattr(follow, "clear_for", lambda *given: np.zeros_like(given[-1]))
     np.testing.assert_array_equal(follow_limit(task, state, 0.85, (0.0, 0.0)), 0.0)
 
 

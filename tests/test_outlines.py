@@ -8,13 +8,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from brute_contacts import nearest_contact
 from inhand.errors import InputError
 from inhand.geometry import Array, cross
 from inhand.hands.convex import convex_parts
 from inhand.hands.files import load_object
-from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, outline, polygon, polygon_object, stacked_pieces
+from inhand.hands.objects import CATALOGUE, ObjectSpec, convex_pieces, polygon, polygon_object, stacked_pieces
 from inhand.hands.outlines import segments_meet
-from inhand.hands.polygons import nearest_contact, separation, with_corners
+from inhand.hands.polygons import separation, with_corners
 
 ELL = ((0.0, 0.0), (0.03, 0.0), (0.03, 0.01), (0.01, 0.01), (0.01, 0.04), (0.0, 0.04))
 
@@ -231,18 +232,3 @@ def test_objects_of_different_pieces_lie_side_by_side() -> None:
         together = nearest_contact(point, [stack[row] for stack in stacks])
         for found, expected in zip(together, alone, strict=True):
             np.testing.assert_allclose(found, expected, atol=1e-15)
-
-
-def test_the_nearest_contact_is_that_of_the_nearest_piece() -> None:
-    rng = np.random.default_rng(4)
-    pieces = convex_pieces(CATALOGUE["concave_square"])
-    tips = np.array([(0.0, 0.0), (0.004, -0.002), (0.004, 0.002)]) + rng.uniform(-0.04, 0.04, (50, 1, 2))
-    gap, point, normal = nearest_contact(tips, pieces)
-    each = np.stack([separation(tips, piece) for piece in pieces])
-    np.testing.assert_array_equal(gap, each.min(axis=0))
-    assert len(set(each.argmin(axis=0))) == 3
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1.0)
-    outward, _ = outline(CATALOGUE["concave_square"])
-    apart = gap > 0
-    near = np.linalg.norm(outward[:, None] - point[apart], axis=-1).min(axis=0)
-    assert (near < gap[apart] + 1e-3).all()

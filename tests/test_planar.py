@@ -17,6 +17,7 @@ from inhand.control.loop import Bench
 from inhand.control.trial import REACHED
 from inhand.geometry import Array, rotate, wrap_angle
 from inhand.hands.hand import HandSpec
+from inhand.hands.names import CATALOGUE as HANDS
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, centre_of_mass, polygon, polygon_object
 from inhand.sim.engines import make_simulator
@@ -270,6 +271,19 @@ def test_worlds_of_any_hands_objects_and_walls_share_a_batch_and_move_as_alone()
     for k, world in enumerate(zip(hands, specs, scenes, strict=True)):
         alone = follow(PlanarSimulator(world[0], [world[1]], world[2]), slice(k, k + 1))
         assert_same(alone, both[0], slice(k, k + 1))
+
+
+@pytest.mark.parametrize("hand_name", HANDS)
+def test_every_hand_and_object_of_the_catalogues_can_be_simulated(hand_name: str) -> None:
+    """All objects of the catalogue share a batch, some before a wall; nothing diverges while the hand closes."""
+    hand, objects = parse_hand_name(hand_name), tuple(CATALOGUE.values())
+    scenes = [SceneSpec(walls=(Wall((0.0, 0.3), -90.0),) * (number % 2)) for number in range(len(objects))]
+    simulator = PlanarSimulator(hand, objects, scenes, threads=1)
+    simulator.reset(np.tile(hand.start_pose, (len(objects), 1)), np.zeros((len(objects), hand.n_joints)))
+    state = simulator.step(np.full((len(objects), hand.n_joints), 0.3), 20)
+    assert not state.diverged.any()
+    assert np.isfinite(state.object_pose).all()
+    assert np.isfinite(state.link_gaps).all()
 
 
 def test_a_world_put_back_goes_on_to_the_same_bytes() -> None:

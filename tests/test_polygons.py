@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, QhullError
 
 from inhand.geometry import Array, cross, rotate
-from inhand.hands.polygons import apart, contact, edge_normals, separation
+from inhand.hands.polygons import contact, edge_normals, separation
 
 COORDINATE = st.floats(-0.05, 0.05)
 POINTS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=12)
@@ -160,15 +160,3 @@ def test_leading_axes_broadcast() -> None:
             np.testing.assert_allclose(part[i, j], alone, atol=1e-15)
     many = second + rng.uniform(-0.05, 0.05, (4, 3, 1, 2))
     np.testing.assert_allclose(contact(first, many)[0][2, 1], contact(first[2, 1], many[2, 1])[0], atol=1e-15)
-
-
-@settings(deadline=None, max_examples=100)
-@given(pairs())
-def test_polygons_are_apart_where_their_separation_is_positive(pair: tuple[Array, Array]) -> None:
-    first, second = pair
-    turned = np.stack([rotate(turn, first) for turn in (0.0, 1.0, 2.0)])
-    expected = separation(turned, second)
-    assume(np.abs(expected).min() > 1e-9)
-    np.testing.assert_array_equal(apart(turned, second), expected > 0)
-    np.testing.assert_array_equal(apart(second, turned), expected > 0)
-    assert bool(apart(first, second)) == bool(expected[0] > 0)

@@ -8,17 +8,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from brute_contacts import nearest_contact
 from inhand.errors import InputError
 from inhand.geometry import Array, transform, wrap_angle
 from inhand.hands.force_closure import force_closure
 from inhand.hands.hand import HandSpec, lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, convex_pieces, parse_object_name, polygon
-from inhand.hands.polygons import edge_normals, nearest_contact, separation
+from inhand.hands.polygons import edge_normals, separation
 from inhand.hands.reach.bundles import cells, knots
-from inhand.hands.reach.fingers import Postures, touching_postures
+from inhand.hands.reach.fingers import touching_postures
+from inhand.hands.reach.flood import spread
 from inhand.hands.reach.limits import Farthest, ReachConfig, body_of, farthest, why_none
-from inhand.hands.reach.pairs import closures, connected, neighbours
+from inhand.hands.reach.pairs import neighbours, pairs_of, reach_from
+from inhand.hands.reach.parts import ASKED, NONE, REACHED, UNKNOWN, Chain, Postures, chain_of
 from inhand.hands.shapes import link_outline, link_polygons, palm_outline
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
@@ -202,7 +205,7 @@ def test_a_short_path_is_reached_to_its_end() -> None:
     ("config", "text"),
     [
         ({"resolution": 0.05}, "resolution 50 mm: give 0.5 to 10 mm"),
-        ({"resolution": 0.0004}, "resolution 0.4 mm: give 0.5 to 10 mm; all directions at the finest take about 40 s"),
+        ({"resolution": 0.0004}, "resolution 0.4 mm: give 0.5 to 10 mm; all directions at the finest take about 8 s"),
         ({"resolution": np.nan}, "resolution nan mm: give 0.5 to 10 mm"),
         ({"friction": -0.1}, "friction -0.1: a coefficient of friction is 0 or more"),
         ({"rotation": 2.0}, "rotation bound 114.592 deg: give 0 to 90 deg"),
@@ -283,7 +286,13 @@ def postures(points: Array, normals: Array, fixed: Array) -> Postures:
     return Postures(np.zeros(count, dtype=np.int64), np.arange(count), np.nan_to_num(fixed), fixed, points, normals)
 
 
-def test_closures_are_those_of_force_closure() -> None:
+def straight_fingers() -> tuple[Chain, Chain]:
+    """Return two fingers that do not meet where all joints are at zero."""
+    hand = parse_hand_name(HAND)
+    return chain_of(hand, hand.left), chain_of(hand, hand.right)
+
+
+def test_grips_of_fingers_that_keep_apart_are_those_of_force_closure() -> None:
     rng = np.random.default_rng(0)
     sides = []
     for count in (30, 40):
@@ -291,10 +300,27 @@ def test_closures_are_those_of_force_closure() -> None:
         normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
         sides.append(postures(0.03 * rng.normal(size=(count, 2)), normals, np.zeros((count, 2))))
     left, right = sides
-    for friction in (0.0, 0.3, 1.0):
+    for friction in (0.3, 1.0):
         expected = force_closure(friction, (left.points[:, None], left.normals[:, None]), (right.points, right.normals))
-        assert (closures(friction, left, right) == expected).all()
-        assert expected.any() == (friction > 0)
+        pairs = pairs_of(straight_fingers(), left, right, n_cells=40)
+        assert reach_from(straight_fingers(), pairs, np.cos(np.arctan(friction)), None)
+        assert ((pairs.known == REACHED) == expected).all()
+
+
+def test_pairs_of_fingers_that_meet_are_no_grips() -> None:
+    hand = parse_hand_name(HAND)
+    bent = np.linspace(0.0, 0.5, 16)
+    facing = np.tile([-1.0, 0.0], (16, 1))
+    left, right = (
+        postures(sign * 0.02 * facing, sign * facing, np.stack([0 * bent, sign * bent], axis=-1)) for sign in (1, -1)
+    )
+    left, right = (side._replace(joints=-side.joints) for side in (left, right))
+    pairs = pairs_of(straight_fingers(), left, right, n_cells=16)
+    reach_from(straight_fingers(), pairs, 0.5, None)
+    links = [link_polygons(hand, finger, side.joints) for finger, side in zip(hand.fingers, (left, right), strict=True)]
+    gaps = np.stack([separation(ours[:, None], theirs) for ours in links[0] for theirs in links[1]]).min(axis=0)
+    assert ((pairs.known == REACHED) == (gaps > -2e-5)).all()
+    assert 0.2 < (gaps > 0).mean() < 0.8
 
 
 def test_neighbours_are_next_cells_with_joints_nearly_alike() -> None:
@@ -319,10 +345,13 @@ def test_contacts_of_the_first_link_leap() -> None:
 
 def test_slides_connect_grips_beside_each_other() -> None:
     grips = np.array([[1, 1, 0, 0], [0, 1, 0, 1], [0, 0, 0, 1], [1, 0, 0, 0]], dtype=bool)
-    seeds = np.zeros_like(grips)
-    seeds[0, 0] = True
-    line = np.abs(np.subtract.outer(np.arange(4), np.arange(4))) <= 1
-    assert connected(grips, seeds, (line, line)).astype(int).tolist() == [
+    facing = np.tile([-1.0, 0.0], (4, 1))
+    left, right = (postures(sign * 0.02 * facing, sign * facing, np.zeros((4, 2))) for sign in (1, -1))
+    pairs = pairs_of(straight_fingers(), left, right, n_cells=9)
+    pairs.known[:] = np.where(grips, UNKNOWN, NONE)
+    pairs.known[0, 0] = ASKED
+    assert spread(pairs, straight_fingers(), 0.9, np.zeros(16, dtype=np.int64), 1) == 3
+    assert (pairs.known == REACHED).astype(int).tolist() == [
         [1, 1, 0, 0],
         [0, 1, 0, 0],
         [0, 0, 0, 0],

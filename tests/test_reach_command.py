@@ -22,6 +22,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
 from inhand.hands.reach.limits import ReachConfig
 from inhand.plots.curves import PathCurve, limit_outline
+from inhand.tasks import reach
 from inhand.tasks.primitives import TURNS, parse_directions, with_twists
 from inhand.tasks.reach import limits, start_grip
 
@@ -74,6 +75,20 @@ def test_it_is_loaded_as_it_was_computed(folder: Path, tmp_path: Path) -> None:
         front.load(tmp_path / "again")
 
 
+def test_a_second_run_computes_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = ReachCommand(directions="Out,In,Left,cw", resolution_mm=4)
+    monkeypatch.setattr(reach, "farthest", None)
+    again = compute_reach(asked, ready_reach(asked))
+    loaded = front.load(folder)
+    assert isinstance(loaded, Reach)
+    for one, other in zip(again.limits, loaded.limits, strict=True):
+        assert one.distance == pytest.approx(other.distance)
+        np.testing.assert_allclose(one.end.joints, other.end.joints)
+        np.testing.assert_allclose(one.end.contacts, other.end.contacts)
+    with pytest.raises(TypeError, match="not callable"):
+        limits(HAND, CUBE, parse_directions("Out"), replace(COARSE, friction=0.31))
+
+
 def test_twists_get_a_figure_each(tmp_path: Path) -> None:
     run_reach(ReachCommand(directions="Out", twist=15, resolution_mm=5, out=tmp_path / "run"))
     names = sorted(path.name for path in (tmp_path / "run").iterdir())
@@ -92,7 +107,7 @@ def test_a_folder_that_holds_a_reach_is_kept(folder: Path) -> None:
     [
         (
             {"resolution_mm": 0},
-            "resolution 0 mm: give 0.5 to 10 mm; all directions at the finest take about 40 s",
+            "resolution 0 mm: give 0.5 to 10 mm; all directions at the finest take about 8 s",
         ),
         ({"resolution_mm": 20}, "resolution 20 mm: give 0.5 to 10 mm"),
         ({"friction": -1}, "friction -1: a coefficient of friction is 0 or more"),

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable
 from pathlib import Path
+from typing import cast
 
 import pytest
 
+import inhand
 from commands import Call
+from inhand.errors import InputError
 
 RL = importlib.util.find_spec("jax") is not None
 
@@ -46,6 +50,25 @@ def test_a_command_refuses_and_leaves_nothing(
     assert (code, out) == (2, "")
     assert text in " ".join(err.split())
     assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+NO_PLACE: list[tuple[Callable[[], object], str]] = [
+    (lambda: inhand.evaluate(cast("str", None)), "run is None: give a folder or a file, as a text or a path, or a run"),
+    (lambda: inhand.evaluate("rl", human=cast("str", 5)), "human is 5: give a folder"),
+    (lambda: inhand.record(out=cast("str", 5)), "out is 5: give a folder"),
+    *[
+        (lambda: inhand.train(out=cast("str", 5)), "out is 5: give a folder"),
+        (lambda: inhand.train(demonstrations=cast("str", 5)), "demonstrations is 5: give a folder"),
+    ]
+    * RL,
+    (lambda: inhand.sweep(out=cast("str", 5)), "out is 5: give a folder"),
+]
+
+
+@pytest.mark.parametrize(("call", "text"), NO_PLACE)
+def test_what_is_no_place_is_refused_by_name(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        call()
 
 
 def test_directions_named_twice_run_once(tmp_path: Path, inhand: Call) -> None:

@@ -30,6 +30,8 @@ from inhand.hands.files import load_hand
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.style import INK
 from inhand.records import table_of, text_of
+from inhand.sim.engine import Simulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.primitives import parse_directions
 
 STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"
@@ -119,6 +121,13 @@ def test_only_the_cell_that_is_missing_is_computed(
 ) -> None:
     out, _ = killed
     monkeypatch.setattr("inhand.plots.save.save_figure", lambda *_: None)
+    stepped = []
+
+    def made(engine: str, *given: Any, **more: Any) -> Simulator:
+        stepped.append(engine)
+        return make_simulator(engine, *given, **more)
+
+    monkeypatch.setattr("inhand.asterisk_test.sweep.sweep.make_simulator", made)
     before = stamps(out)
     gone = next(name for name in before if "400" in name)
     (out / "cells" / gone).unlink()
@@ -128,6 +137,7 @@ def test_only_the_cell_that_is_missing_is_computed(
     assert "4 cells, 3 of them already" in capsys.readouterr().out
     assert sweep(monkeypatch, out) == 0
     assert stamps(out) == after
+    assert stepped == ["planar"]  # here, before other processes compute; not where there is nothing to compute
 
 
 def test_cells_of_other_settings_are_refused_with_what_differs(

@@ -13,6 +13,7 @@ from PIL import Image
 
 import inhand as front
 from commands import Call
+from inhand import caches
 from inhand.cli.terminal import print_table
 from inhand.cli.trace import SPARE, run_trace
 from inhand.control.trial import load_trial
@@ -81,6 +82,9 @@ def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
     )
     again = json.loads((tmp_path / "again" / "trace.json").read_text())
     assert again["followed"] == content["followed"]
+    del again["config"]["engine"]
+    (tmp_path / "again" / "trace.json").write_text(json.dumps(again))
+    assert front.load(tmp_path / "again").config.engine == "mujoco"  # as every run before there was another
     (tmp_path / "again" / "trials" / "square_2.npz").unlink()
     with pytest.raises(InputError, match=r"trace.json: it tells of 2 trials, and 1 are there; run it again"):
         front.load(tmp_path / "again")
@@ -131,7 +135,7 @@ def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None
     assert text.startswith(f"# Square of 30 mm by ik: cube_39 with {STANDARD}\n")
     assert "| 1 | reached | 100.0 |" in text
     assert "Every trial followed its plan to the end without a failure." in text
-    assert "2 trial(s) of 5 primitives, 1 of them an approach, then 120 mm of way" in text
+    assert "2 trials of 5 primitives, 1 of them an approach, then 120 mm of way" in text
     for picture in re.findall(r"!\[.*\]\((.*)\)", text):
         assert (run / picture).is_file()
     held = "--hand 2v2_50.50_50.50_1.1_53 --object cube_39 --engine planar --seed 4 --noise-mm 1.0 --noise-deg 1.0"
@@ -154,7 +158,21 @@ def test_the_table_fits_a_terminal_of_100_columns(
         assert told == f"Left out, for want of width: {spared} (the report has them)"
 
 
-def test_the_search_for_whether_a_drawing_fits_tells_how_far_it_is() -> None:
+def test_a_second_run_of_a_drawing_searches_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(caches.PLACE, str(tmp_path))
+    configs = TraceConfig(path="L", trials=1), TraceConfig(path="L", trials=1, size=24)
+    first = [prepare_trace(config) for config in configs]
+    for module, name in ((fit, "farthest"), (fit, "plan_grasps"), (trace_run, "largest")):
+        monkeypatch.setattr(module, name, None)
+    for config, before in zip(configs, first, strict=True):
+        again = prepare_trace(config)
+        assert (again.size, again.notes, again.plans[0].legs) == (before.size, before.notes, before.plans[0].legs)
+    with pytest.raises(TypeError, match="not callable"):
+        prepare_trace(TraceConfig(path="L", trials=1, size=25))
+
+
+def test_the_search_for_whether_a_drawing_fits_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(caches.PLACE, "off")
     told: list[tuple[str, int, int]] = []
     way = prepare_trace(TraceConfig(path="L", size=24), lambda *now: told.append(now)).plans[0].way[-1]
     assert {(what, whole) for what, _, whole in told} == {("whether letter L fits, mm", round(1e3 * way))}
@@ -331,6 +349,7 @@ def test_a_drawing_beyond_the_fingers_is_refused_without_a_search(monkeypatch: p
 
 
 def test_a_drawing_without_a_size_gets_a_share_of_the_reachable_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(caches.PLACE, "off")
     monkeypatch.setattr(trace_run, "largest", lambda *_: 0.05)
     setup = prepare_trace(TraceConfig(path="star", trials=2))
     assert setup.size == pytest.approx(0.03)

@@ -23,6 +23,7 @@ from inhand.errors import InputError
 from inhand.learning import train as trains
 from inhand.learning.config import preset
 from inhand.learning.report import Compared
+from inhand.learning.run_cards import read_config
 from inhand.learning.train import Trained
 
 if TYPE_CHECKING:
@@ -84,7 +85,11 @@ def check_loaded(run: Path, folder: Path) -> None:
     trained, compared = front.load(run), front.load(folder / "evaluated")
     assert isinstance(trained, Trained)
     assert isinstance(compared, Compared)
-    assert (trained.config.episodes, trained.config.seed) == (60, 2)
+    assert (trained.config.episodes, trained.config.seed, trained.config.engine) == (60, 2, "planar")
+    card = json.loads((run / "config.json").read_text())
+    del card["config"]["engine"]
+    (folder / "config.json").write_text(json.dumps(card))
+    assert read_config(folder).engine == "mujoco"  # what a card that names none was trained in
     assert len(trained.table()) == 16
     assert trained.policy.trained["seed"] == 2
     assert trained._repr_png_().startswith(b"\x89PNG")

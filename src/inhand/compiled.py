@@ -61,10 +61,12 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
         finally:
             settings["CACHE_DIR"] = before
 
+    untold = iter([True])  # the first of several threads that wait for a kernel takes it
+
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
         known = len(compiled.overloads)  # `signatures` would hash every array's type at each call
-        if known == 0:
+        if known == 0 and next(untold, False):
             _begin(function, folder)
         result = compiled(*args, **kwargs)
         if len(compiled.overloads) > known and folder is not None:
@@ -88,11 +90,17 @@ def cache_folder(module: str) -> Path | None:
 
 
 def _begin(function: Callable[..., object], folder: Path | None) -> None:
-    """Say what the first call of a kernel waits for, where it has to be compiled."""
+    """Say what the first call of a kernel waits for, where it has to be compiled.
+
+    What a kernel belongs to stands before the colon in the docstring of its package.
+    """
     if folder is None or not any(file.suffix == ".nbc" for file in _files(folder, function.__name__)):
-        where = function.__module__.removeprefix("inhand.")
-        kept = "" if folder is not None else "; the cache cannot be written, so every run does: set NUMBA_CACHE_DIR"
-        logging.getLogger("inhand").warning("compiling %s of %s: some seconds%s", function.__name__, where, kept)
+        package = sys.modules[function.__module__.rpartition(".")[0] or function.__module__].__doc__ or ""
+        what = f"{package[:1].lower()}{package.partition(':')[0][1:]} ({function.__name__})"
+        often = "once for this machine: up to 15 s"
+        if folder is None:
+            often = "up to 15 s in every run, as the cache cannot be written: set NUMBA_CACHE_DIR to a folder that can"
+        logging.getLogger("inhand").warning("compiling %s, %s", what, often)
 
 
 def _files(folder: Path, name: str) -> list[Path]:

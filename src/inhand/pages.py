@@ -25,6 +25,11 @@ def spread(mean: float, sd: float = math.nan, digits: int = 1) -> str:
     return f"{mean:z.{digits}f}" + (f" ± {sd:.{digits}f}" if math.isfinite(sd) else "")
 
 
+def counted(count: int, noun: str) -> str:
+    """Return how many there are of something: 1 trial, 2 trials."""
+    return f"{count} {noun}" + "s" * (count != 1)
+
+
 def options(config: DataclassInstance, without: Collection[str] = ()) -> list[str]:
     """Return the words of a command line that give a configuration's settings, without some of them."""
     words: list[str] = []

@@ -125,7 +125,7 @@ def path_of(name: str, given: object) -> str:
     """
     if isinstance(given, str | os.PathLike):
         return os.fspath(given)
-    raise InputError(f"{name} is {given!r}; it must be a path, or a run that lives in a folder")
+    raise InputError(f"{name} is {given!r}: give a folder or a file, as a text or a path, or a run with a folder")
 
 
 def listed(words: object) -> str:

@@ -53,7 +53,7 @@ def average_path(paths_mm: Sequence[Array], angle_deg: float, end_mm: float) -> 
     """
     rows = [each[: int(np.argmax(each[:, 0])) + 1] - each[0] for each in _aligned(paths_mm, angle_deg)]
     centres = np.linspace(0.0, end_mm, max(round(end_mm / BIN_MM), 1) + 1) if end_mm > 0.0 else np.zeros(1)
-    half = centres[1] / 2 if len(centres) > 1 else BIN_MM / 2
+    half = centres[1] / 2 if end_mm > BIN_MM else BIN_MM / 2
     lateral = np.stack([_bin_means(each, centres, half)[:, 1] for each in rows])
     present = ~np.isnan(lateral)
     count = present.sum(axis=0)

@@ -11,6 +11,7 @@ from pathlib import Path
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.control.trial import Passport, Trial, load_trial
 from inhand.errors import InputError
+from inhand.pages import counted
 from inhand.sim.disturbance_files import NONE
 
 MOST = 2
@@ -103,7 +104,7 @@ def _names(settings: Sequence[tuple[str, ...]], folders: Sequence[Path]) -> list
 def _check_labels(labels: Sequence[str], runs: int) -> None:
     if labels and len(labels) != runs:
         raise InputError(
-            f"--label gives {len(labels)} names for {runs} run{'s' if runs > 1 else ''}: give one for this run and one"
+            f"--label gives {len(labels)} names for {counted(runs, 'run')}: give one for this run and one"
             " for each of --beside, in that order"
         )
     for label in labels:

@@ -25,7 +25,7 @@ from inhand.asterisk_test.scenes import (
 from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.pages import again, listed, options, page_of, pictured, table_of
+from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import donut_figure
@@ -130,9 +130,9 @@ def page(run: Run, pictures: Sequence[str]) -> str:
     passport = run.trials[0].passport
     return page_of(
         f"# Asterisk Test: {run.subject}",
-        f"{config.trials} trial(s) for each direction along {config.paths} paths, start noise {config.noise_mm:g} mm"
-        f" and {config.noise_deg:g} deg (standard deviations), seed {config.seed}. The controller reads what is"
-        f" {passport.reads}.",
+        f"{counted(config.trials, 'trial')} for each direction along {config.paths} paths, start noise"
+        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}. The"
+        f" controller reads what is {passport.reads}.",
         "Distance is the progress along the direction up to the first loss of contact, mean ± SD over the trials."
         " Lateral (largest distance from the line, mm), Off path (the same from a path that is not straight),"
         " Turn (largest rotation, deg), Contact (share of steps with every finger touching), Gap (longest time"
@@ -223,7 +223,7 @@ def _title(run: Run) -> str:
 def _subtitle(run: Run) -> str:
     count = len({result.trial for result in run.results})
     passport = run.trials[0].passport
-    return f"{passport.hand.name}, {passport.object.name}; mean of {count} trial{'s' if count > 1 else ''} a direction"
+    return f"{passport.hand.name}, {passport.object.name}; mean of {counted(count, 'trial')} a direction"
 
 
 def _asterisks(run: Run, folder: Path) -> list[str]:
@@ -259,7 +259,7 @@ def side_by_side(run: Run, title: str) -> Figure:
         panels.insert(0, Panel(other.name, other.told, others, scene))
     if run.people:
         people = human_curves(run.people, [curve.name for curve in curves])
-        panels.insert(0, Panel("Human", f"{len(run.people)} recorded trials", tuple(people)))
+        panels.insert(0, Panel("Human", counted(len(run.people), "recorded trial"), tuple(people)))
     return panels_figure(panels, title)
 
 

@@ -82,7 +82,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
 def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None, threads: int = 0) -> tuple[Trial, ...]:
     """Run every assignment at once and return the trials in the same order.
 
-    The hand's own limit along each primitive is computed first and kept in the trials' passports. MuJoCo steps on
+    The hand's own limit along each primitive is computed first and kept in the trials' passports. The engine steps on
     `threads` threads, 0 for every core; the trials are the same for any number.
     """
     hand, assignments = setup.hand, setup.assignments

@@ -87,7 +87,9 @@ def endings(results: Sequence[Result]) -> str:
     kept = [result for result in results if result.kept]
     if not kept:
         return "No trial carried the object to the end of its path or of its grip."
-    whole = f"{len(kept)} of {len(results)} trials" if len(kept) < len(results) else f"All {len(kept)} trials"
+    whole = f"All {len(kept)} trials" if len(kept) > 1 else "The trial"
+    if len(kept) < len(results):
+        whole = f"{len(kept)} of {len(results)} trials"
     path, grip = (sum(result.outcome == outcome for result in kept) for outcome in (REACHED, GRIP_END))
     where = [f"{path} came to the end of their path"] * (path > 0)
     where += [f"{grip} stopped where the grip was predicted to end"] * (grip > 0)

@@ -7,6 +7,7 @@ from inhand.learning.commands import RecordConfig
 from inhand.learning.datasets import DATA
 from inhand.learning.record import Dataset
 from inhand.learning.record import run_record as recorded
+from inhand.pages import counted
 
 HEADER = ("Direction", "Episodes", "Lost", "Distance [mm]", "Of the plan")
 """Columns of the table."""
@@ -25,9 +26,9 @@ def run_record(config: RecordConfig) -> None:
 
             found = recorded(config, told)
     except KeyboardInterrupt:
-        say(f"Stopped after {done} episodes; none of them is kept, half a dataset is no dataset")
+        say(f"Stopped after {counted(done, 'episode')}; none of them is kept, half a dataset is no dataset")
         raise
-    print_table(f"{found.title}: {len(found.lost)} episodes", HEADER, rows_of(found))
+    print_table(f"{found.title}: {counted(len(found.lost), 'episode')}", HEADER, rows_of(found))
     say(f"Dataset {found.config.dataset_id}: {found.folder}")
     place = found.folder.as_posix()
     say(f'Read it: minari.MinariDataset("{place}/{DATA}"), or inhand.load("{place}")')

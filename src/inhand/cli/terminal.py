@@ -1,5 +1,6 @@
 """What the commands print."""
 
+import logging
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Literal
@@ -106,6 +107,22 @@ class Screen:
             say(text)
 
 
+class InBar(logging.Handler):
+    """Shows in a screen's bar what the package logs."""
+
+    def __init__(self, screen: Screen) -> None:
+        """Show it in a screen."""
+        super().__init__()
+        self._screen = screen
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show what is told until something else is; what has no room in the bar also stays above it."""
+        text = record.getMessage()
+        self._screen(text, 0, 0)
+        if len(text) > self._screen.live.console.width:
+            self._screen.live.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
 @contextmanager
 def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Screen]:
     """Give what a command shows while it runs; it is gone at the end.
@@ -115,8 +132,20 @@ def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Screen]
         over_s: the time left is told from what was done in this time [s].
     """
     screen = Screen(spoken=spoken, over_s=over_s)
-    with screen.live if screen.watched else nullcontext():
+    with _told_by(screen) if screen.watched else nullcontext():
         yield screen
+
+
+@contextmanager
+def _told_by(screen: Screen) -> Iterator[None]:
+    """Show a screen, and in its bar what the package logs meanwhile, such as what is compiled."""
+    logger, handler = logging.getLogger("inhand"), InBar(screen)
+    logger.addHandler(handler)
+    try:
+        with screen.live:
+            yield
+    finally:
+        logger.removeHandler(handler)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import numpy as np
 from inhand.control.controller import Task
 from inhand.geometry import TURN_ARM, Array, inverse_transform
 from inhand.hands.force_closure import force_closure
-from inhand.hands.grasp_search import fingers_clear
+from inhand.hands.grasp_search import clear_for
 from inhand.hands.objects import stacked_pieces
 from inhand.hands.rolling import Starts, roll
 from inhand.sim.state import State
@@ -31,11 +31,9 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[
         tracks.append(roll(hand, finger, Starts(points, state.joint_angles[:, place], bodies), poses))
     left, right = tracks
     friction = np.array([friction_share * hand.friction * spec.friction for spec in task.objects])
-    both = left.held & right.held
-    held = both.copy()
-    held[both] = fingers_clear(hand, left.joints[both], right.joints[both])
+    held = left.held & right.held
     held &= force_closure(friction[:, None], (left.points, left.normals), (right.points, right.normals))
-    reach = np.cumprod(held, axis=-1).sum(axis=-1)
+    reach = clear_for(hand, left.joints, right.joints, np.cumprod(held, axis=-1).sum(axis=-1))
     rows, last = np.arange(len(reach)), np.maximum(reach - 1, 0)
     way = task.path.way[:, looked]
     turned = TURN_ARM * np.abs(np.diff(task.path.poses[:, looked, 2], axis=1, prepend=0.0))

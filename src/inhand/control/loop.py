@@ -69,15 +69,22 @@ def sense(state: State, between: Between | None = None, reads: Reads = PRIVILEGE
 
 
 def control_step(
-    simulator: Simulator, targets: Array, lost: NDArray[np.int64], substeps: int, between: Between | None = None
+    simulator: Simulator,
+    targets: Array,
+    lost: NDArray[np.int64],
+    substeps: int,
+    active: NDArray[np.bool_] | None = None,
+    *,
+    between: Between | None = None,
 ) -> tuple[State, NDArray[np.int64]]:
     """Simulate one decision, joint targets `(B, n_joints)` [rad] for some physics steps, and measure.
 
     Return the state after it, and for how many simulation steps each world has not been held by all fingers `(B,)`,
-    which before it was `lost`. What stands `between` delays the targets, pushes, and takes the state in.
+    which before it was `lost`. Worlds that are not `active` `(B,)` stand still. What stands `between` delays targets,
+    pushes, and takes the state in.
     """
     arriving = targets if between is None else between.send(simulator, targets)
-    state = simulator.step(arriving, substeps)
+    state = simulator.step(arriving, substeps, active)
     if between is not None:
         between.take(state)
     return state, lost_steps(lost, state, substeps)
@@ -146,19 +153,20 @@ def run_episodes(
     progress: Told | None = None,
     *,
     between: Between | None = None,
+    worlds: NDArray[np.bool_] | None = None,
 ) -> Recording:
-    """Run one episode in every world of a batch, phase by phase, from the state the simulator was reset to.
+    """Run one episode in every world of a batch, or in some `worlds` `(B,)`, phase by phase, from the state it is in.
 
     A world that finishes the last phase has reached its end, unless that is a grip, which is judged when all worlds
-    have closed. After every step `progress` is told the phase, the worlds still running and the simulated step.
+    have closed. One whose episode has ended, or has none, stands still and costs nothing. After every step `progress`
+    is told the phase, the worlds still running and the simulated step.
     """
     states, phase_of, count = [start], [0], task.n_worlds
-    verdicts = _Verdicts(np.ones(count, bool), np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
+    running = np.ones(count, dtype=bool) if worlds is None else worlds
+    verdicts = _Verdicts(running, np.zeros(count, int), [TIME_OUT] * count, np.zeros(count, int))
     for number, phase in enumerate(phases):
         done = np.zeros(count, dtype=bool)
-        # Worlds whose senses are noisy would be done at times of their own, and no world may wait for another's draw.
-        whole = between is not None and (number < len(phases) - 1 or phase.must_hold)
-        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts, between=between, whole=whole):
+        for state, done in _run_phase(simulator, task, phase, states[-1], verdicts, between=between, last=phases[-1]):
             states.append(state)
             phase_of.append(number)
             index = len(states) - 1
@@ -187,12 +195,14 @@ def _run_phase(
     verdicts: _Verdicts,
     *,
     between: Between | None,
-    whole: bool,
+    last: Phase,
 ) -> Iterator[tuple[State, NDArray[np.bool_]]]:
     """Give every state of a phase and which worlds are done, until all that run are done or time is up.
 
-    A phase that is to take its `whole` time ends before only where no world runs any more.
+    Where something stands `between`, phases before the `last` and grips take their whole time: worlds with noisy senses
+    are done at times of their own, and no world may wait for another's draw.
     """
+    whole = between is not None and (phase is not last or phase.must_hold)
     controller = phase.controller(task)
     reads = reads_of(controller)
     if between is not None:
@@ -200,7 +210,8 @@ def _run_phase(
     seen = sense(state, between, reads)
     controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):
-        state, lost = control_step(simulator, controller.act(seen), verdicts.lost, task.substeps, between)
+        targets, lost = controller.act(seen), verdicts.lost
+        state, lost = control_step(simulator, targets, lost, task.substeps, verdicts.running, between=between)
         seen = sense(state, between, reads)
         done = controller.finished(seen)
         if phase.keep_contact:

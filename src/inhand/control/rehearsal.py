@@ -5,20 +5,24 @@ So the best few grasps of every path are closed in simulated worlds of their own
 carry the object to where the grip that is measured there is predicted to end. Of those that keep it the one that goes
 farthest is taken.
 
+No set point passes the end that is predicted for its grip. So the grasp whose end is farthest is carried first, and
+another only where it could still be the one that is taken: the choice is that of carrying them all.
+
 Where the object stands some millimetres off, links of the two fingers can graze each other far along a path that is
 free from where it was planned. A path that falls short of what the search promised is given more: grasps close to the
 best, and fingers that close a little on the side of the planned start, so that they draw the object there.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import Bench, simulate
-from inhand.control.phases import Grasp
+from inhand.control.loop import Bench, run_episodes, sense, simulate
+from inhand.control.phases import Grasp, standard_phases
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, rotate, transform, way_along
 from inhand.hands.fit import Held
@@ -26,7 +30,9 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
+from inhand.sim.engine import Simulator
 from inhand.sim.names import ENGINE
+from inhand.sim.state import State, select
 
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
@@ -99,7 +105,7 @@ def best_grasps(
     search = config[0] or SearchConfig()
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(*held, distinct, search)
-    best, ways = _farthest(held, [plans[k] for k in index], (poses, starts), config[1], engine)
+    best, ways = farthest(held, [plans[k] for k in index], (poses, starts), config[1], engine)
     reaches = [max(plan.reach for plan in group) for group in plans]
     promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
     short = np.flatnonzero(ways < promised[index] - SHORT)
@@ -108,14 +114,14 @@ def best_grasps(
     wanted, which = np.unique(index[short], return_inverse=True)
     close = plan_grasps(*held, distinct[wanted], replace(search, count=CLOSE, apart=CLOSE_APART))
     groups = [[replace(plan, drawn=share) for share in DRAWN for plan in close[k]] for k in which]
-    others, farther = _farthest(held, groups, (poses[short], starts[short]), config[1], engine)
+    others, farther = farthest(held, groups, (poses[short], starts[short]), config[1], engine)
     for k, other, way in zip(short, others, farther, strict=True):
         if way > ways[k]:
             best[k] = other
     return best
 
 
-def _farthest(
+def farthest(
     held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
 ) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
@@ -124,9 +130,79 @@ def _farthest(
     each = [plan for group in groups for plan in group]
     poses, starts = (part[owner] for part in where)
     task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]))
-    expert = IkController(task, config)
-    grasp = closing_joints(*held, each, poses[:, 0], starts)
-    _, found = simulate(task, grasp, starts, lambda _: expert, Bench(engine))
-    value = expert.progress - np.where(np.isin(found.outcomes, (REACHED, TIME_OUT)), 0.0, LOSS)
-    best = [int(np.flatnonzero(owner == number)[value[owner == number].argmax()]) for number in range(len(groups))]
-    return [each[number] for number in best], value[best]
+    simulator, closed = simulate(task, closing_joints(*held, each, poses[:, 0], starts), starts, None, Bench(engine))
+    gripped, expert = closed.states[-1], IkController(task, config)
+    expert.begin(sense(gripped))
+    task = replace(task, distance=expert.limit)
+    # What a grasp is worth is known where it holds nothing, and else is not more than where its set point stops.
+    worth = np.where(np.array(closed.outcomes) == REACHED, -np.inf, -LOSS)
+    best = first_best(worth, expert.limit, owner, lambda worlds: carried(simulator, task, gripped, worlds, config))
+    return [each[number] for number in best], worth[best]
+
+
+def first_best(
+    worth: Array, most: Array, owner: NDArray[np.int64], find: Callable[[NDArray[np.int64]], Array]
+) -> list[int]:
+    """Return of each owner's grasps the first of those that are worth most; find out only what that depends on.
+
+    The one with the farthest bound is looked at first, then, where others could be worth more, twice as many at a
+    time: a few in one batch take hardly longer than one.
+
+    Args:
+        worth: of each grasp `(N,)`, minus infinity where it is not known, which is filled in.
+        most: what it is worth at most `(N,)`.
+        owner: whose it is `(N,)`, counted from 0.
+        find: gives what some grasps are worth, by number.
+    """
+    mine = [np.flatnonzero(owner == number) for number in range(owner[-1] + 1)]
+    at_once = 1
+    while True:
+        best = [int(of[worth[of].argmax()]) for of in mine]
+        asked = list[int]()
+        for of, leading in zip(mine, best, strict=True):
+            bound = np.where(np.isneginf(worth[of]), most[of], -np.inf)
+            ahead = (bound > worth[leading]) | ((bound == worth[leading]) & (of < leading))
+            order = np.argsort(np.where(ahead, -bound, np.inf), kind="stable")
+            asked += of[order[: min(at_once, ahead.sum())]].tolist()
+        if not asked:
+            return best
+        worth[asked] = find(np.array(asked))
+        at_once *= 2
+
+
+class _Carrier:
+    """The expert in some worlds of a batch."""
+
+    def __init__(self, task: Task, worlds: NDArray[np.int64], config: IkConfig | None) -> None:
+        distance = None if task.distance is None else task.distance[worlds]
+        objects = tuple(task.objects[world] for world in worlds)
+        part = replace(task, objects=objects, path=Path(task.path.poses[worlds]), distance=distance)
+        self._expert, self._worlds = IkController(part, config), worlds
+        self.ways = [np.zeros(len(worlds))]
+        """How far the set points had come after every decision, the start first."""
+
+    def begin(self, state: State) -> None:
+        self._expert.begin(select(state, self._worlds))
+
+    def act(self, state: State) -> Array:
+        targets = state.targets.copy()
+        targets[self._worlds] = self._expert.act(select(state, self._worlds))
+        self.ways.append(self._expert.progress)
+        return targets
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        done = np.ones(state.n_worlds, dtype=bool)
+        done[self._worlds] = self._expert.finished(select(state, self._worlds))
+        return done
+
+
+def carried(
+    simulator: Simulator, task: Task, gripped: State, worlds: NDArray[np.int64], config: IkConfig | None
+) -> Array:
+    """Return how far the expert carries objects that are gripped in some worlds, less what is lost [m]."""
+    carrier = _Carrier(task, worlds, config)
+    phases = standard_phases(Grasp(gripped.targets, gripped.targets), lambda _: carrier)[-1:]
+    here = np.isin(np.arange(task.n_worlds), worlds)
+    found = run_episodes(simulator, task, phases, gripped, worlds=here)
+    kept = np.isin(np.array(found.outcomes)[worlds], (REACHED, TIME_OUT))
+    return np.stack(carrier.ways)[found.last[worlds], np.arange(len(worlds))] - np.where(kept, 0.0, LOSS)

@@ -11,18 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.caches import Arrays, keep, key_of, look_up
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, rotate, transform, way_along
-from inhand.hands.force_closure import force_closure
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, point_jacobian
 from inhand.hands.objects import ObjectSpec, convex_pieces
-from inhand.hands.polygons import apart
-from inhand.hands.reach.fingers import Body, Postures, touching_postures
+from inhand.hands.reach.fingers import Body, touching_postures
 from inhand.hands.reach.limits import body_of
 from inhand.hands.reach.pairs import neighbours
+from inhand.hands.reach.parts import Postures
 from inhand.hands.rolling import Starts, Tracks, roll
-from inhand.hands.shapes import link_polygons
 from inhand.hands.touch import inclined_touches
 
 INCLINATIONS = np.deg2rad([-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0])
@@ -52,7 +51,7 @@ class SearchConfig:
     squeeze: float = 0.002
     """How far inside the object the fingers aim when they close, which presses them on [m]."""
     block: int = 24
-    """Pairs whose fingers are checked against each other at a time."""
+    """Pairs whose fingers are checked against each other first."""
     count: int = 5
     """Grasps of each path that are kept."""
     apart: float = 0.004
@@ -80,12 +79,33 @@ def plan_grasps(
 ) -> list[list[GraspPlan]]:
     """Return for every path `(P, S, 3)` the grasps that carry the object farthest along it, the best first.
 
-    All paths begin at one pose, in the palm frame.
+    All paths begin at one pose, in the palm frame. What was found once is read from the cache on disk.
 
     Raises:
         InputError: no pair of contacts holds the object at the start; the text says which constraint fails.
     """
     config = config or SearchConfig()
+    keys = [key_of("grasps", (hand, spec, path, config), __name__) for path in poses]
+    kept = [look_up(key) for key in keys]
+    missing = [k for k, found in enumerate(kept) if found is None]
+    for k, plans in zip(missing, _search(hand, spec, poses[missing], config) if missing else (), strict=True):
+        found = {name: np.array([getattr(plan, name) for plan in plans]) for name in _KEPT}
+        keep(keys[k], found)
+        kept[k] = found
+    return [_plans_of(found) for found in kept if found is not None]
+
+
+_KEPT = ("contacts", "normals", "joints", "reach")
+"""What of a plan is searched."""
+
+
+def _plans_of(found: Arrays) -> list[GraspPlan]:
+    rows = zip(*(found[name] for name in _KEPT), strict=True)
+    return [GraspPlan(contacts, normals, joints, int(reach)) for contacts, normals, joints, reach in rows]
+
+
+def _search(hand: HandSpec, spec: ObjectSpec, poses: Array, config: SearchConfig) -> list[list[GraspPlan]]:
+    """Search for what `plan_grasps` returns."""
     coarser = 2 if max(len(finger.links) for finger in hand.fingers) > 2 else 1
     body = body_of(spec, coarser * config.spacing, coarser * config.fan)
     # Each finger by itself: where it touches at the start, and how far it can follow every path from there.
@@ -107,14 +127,18 @@ def plan_grasps(
     return plans
 
 
-def fingers_clear(hand: HandSpec, left: Array, right: Array) -> NDArray[np.bool_]:
-    """Return whether no link of the left finger meets one of the right, for joint angles `(..., n)` each."""
-    clear = np.ones(left.shape[:-1], dtype=bool)
-    others = link_polygons(hand, hand.right, right)
-    for link in link_polygons(hand, hand.left, left):
-        for other in others:
-            clear &= apart(link, other)
-    return clear
+def clear_for(hand: HandSpec, left: Array, right: Array, most: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return for how many poses, of `most` `(N,)` from the first, no link of the left finger meets one of the right.
+
+    Their joint angles are `(N, S, n)` each.
+    """
+    from inhand.hands.pair_kernels import shorten
+    from inhand.hands.placed import chain_of
+
+    count = most.copy()
+    chains, rooms = zip(*(chain_of(hand, finger) for finger in (hand.left, hand.right)), strict=True)
+    shorten(chains, rooms, (np.ascontiguousarray(left), np.ascontiguousarray(right)), count)
+    return count
 
 
 def no_grasp(hand: HandSpec, spec: ObjectSpec, why: str) -> InputError:
@@ -187,20 +211,13 @@ def _best(
 
 def _common_reach(left: Tracks, right: Tracks, friction: Array) -> NDArray[np.int64]:
     """Return for how many poses each pair `(L, R)` holds the object, by the friction at the start and on the way."""
-    shape = left.points.shape[0], right.points.shape[0]
-    reach = np.zeros(shape, dtype=np.int64)
-    # Pairs that hold no more are dropped on the way, so that later poses look at fewer.
-    i, j = (part.ravel() for part in np.indices(shape))
-    for s in range(left.points.shape[1]):
-        kept = left.held[i, s] & right.held[j, s]
-        i, j = i[kept], j[kept]
-        closed = force_closure(
-            friction[min(s, 1)], (left.points[i, s], left.normals[i, s]), (right.points[j, s], right.normals[j, s])
-        )
-        i, j = i[closed], j[closed]
-        if len(i) == 0:
-            break
-        reach[i, j] = s + 1
+    from inhand.hands.pair_kernels import Contacts, common_reach
+
+    reach = np.zeros((len(left.held), len(right.held)), dtype=np.int64)
+    if (friction > 0).all():
+        least = np.cos(np.arctan(friction))
+        one, other = (Contacts(track.points, track.normals, track.held) for track in (left, right))
+        common_reach(one, other, (least[0], least[1]), reach)
     return reach
 
 
@@ -214,7 +231,7 @@ def _clear_plans(
     """Return the pairs with the best scores once it counts too that fingers meet, the best first.
 
     A score is the way a pair carries the object, drawn towards its neighbours' mean, less the cost of its tilt. Pairs
-    are looked at in the order of their scores, a block at a time, until no pair left could do better.
+    are looked at in the order of their scores, twice as many at a time, until no pair left could do better.
     """
     way, costs, (beside_left, beside_right) = judged_by
     # The mean of the neighbours' ways, by products with the tables of who is beside whom.
@@ -226,34 +243,35 @@ def _clear_plans(
     # Whether fingers meet costs most, and only lowers a score: the best are looked at until none left can pass them.
     order = np.argsort(-score, axis=None, kind="stable")
     order = order[np.isfinite(score.ravel()[order])]
-    looked: list[tuple[float, GraspPlan]] = []
-    for start in range(0, len(order), config.block):
-        block = order[start : start + config.block]
-        kept = _apart(looked, config)
-        if len(kept) == config.count and kept[-1][0] >= score.ravel()[block[0]]:
+    pairs, holds, value, kept = order[:0], order[:0], extra[:0, 0], order[:0]
+    while len(value) < len(order):
+        block = order[len(value) : 2 * len(value) + config.block]
+        if len(kept) == config.count and value[kept[-1]] >= score.ravel()[block[0]]:
             break
-        pairs = np.stack(np.unravel_index(block, score.shape), axis=-1)
-        joints = [track.joints[pairs[:, i]] for i, track in enumerate(tracks)]
+        pairs = np.concatenate([pairs, block])
+        places = np.unravel_index(block, score.shape)
         # A pair holds until its fingers first meet.
-        free = np.minimum(np.cumprod(fingers_clear(hand, *joints), axis=-1).sum(axis=-1), reach.ravel()[block])
-        for pair, holds, more in zip(pairs, free, extra.ravel()[block], strict=True):
-            if holds > 0:
-                looked.append((float(way[holds - 1] + more), _plan(tracks, pair, int(holds))))
-    return [plan for _, plan in _apart(looked, config)]
+        joints = [track.joints[place] for track, place in zip(tracks, places, strict=True)]
+        free = clear_for(hand, joints[0], joints[1], reach.ravel()[block])
+        holds = np.concatenate([holds, free])
+        found = np.where(free > 0, way[np.maximum(free - 1, 0)] + extra.ravel()[block], -np.inf)
+        value = np.concatenate([value, found])
+        one, other = np.unravel_index(pairs, score.shape)
+        contacts = np.stack([tracks[0].points[one, 0], tracks[1].points[other, 0]], axis=1)
+        kept = _apart(value, contacts, config)
+    return [_plan(tracks, np.unravel_index(pairs[k], score.shape), int(holds[k])) for k in kept]
 
 
-def _apart(looked: list[tuple[float, GraspPlan]], config: SearchConfig) -> list[tuple[float, GraspPlan]]:
-    """Return the best of scored plans, each some way apart from those before it."""
-    kept: list[tuple[float, GraspPlan]] = []
-    for value, plan in sorted(looked, key=lambda each: -each[0]):
-        if len(kept) == config.count:
-            break
-        if all(np.linalg.norm(plan.contacts - other.contacts, axis=-1).max() >= config.apart for _, other in kept):
-            kept.append((value, plan))
-    return kept
+def _apart(value: Array, contacts: Array, config: SearchConfig) -> NDArray[np.int64]:
+    """Return the best of N plans by number, each with a contact `(N, 2, 2)` some way apart from those before it."""
+    kept, left = list[int](), np.isfinite(value)
+    while left.any() and len(kept) < config.count:
+        kept.append(int(np.where(left, value, -np.inf).argmax()))
+        left &= np.linalg.norm(contacts - contacts[kept[-1]], axis=-1).max(axis=-1) >= config.apart
+    return np.array(kept, dtype=np.int64)
 
 
-def _plan(tracks: tuple[Tracks, Tracks], pair: NDArray[np.int64], reach: int) -> GraspPlan:
+def _plan(tracks: tuple[Tracks, Tracks], pair: tuple[NDArray[np.int64], ...], reach: int) -> GraspPlan:
     contacts, normals, joints = (
         [getattr(track, name)[k, 0] for track, k in zip(tracks, pair, strict=True)]
         for name in ("points", "normals", "joints")

@@ -1,9 +1,6 @@
 """Contact and overlap of convex polygons, vectorised over any leading axes; corners counter-clockwise."""
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import NDArray
 
 from inhand.geometry import Array
 
@@ -44,36 +41,11 @@ def contact(first: Array, second: Array) -> tuple[Array, Array, Array]:
     return separation.reshape(batch), point.T.reshape(*batch, 2), normal.T.reshape(*batch, 2)
 
 
-def nearest_contact(first: Array, pieces: Sequence[Array]) -> tuple[Array, Array, Array]:
-    """Return `contact` of a convex polygon with that of several convex pieces from which it is least separated."""
-    if len(pieces) == 1:
-        return contact(first, pieces[0])
-    gaps, points, normals = (np.stack(part) for part in zip(*(contact(first, p) for p in pieces), strict=True))
-    nearest = gaps.argmin(axis=0)[None]
-    gap = np.take_along_axis(gaps, nearest, axis=0)[0]
-    point, normal = (np.take_along_axis(part, nearest[..., None], axis=0)[0] for part in (points, normals))
-    return gap, point, normal
-
-
 def separation(first: Array, second: Array) -> Array:
     """Return the separation of convex polygons `(...)` [m], negative where they overlap; see `contact`."""
     batch, one, other = _lanes(first, second)
     by_first, by_second = _lowest(one, _normals(one), other).max(0), _lowest(other, _normals(other), one).max(0)
     return np.asarray(np.maximum(by_first, by_second).reshape(batch))
-
-
-def apart(first: Array, second: Array) -> NDArray[np.bool_]:
-    """Return whether convex polygons do not meet `(...)`: their boxes tell most cases, `separation` the others."""
-    ahead, behind = (one.min(axis=-2) - other.max(axis=-2) for one, other in ((first, second), (second, first)))
-    found = np.asarray(np.maximum(ahead, behind).max(axis=-1) > 0)
-    near = ~found
-    if near.any():
-        close = (
-            corners if corners.ndim == 2 else np.broadcast_to(corners, (*near.shape, *corners.shape[-2:]))[near]
-            for corners in (first, second)
-        )
-        found[near] = separation(*close) > 0
-    return found
 
 
 def _lanes(first: Array, second: Array) -> tuple[tuple[int, ...], Array, Array]:

@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
+from inhand.pages import counted
 from inhand.plots.sheet import sheet
 from inhand.plots.style import INK, direction_colour
 
@@ -18,7 +19,7 @@ def dataset_figure(angle_deg: Array, distance: Array, lost: NDArray[np.bool_], t
 
     Of each episode that is its direction [deg], the way along it at its end [m], and whether it lost the object `(E,)`.
     """
-    subtitle = f"{len(lost)} episodes, {int(lost.sum())} of them lost the object"
+    subtitle = f"{counted(len(lost), 'episode')}, {int(lost.sum())} of them lost the object"
     angle = np.deg2rad(angle_deg)
     ends = 1e3 * distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     colours = np.array([direction_colour(each) for each in angle_deg])

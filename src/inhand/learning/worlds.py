@@ -141,7 +141,7 @@ class ManipulationWorlds:
         before = self._state
         actions = checked_actions(given, before.targets.shape)
         targets = targets_of(actions, self.interface.actions, self.hand, self.seen)
-        after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS, self._between)
+        after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS, between=self._between)
         self._steps += 1
         gone = dropped(after, self._lost)
         asked, made = self._aim, self._along(after)

@@ -12,6 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -56,10 +57,18 @@ class Film:
     """All that stands still and all that moves."""
     parts: Sequence[Moving]
     """What moves."""
-    count: int
+    text: Text
+    told: Sequence[str]
+    """What the text says at each frame."""
+
+    @property
+    def count(self) -> int:
+        """Number of frames."""
+        return len(self.told)
 
     def show(self, number: int) -> None:
         """Move everything to a frame."""
+        self.text.set_text(self.told[number])
         for part in self.parts:
             part.show(number)
 
@@ -101,8 +110,8 @@ def write_replay(
     with mpl.rc_context(STYLE), in_place(out) as part:
         figure, strips = _titled(title, contact, frame_s or 1 / fps, frames[0].fingers)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
-        parts = [_scene(ax, frames), *_trail(ax, trail_mm, target_angle_deg, texts), *strips]
-        write(Film(figure, parts, len(frames)), part, fps)
+        parts = [_scene(ax, frames), _trail(ax, trail_mm, target_angle_deg), *strips]
+        write(Film(figure, parts, _empty_text(ax), texts or _distances(trail_mm, target_angle_deg)), part, fps)
     return out
 
 
@@ -194,19 +203,24 @@ def _scene(ax: Axes, frames: Sequence[SceneOutline]) -> Moving:
     return Moving(artists.all(), lambda number: move_scene(artists, frames[number]))
 
 
-def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None, texts: Sequence[str] | None) -> tuple[Moving, Moving]:
-    """Return the way so far, and the text at the top right: how far that is, or the given one."""
+def _trail(ax: Axes, trail_mm: Array, angle_deg: float | None) -> Moving:
+    """Return the way so far."""
     colour = INK if angle_deg is None else direction_colour(angle_deg)
     (line,) = ax.plot([], [], color=colour, linewidth=2.2, path_effects=halo(4.2), zorder=3.0)
+    return Moving((line,), lambda number: line.set_data(*trail_mm[: number + 1].T))
+
+
+def _distances(trail_mm: Array, angle_deg: float | None) -> list[str]:
+    """Return how far along a direction, or from the start, each point of a trail is."""
     done = np.hypot(*trail_mm.T) if angle_deg is None else trail_mm @ unit(np.deg2rad(angle_deg))
-    told = texts or [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
+    return [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
+
+
+def _empty_text(ax: Axes) -> Text:
+    """Return the text at the top right, above the axes."""
     # On the axes, not on the figure: matplotlib leaves out a figure's own animated artists when it saves a film.
     place, on = (1 - 0.2 / SIDE_IN, 1 - 0.17 / SIDE_IN), ax.figure.transFigure
-    text = ax.text(*place, "", transform=on, ha="right", va="top")
-    return (
-        Moving((line,), lambda number: line.set_data(*trail_mm[: number + 1].T)),
-        Moving((text,), lambda number: text.set_text(told[number])),
-    )
+    return ax.text(*place, "", transform=on, ha="right", va="top")
 
 
 def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float, fingers: tuple[str, ...]) -> Moving:
@@ -220,16 +234,23 @@ def _cursor(figure: Figure, contact: NDArray[np.bool_], frame_s: float, fingers:
 
 
 def _pictures(film: Film, which: Sequence[int]) -> Iterator[Image.Image]:
-    """Yield the chosen frames as RGB pictures; only what moves is drawn again, on a copy of what stands still."""
+    """Yield the chosen frames as RGB pictures; only what moves is drawn again, on a copy of what stands still.
+
+    The text, on which nothing lies, stands still until it changes: letters take longer than all else.
+    """
     canvas: Any = film.figure.canvas  # Agg's own methods carry no annotations
     artists = [artist for part in film.parts for artist in part.artists]
-    for artist in artists:
+    for artist in (*artists, film.text):
         artist.set_animated(True)
     canvas.draw()
-    still = canvas.copy_from_bbox(film.figure.bbox)
+    bare, still, written = canvas.copy_from_bbox(film.figure.bbox), None, None
     for number in which:
-        canvas.restore_region(still)
         film.show(number)
+        if still is None or film.told[number] != written:
+            canvas.restore_region(bare)
+            film.text.draw(canvas.get_renderer())
+            still, written = canvas.copy_from_bbox(film.figure.bbox), film.told[number]
+        canvas.restore_region(still)
         for artist in artists:
             artist.draw(canvas.get_renderer())
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")

@@ -66,14 +66,16 @@ class BulletSimulator(Simulator):
         self._clients = [self._engine.connect(self._engine.DIRECT) for _ in self._kind]
         weakref.finalize(self, _disconnect, self._engine, self._clients)
         self._worlds: list[World] = []
+        self._rows: list[Reading] = [([], [], [], [], [])] * self.n_worlds
         self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, self.hand.n_joints))
         self._targets = np.zeros((self.n_worlds, self.hand.n_joints))
         self._steps = np.zeros(self.n_worlds, dtype=np.int64)
 
-    def measure(self) -> State:
-        """Return the state of the present instant, worlds that diverged put back first."""
+    def _measure(self, active: NDArray[np.bool_]) -> State:
         self._check_begun()
-        rows = [_read(self._engine, world, self.hand) for world in self._worlds]
+        for index in np.flatnonzero(active).tolist():
+            self._rows[index] = _read(self._engine, self._worlds[index], self.hand)
+        rows = self._rows
         wild = ran_away(*(np.array(part) for part in list(zip(*rows, strict=True))[:4]))
         for index in np.flatnonzero(wild).tolist():
             self._worlds[index] = self._begin(index)
@@ -106,16 +108,16 @@ class BulletSimulator(Simulator):
         self._steps[:] = 0
         self._targets[:] = joint_angles
 
-    def _advance(self, targets: Array, substeps: int) -> None:
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
         self._check_begun()
-        for world, kind, wanted in zip(self._worlds, self._kind.tolist(), targets, strict=True):
-            _command(self._engine, world, self._kinds[kind][0], wanted)
+        for index in np.flatnonzero(active).tolist():
+            world = self._worlds[index]
+            _command(self._engine, world, self._kinds[self._kind[index]][0], targets[index])
             for _ in range(substeps):
                 self._engine.stepSimulation(world.client)
-        self._steps += substeps
-        for index, world in enumerate(self._worlds):
             self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
-        self._targets[:] = targets
+        self._steps[active] += substeps
+        self._targets[active] = targets[active]
 
     def _become(self, worlds: NDArray[np.int64]) -> None:
         """Nothing more: a world that is put somewhere is built anew."""

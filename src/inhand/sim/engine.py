@@ -86,8 +86,10 @@ class Simulator(ABC):
         self._place(object_pose, joint_angles)
         return self.measure()
 
-    def step(self, targets: Array, substeps: int) -> State:
+    def step(self, targets: Array, substeps: int, active: NDArray[np.bool_] | None = None) -> State:
         """Hold joint targets `(B, n)` [rad] for `substeps` physics steps; return the state after the last.
+
+        Worlds that are not `active` `(B,)` stand still with their clocks, whatever their targets, and cost nothing.
 
         Raises:
             InputError: a target is not finite (the text names world and joint), or fewer than one physics step.
@@ -95,12 +97,13 @@ class Simulator(ABC):
         if substeps < 1:
             raise InputError(f"substeps {substeps}: a control step needs at least one physics step")
         self._check_targets(targets)
-        self._hold(targets, substeps)
-        return self.measure()
+        active = np.ones(self.n_worlds, dtype=bool) if active is None else active
+        self._hold(targets, substeps, active)
+        return self._measure(active)
 
-    @abstractmethod
     def measure(self) -> State:
         """Return the state of the present instant, worlds that diverged put back first."""
+        return self._measure(np.ones(self.n_worlds, dtype=bool))
 
     @abstractmethod
     def snapshot(self) -> Snapshot:
@@ -150,16 +153,20 @@ class Simulator(ABC):
     @abstractmethod
     def _place(self, object_pose: Array, joint_angles: Array) -> None: ...
 
-    def _hold(self, targets: Array, substeps: int) -> None:
+    def _hold(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
         """Advance by physics steps, at first with the targets before where targets lag."""
         done = 0
         for until in np.unique([*self.lag[(self.lag > 0) & (self.lag < substeps)].tolist(), substeps]).tolist():
-            self._advance(np.where((self.lag <= done)[:, None], targets, self._held), until - done)
+            self._advance(np.where((self.lag <= done)[:, None], targets, self._held), until - done, active)
             done = until
-        self._held = targets.copy()
+        self._held = np.where(active[:, None], targets, self._held)
 
     @abstractmethod
-    def _advance(self, targets: Array, substeps: int) -> None: ...
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None: ...
+
+    @abstractmethod
+    def _measure(self, active: NDArray[np.bool_]) -> State:
+        """Return the state of the present instant, of worlds that are not active as they were measured last."""
 
     @abstractmethod
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None: ...

@@ -75,11 +75,10 @@ class MujocoSimulator(Simulator):
         self._measured_qpos = self._meter.bind("qpos")
         self._start = self._readings.qpos.copy()
 
-    def measure(self) -> State:
-        """Return the state of the present instant, worlds that diverged put back first."""
+    def _measure(self, active: NDArray[np.bool_]) -> State:
         self._put_back()
         self._measured_qpos[:] = self._readings.qpos
-        self._meter.forward(stage=mujoco.mjtStage.mjSTAGE_POS)
+        self._meter.forward(active, stage=mujoco.mjtStage.mjSTAGE_POS)
         now, n = self._readings, self.hand.n_joints
         qpos, qvel = now.qpos.copy(), now.qvel.copy()
         velocity = np.concatenate([qvel[:, n : n + 3], turn(qpos[:, n + 3 :], qvel[:, n + 3 :])], axis=-1)
@@ -101,10 +100,10 @@ class MujocoSimulator(Simulator):
         self._readings.ctrl[:] = joint_angles
         self._start[:] = self._readings.qpos
 
-    def _advance(self, targets: Array, substeps: int) -> None:
-        self._readings.ctrl[:] = targets
-        self._stepper.step(nstep=substeps)
-        self._forces[:] = self._readings.forces.reshape(self._forces.shape)
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        self._readings.ctrl[active] = targets[active]
+        self._stepper.step(active, nstep=substeps)
+        self._forces[active] = self._readings.forces.reshape(self._forces.shape)[active]
 
     def _models_now(self) -> Iterator[tuple[mujoco.MjModel, ...]]:
         """Give the model of each world, for stepping and for measuring."""

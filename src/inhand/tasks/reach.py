@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import asdict, dataclass
 
+import numpy as np
+
+from inhand.caches import Arrays, cached
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, unit
+from inhand.geometry import TURN_ARM, Array, unit
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -48,12 +50,22 @@ def limits(
     return tuple(found)
 
 
-@lru_cache(maxsize=128)
 def _limit(held: Held, primitive: Primitive, config: ReachConfig | None) -> Limit | None:
-    """Return the limit of a primitive, None where not even its first pose has a grip; a second run of it is free."""
+    """Return the limit of a primitive, None where not even its first pose has a grip."""
     path = path_of(primitive)
-    end = farthest(*held, held.start + whole_path(path), config)
+    end = _farthest(held, held.start + whole_path(path), config)
     return None if end is None else Limit(primitive, _distance(primitive, end, path), end)
+
+
+def _farthest(held: Held, path: Array, config: ReachConfig | None) -> Farthest | None:
+    """Return `farthest` of a hand and an object, computed once and kept on disk."""
+
+    def compute() -> Arrays:
+        end = farthest(*held, path, config)
+        return {} if end is None else {name: np.array(value) for name, value in asdict(end).items()}
+
+    known = cached("reach", (held, path, config or ReachConfig()), __name__, compute)
+    return Farthest(float(known["way"]), known["pose"], known["joints"], known["contacts"]) if known else None
 
 
 def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = None) -> Farthest:
@@ -63,7 +75,7 @@ def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = No
         InputError: there is none; the text says which constraint fails.
     """
     origin = hand.start_pose[None]
-    found = farthest(hand, spec, origin, config)
+    found = _farthest(Held(hand, spec), origin, config)
     if found is None:
         why = why_none(hand, spec, origin, config)
         raise InputError(

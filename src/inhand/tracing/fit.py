@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from inhand.caches import Arrays, cached
 from inhand.control.rehearsal import PLAN_EVERY
 from inhand.errors import InputError
 from inhand.geometry import Array, way_along
@@ -114,7 +115,13 @@ def fit_of(held: Held, plan: Plan, told: Callable[[float], None] = lambda _: Non
     Raises:
         InputError: no grip holds the object at the start.
     """
-    return Fit(float(plan.way[-1]), _outside(held, plan, told), carried(held, plan))
+
+    def compute() -> Arrays:
+        outside = np.array(_outside(held, plan, told)).reshape(-1, 2, 3)
+        return {"outside": outside, "grip": np.array(carried(held, plan))}
+
+    known = cached("fit", (held, plan.path.poses), __name__, compute)
+    return Fit(float(plan.way[-1]), tuple((start, end) for start, end in known["outside"]), float(known["grip"]))
 
 
 def largest(fits: Callable[[float], bool], progress: Callable[[float], None] | None = None) -> float:

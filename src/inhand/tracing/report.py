@@ -14,7 +14,7 @@ from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
 from inhand.control.trial import Trial, load_trials, write_json, write_trials
 from inhand.errors import InputError
-from inhand.pages import again, listed, options, page_of, pictured, table_of
+from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.records import read_record
@@ -60,7 +60,7 @@ class TraceRun(Shown):
         """Return the paths of the object over its plan."""
         count = len(self.traces)
         part = f"the first {MOST_PANELS} of " if count > MOST_PANELS and not one_plan(self.followed) else ""
-        subtitle = f"{self.setup.object.name}, {self.setup.hand.name}; {part}{count} trial{'s' if count > 1 else ''}"
+        subtitle = f"{self.setup.object.name}, {self.setup.hand.name}; {part}{counted(count, 'trial')}"
         return trace_figure(self.setup, self.followed, self.traces, what_was_done(self.setup), subtitle)
 
     def write(self, folder: Path) -> None:
@@ -120,7 +120,7 @@ def load_trace(folder: Path) -> TraceRun:
     except InputError as error:
         raise InputError(f"{folder / MARK}: {error}; run it again") from error
     if len(whole.followed) != len(trials):
-        told = f"it tells of {len(whole.followed)} trials, and {len(trials)} are there"
+        told = f"it tells of {counted(len(whole.followed), 'trial')}, and {len(trials)} are there"
         raise InputError(f"{folder / MARK}: {told}; run it again")
     followed = tuple(map(_followed, trials, whole.followed))
     passport, size = trials[0].passport, whole.size_mm
@@ -188,9 +188,9 @@ def _page(run: TraceRun, pictures: Sequence[str]) -> str:
     pushed = " Pushed is the longest time against the wall, held by all fingers." if setup.wall else ""
     return page_of(
         f"# {what_was_done(setup)}: {setup.object.name} with {setup.hand.name}",
-        f"{config.trials} trial(s) of {len(plan.legs)} primitives, {plan.approach} of them an approach, then"
-        f" {way:.0f} mm of way; start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations),"
-        f" seed {config.seed}.",
+        f"{counted(config.trials, 'trial')} of {counted(len(plan.legs), 'primitive')}, {plan.approach} of them an"
+        f" approach, then {way:.0f} mm of way; start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
+        f" (standard deviations), seed {config.seed}.",
         "Done is the share of the way that was come after the approach. RMS, Max and Fréchet are distances of the"
         " object's path from the plan, Turn its largest angle from it, all after the approach; Time counts from there."
         f" Failures are primitives that failed and were tried again, or not.{pushed}",

@@ -1,10 +1,12 @@
 """Run `inhand trace`: a drawing or a task becomes plans, which are checked against the hand's reach and followed."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from inhand.caches import Arrays, cached
 from inhand.control.catalogue import ControllerEntry, find_controller
 from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
 from inhand.control.loop import Bench, Told
@@ -130,10 +132,17 @@ def plan_of(held: Held, drawing: Drawing) -> Plan:
 
 def reachable_size(held: Held, drawing: Drawing, told: Told | None = None) -> float:
     """Return the largest size of a drawing that lies inside the hand's reach [m]."""
-    return largest(
-        lambda size: reached(held, plan_of(held, scaled(drawing, size))),
-        None if told is None else lambda size: told(f"reach of {drawing.name}, {1e3 * size:.0f} mm", 0, 1),
-    )
+    return _largest("reach", held, drawing, reached, told)
+
+
+def _largest(what: str, held: Held, drawing: Drawing, fits: Callable[[Held, Plan], bool], told: Told | None) -> float:
+    """Return the largest size of a drawing that fits [m], searched once and kept on disk."""
+
+    def compute() -> Arrays:
+        tell = None if told is None else lambda size: told(f"{what} of {drawing.name}, {1e3 * size:.0f} mm", 0, 1)
+        return {"size": np.array(largest(lambda size: fits(held, plan_of(held, scaled(drawing, size))), tell))}
+
+    return float(cached("size", (what, held, drawing.poses, drawing.sized), __name__, compute)["size"])
 
 
 def simulate_trace(
@@ -170,10 +179,7 @@ def _sized(config: TraceConfig, held: Held, drawing: Drawing, told: Told | None)
     fit = fit_of(held, plan, followed)
     if fit.fits:
         return drawing, ()
-    most = largest(
-        lambda size: _fits(held, plan_of(held, scaled(drawing, size))),
-        None if told is None else lambda size: told(f"largest {drawing.name}, {1e3 * size:.0f} mm", 0, 1),
-    )
+    most = _largest("grip", held, drawing, _fits, told)
     if config.scale and most > 0:
         return scaled(drawing, most), (
             f"Scaled from {1e3 * larger_side(drawing):.0f} to {1e3 * most:.0f} mm, the largest that fits.",

@@ -15,7 +15,7 @@ from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
 from inhand.folders import in_place
-from inhand.pages import again, listed, options, page_of, table_of
+from inhand.pages import again, counted, listed, options, page_of, table_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
 from inhand.versions import versions
@@ -85,7 +85,8 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[st
     found = [make(sweep) for make in (*FOUND, tables.cells_table)]
     shown = [table_of(table.header, table.rows, table.title) for table in found]
     return page_of(
-        f"# Sweep: {len(sweep.hands)} hands x {len(sweep.objects)} objects x {len(sweep.directions)} directions",
+        f"# Sweep: {counted(len(sweep.hands), 'hand')} x {counted(len(sweep.objects), 'object')} x"
+        f" {counted(len(sweep.directions), 'direction')}",
         f"Controller {config.controller}, {_trials(config)}, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
         listed([*tables.summary(sweep), *notes, f"This call took {wall_s / 60:.1f} minutes."]),

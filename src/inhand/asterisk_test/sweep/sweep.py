@@ -6,14 +6,18 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+import numpy as np
+
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.sweep.cells import Job, compute, differences, job_of, read_cell
 from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.control.loop import control_step
 from inhand.control.run_config import TrialsConfig
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
 from inhand.hands.files import load_hand, load_object
+from inhand.sim.engines import make_simulator
 from inhand.versions import versions
 
 CELLS = "cells"
@@ -69,6 +73,7 @@ def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
     from joblib import Parallel, delayed, parallel_config
 
     cells = jobs[0].path.parent
+    _step_once(jobs[0].config)
     with alone(cells, cells.parent), parallel_config("loky", inner_max_num_threads=1):
         workers = Parallel(n_jobs=at_a_time or -1, batch_size=1, return_as="generator_unordered")
         try:
@@ -78,6 +83,14 @@ def computed(jobs: Sequence[Job], at_a_time: int) -> Iterator[Job]:
                 "a process that computed a cell was killed, perhaps for want of memory: the same command goes on where"
                 " this one stopped, and a smaller --jobs needs less memory"
             ) from error
+
+
+def _step_once(config: AsteriskConfig) -> None:
+    """Step a world, so that what its engine has to compile is compiled and told here, not in every process."""
+    hand, spec = load_hand(config.hand), load_object(config.object)
+    simulator = make_simulator(config.engine, hand, [spec], threads=1)
+    start = simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints)))
+    control_step(simulator, start.targets, np.zeros(1, dtype=np.int64), 1)
 
 
 def _asterisk(config: SweepConfig) -> AsteriskConfig:

@@ -1,1 +1,1 @@
-"""How far a hand could carry an object: where its fingers can touch, and which grips a slide connects."""
+"""The reach of a hand: how far it could carry an object, by where its fingers can touch and which grips connect."""

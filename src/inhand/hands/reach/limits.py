@@ -7,25 +7,25 @@ Coulomb friction alone: no controller, no torque, no speed.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, cross, interpolate, transform, way_along
+from inhand.hands.force_closure import force_closure
 from inhand.hands.hand import FINGER_NAMES, HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
 from inhand.hands.polygons import separation
 from inhand.hands.reach.bundles import cells
-from inhand.hands.reach.fingers import OVERLAP, Body, Postures, touching_postures
-from inhand.hands.reach.pairs import Grips, clear_pairs, closures, connected, neighbours
+from inhand.hands.reach.fingers import Body, touched
+from inhand.hands.reach.pairs import pairs_of, reach_from, sources_of
+from inhand.hands.reach.parts import OVERLAP, REACHED, Chain, Flags, Indices, Pairs, Toucher, toucher
 from inhand.hands.shapes import palm_outline
 
-BLOCK = 12
-"""Poses of a path whose postures are found at a time."""
 OFF_CENTRE = 2.0
 """What a metre between grip line and object's middle counts against the cosine of its tilt, where one grip is shown."""
 FINE = 8
@@ -36,7 +36,7 @@ AROUND = 3
 """Near the end, cells are looked at that are at most so many coarse cells from the last grips."""
 FINEST, COARSEST = 0.0005, 0.01
 """Finest and coarsest step [m]."""
-FINEST_S = 40.0
+FINEST_S = 8.0
 """What all directions take of one core at the finest step, measured with the default hand and object [s]."""
 BACK = 3
 """Steps before the end of the coarse search from which the fine one starts."""
@@ -69,18 +69,6 @@ class ReachConfig:
 
 
 @dataclass(frozen=True)
-class PoseGrips:
-    """Grips at one pose."""
-
-    left: Postures
-    """Postures of the left finger, L of them."""
-    right: Postures
-    """Postures of the right finger, R of them."""
-    grips: Grips
-    """Which pairs are grips `(L, R)`."""
-
-
-@dataclass(frozen=True)
 class Farthest:
     """The end of the last connected grip along a path."""
 
@@ -94,18 +82,32 @@ class Farthest:
     """Its contacts in the object's frame, left finger first `(2, 2)` [m]."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Scene:
     """A hand and an object, prepared."""
 
     hand: HandSpec
     body: Body
+    touchers: tuple[Toucher, Toucher]
     friction: float
     turns: Array
-    hop: int = 1
+    hop: int
+    """By how many cells contacts of neighbouring grips at neighbouring poses may differ."""
+    coarse: Indices
+    """For each cell the nearest of those that are coarse `(U,)`."""
+
+    @property
+    def chains(self) -> tuple[Chain, Chain]:
+        """Both fingers."""
+        return self.touchers[0].finger, self.touchers[1].finger
+
+    @property
+    def cone(self) -> float:
+        """Cosine of the friction cone's half angle; none is as narrow as that of no friction."""
+        return float(np.cos(np.arctan(self.friction))) if self.friction > 0 else np.inf
 
 
-_Column: TypeAlias = list[PoseGrips | None]
+_Column: TypeAlias = list[Pairs | None]
 """What is reached at one place of the path, for every rotation away from it."""
 
 
@@ -141,8 +143,7 @@ def farthest(
     end, column = float(steps[done - 1]), last[-1]
     if done <= count:
         # It ends within the path: from some steps back the grips are followed in finer cells, then in finer steps too.
-        fine = body_of(spec, config.resolution / FINE_CELLS, config.fan / FINE_CELLS)
-        finer = replace(scene, body=fine, hop=FINE_CELLS)
+        finer = _scene(hand, spec, config, finer=True)
         start = max(done - 1 - BACK, 0)
         refined = _refined(scene, finer, interpolate(steps[start : start + 1], way, path), last[0])
         known = float(steps[start]), refined
@@ -171,21 +172,28 @@ def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig |
 def why_none(hand: HandSpec, spec: ObjectSpec, pose: Array, config: ReachConfig | None = None) -> str:
     """Return which constraint keeps every grip from holding an object at a pose `(1, 3)`."""
     scene = _scene(hand, spec, config or ReachConfig())
-    fingers = [touching_postures(hand, finger, scene.body, pose) for finger in hand.fingers]
-    for side, found in zip(FINGER_NAMES, fingers, strict=True):
+    left, right = (touched(each, np.arange(len(scene.body.cells)), pose) for each in scene.touchers)
+    for side, found in zip(FINGER_NAMES, (left, right), strict=True):
         if len(found.pose) == 0:
             return f"the {side} finger reaches no point of it within its joint limits"
-    if not closures(scene.friction, *fingers).any():
+    first = left.points[:, None], left.normals[:, None]
+    if not force_closure(scene.friction, first, (right.points, right.normals)).any():
         return "no two reachable points have their line inside both friction cones"
     return "the fingers would meet, or the object meets the palm, in every grip that holds it"
 
 
-def _scene(hand: HandSpec, spec: ObjectSpec, config: ReachConfig) -> _Scene:
-    body = body_of(spec, config.resolution, config.fan)
+@lru_cache(maxsize=8)
+def _scene(hand: HandSpec, spec: ObjectSpec, config: ReachConfig, *, finer: bool = False) -> _Scene:
+    """Return a hand and an object as all paths have them in common, with the outline in coarse or finer cells."""
+    parts = FINE_CELLS if finer else 1
+    body = body_of(spec, config.resolution / parts, config.fan / parts)
     friction = hand.friction * spec.friction if config.friction is None else config.friction
     count = int(np.ceil(config.rotation * TURN_ARM / config.resolution - 1e-9))
     turns = np.linspace(-config.rotation, config.rotation, 2 * count + 1)
-    return _Scene(hand, body, friction, turns)
+    coarser = _scene(hand, spec, config).body if finer else body
+    coarse = coarser.nearest(body.cells.points, body.cells.normals)
+    left, right = (toucher(hand, finger, body.cells, body.pieces) for finger in hand.fingers)
+    return _Scene(hand, body, (left, right), friction, turns, parts, coarse)
 
 
 def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | None = None) -> Iterator[_Column]:
@@ -193,139 +201,110 @@ def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | Non
 
     None before the first starts with every grip of it. Only cells `around` the last grips are looked at, or all.
     """
-    block = BLOCK if around is None else FINE // 2
-    bodies = (scene.body, scene.body)
-    for first in range(0, len(poses), block):
-        if around is not None and column is not None:
-            left, right = _used(column)
-            bodies = _beside(scene.body, left, around), _beside(scene.body, right, around)
-        for here in _touched(scene, bodies, poses[first : first + block]):
-            column = _first(scene, here) if column is None else _next(scene, here, column)
-            if not any(column):
-                return
-            yield column
+    turned = poses[:, None] + scene.turns[:, None] * np.array([0.0, 0.0, 1.0])
+    free, palm = np.ones(turned.shape[:-1], dtype=bool), palm_outline(scene.hand)
+    for piece in scene.body.pieces:
+        free &= separation(palm, transform(turned[..., None, :], piece)) > -OVERLAP
+    chosen = (np.arange(len(scene.body.cells)),) * 2
+    for k, here in enumerate(turned):
+        if around is not None and column is not None and k % (FINE // 2) == 0:
+            left, right = (_beside(scene.body, cells, around) for cells in _used(column))
+            chosen = left, right
+        place = _Place(scene, chosen, here, free[k])
+        column = _first(place) if column is None else _next(place, column)
+        if not any(column):
+            return
+        yield column
 
 
-def _used(column: _Column) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A place on the path, at every rotation away from it."""
+
+    scene: _Scene
+    chosen: tuple[Indices, Indices]
+    """Cells that each finger's outer links are looked for at."""
+    poses: Array
+    """The object's poses `(T, 3)`."""
+    free: Flags
+    """Where object and palm keep apart `(T,)`."""
+
+    def pairs(self, turn: int) -> Pairs | None:
+        """Return the pairs of postures at one rotation, None where there are none."""
+        if not self.free[turn]:
+            return None
+        scene, pose = self.scene, self.poses[turn : turn + 1]
+        left, right = (touched(by, cells, pose) for by, cells in zip(scene.touchers, self.chosen, strict=True))
+        return (
+            pairs_of(scene.chains, left, right, len(scene.body.cells)) if len(left.cell) and len(right.cell) else None
+        )
+
+
+def _used(column: _Column) -> tuple[Indices, Indices]:
     """Return the cells that the left and the right finger touch in any grip of a column."""
-    held = [each for each in column if each is not None]
-    left = np.concatenate([each.left.cell[each.grips.any(axis=1)] for each in held])
-    right = np.concatenate([each.right.cell[each.grips.any(axis=0)] for each in held])
+    held = [(each.sides, each.known == REACHED) for each in column if each is not None]
+    left = np.concatenate([sides[0].cell[grips.any(axis=1)] for sides, grips in held])
+    right = np.concatenate([sides[1].cell[grips.any(axis=0)] for sides, grips in held])
     return np.unique(left), np.unique(right)
 
 
-def _beside(body: Body, used: NDArray[np.int64], around: int) -> Body:
-    """Return a body of which only the cells are looked at that are at most `around` cells from some."""
+def _beside(body: Body, used: Indices, around: int) -> Indices:
+    """Return the cells that are at most `around` cells from some."""
     beside = used[:, None] + np.arange(-around, around + 1)
-    return replace(body, chosen=np.unique(beside % len(body.cells)))
+    return np.unique(beside % len(body.cells))
 
 
-def _touched(scene: _Scene, bodies: tuple[Body, Body], poses: Array) -> Iterator[list[PoseGrips | None]]:
-    """Give what both fingers can touch at each pose, for every rotation; None where object and palm overlap."""
-    hand, turns = scene.hand, scene.turns
-    flat = (poses[:, None] + np.stack([0 * turns, 0 * turns, turns], axis=-1)).reshape(-1, 3)
-    free = np.ones(len(flat), dtype=bool)
-    palm = palm_outline(hand)
-    for piece in scene.body.pieces:
-        free &= separation(palm, transform(flat[:, None], piece)) > -OVERLAP
-    left, right = (
-        touching_postures(hand, finger, body, flat) for finger, body in zip(hand.fingers, bodies, strict=True)
-    )
-    ends = [np.searchsorted(found.pose, np.arange(len(flat) + 1)) for found in (left, right)]
-    for first in range(0, len(flat), len(turns)):
-        yield [
-            _closed(scene, left.only(slice(*ends[0][k : k + 2])), right.only(slice(*ends[1][k : k + 2])))
-            if free[k]
-            else None
-            for k in range(first, first + len(turns))
-        ]
-
-
-def _closed(scene: _Scene, left: Postures, right: Postures) -> PoseGrips | None:
-    """Return the pairs whose line lies inside both friction cones, without postures that have no partner."""
-    grips = closures(scene.friction, left, right)
-    rows, columns = np.flatnonzero(grips.any(axis=1)), np.flatnonzero(grips.any(axis=0))
-    return PoseGrips(left.only(rows), right.only(columns), grips[np.ix_(rows, columns)]) if len(rows) > 0 else None
-
-
-def _first(scene: _Scene, here: Sequence[PoseGrips | None]) -> _Column:
+def _first(place: _Place) -> _Column:
     """Return every grip at the start, without rotation."""
-    middle = len(here) // 2
-    column: _Column = [None] * len(here)
-    pair = here[middle]
-    if pair is not None:
-        grips = clear_pairs(scene.hand, pair.left.joints, pair.right.joints, pair.grips)
-        column[middle] = replace(pair, grips=grips) if grips.any() else None
+    scene, middle = place.scene, len(place.poses) // 2
+    column: _Column = [None] * len(place.poses)
+    pairs = place.pairs(middle)
+    if pairs is not None and reach_from(scene.chains, pairs, scene.cone, None):
+        column[middle] = pairs
     return column
 
 
 def _refined(scene: _Scene, fine: _Scene, pose: Array, column: _Column) -> _Column:
     """Return what is reached at a pose `(1, 3)` in finer cells, from what is in coarser ones."""
-    coarse = scene.body.nearest(fine.body.cells.points, fine.body.cells.normals)
-    looked_at = [_beside(scene.body, cells, AROUND).numbers for cells in _used(column)]
-    first, second = (replace(fine.body, chosen=np.flatnonzero(np.isin(coarse, cells))) for cells in looked_at)
-    (here,) = _touched(fine, (first, second), pose)
+    coarse = fine.coarse
+    looked_at = [_beside(scene.body, cells, AROUND) for cells in _used(column)]
+    first, second = (np.flatnonzero(np.isin(coarse, cells)) for cells in looked_at)
+    poses = pose + fine.turns[:, None] * np.array([0.0, 0.0, 1.0])
+    place = _Place(fine, (first, second), poses, np.array([held is not None for held in column]))
     refined: _Column = [None] * len(column)
-    for t, (pair, held) in enumerate(zip(here, column, strict=True)):
-        if pair is not None and held is not None:
-            left, right = (replace(found, cell=coarse[found.cell]) for found in (pair.left, pair.right))
-            refined[t] = _reached(fine, pair, _seeds(scene, PoseGrips(left, right, pair.grips), held), None)
+    for t, held in enumerate(column):
+        pairs = place.pairs(t)
+        if pairs is not None and held is not None:
+            left, right = (side._replace(cell=coarse[side.cell]) for side in pairs.sides)
+            sources = sources_of(held, (left, right), len(scene.body.cells), scene.hop)
+            refined[t] = pairs if reach_from(fine.chains, pairs, fine.cone, sources) else None
     return refined
 
 
-def _next(scene: _Scene, here: Sequence[PoseGrips | None], before: _Column) -> _Column:
+def _next(place: _Place, before: _Column) -> _Column:
     """Return what is reached at a place from the one before, and from there by turning the object."""
-    column: _Column = [None] * len(here)
+    scene, here = place.scene, dict[int, Pairs | None]()
+    column: _Column = [None] * len(place.poses)
     waiting = [(t, held) for t, held in enumerate(before) if held is not None]
     while waiting:
         t, source = waiting.pop(0)
-        pair = here[t]
-        if pair is None:
+        if t not in here:
+            here[t] = place.pairs(t)
+        pairs = here[t]
+        if pairs is None:
             continue
-        found = _reached(scene, pair, _seeds(scene, pair, source), column[t])
-        if found is None:
-            continue
-        column[t] = found
-        waiting += [(beside, found) for beside in (t - 1, t + 1) if 0 <= beside < len(here)]
+        sources = sources_of(source, pairs.sides, len(scene.body.cells), scene.hop)
+        if reach_from(scene.chains, pairs, scene.cone, sources):
+            column[t] = pairs
+            waiting += [(beside, pairs) for beside in (t - 1, t + 1) if 0 <= beside < len(column)]
     return column
-
-
-def _seeds(scene: _Scene, pair: PoseGrips, source: PoseGrips) -> Grips:
-    """Return which grips `(L, R)` of a pose are beside a source's grips."""
-    count, hop = len(scene.body.cells), scene.hop
-    rows, columns = np.flatnonzero(source.grips.any(axis=1)), np.flatnonzero(source.grips.any(axis=0))
-    # A grip is beside another if both its contacts are: a product of three tables, over those in use alone.
-    left = neighbours(source.left.only(rows), pair.left, count, hop).astype(np.float32)
-    right = neighbours(source.right.only(columns), pair.right, count, hop).astype(np.float32)
-    held = source.grips[np.ix_(rows, columns)].astype(np.float32)
-    return np.asarray((left.T @ held @ right > 0) & pair.grips)
-
-
-def _reached(scene: _Scene, pair: PoseGrips, seeds: Grips, known: PoseGrips | None) -> PoseGrips | None:
-    """Return the grips of a pose that seeds lead to, with those known; None where that adds none."""
-    left, right, grips = pair.left, pair.right, pair.grips
-    seeds = seeds if known is None else seeds & ~known.grips
-    if not seeds.any():
-        return None
-    count = len(scene.body.cells)
-    slides = neighbours(left, left, count), neighbours(right, right, count)
-    reached = connected(grips, seeds, slides)
-    clear = clear_pairs(scene.hand, left.joints, right.joints, reached)
-    # Links that meet are looked for last, as it costs most; where some do, what was reached through them may not be.
-    if (reached & ~clear).any():
-        seeds &= clear
-        reached = connected(clear, seeds, slides) if seeds.any() else seeds
-    if not reached.any():
-        return None
-    return PoseGrips(left, right, reached if known is None else reached | known.grips)
 
 
 def _described(scene: _Scene, pose: Array, way: float, column: _Column) -> Farthest:
     """Return, of the grips left at the end, one well inside the friction cones and near the object's middle."""
     held = [(abs(turn), t, each) for t, (turn, each) in enumerate(zip(scene.turns, column, strict=True)) if each]
     _, t, last = min(held, key=lambda each: each[:2])
-    left, right = np.nonzero(last.grips)
-    first, second = last.left.only(left), last.right.only(right)
+    first, second = (side.only(rows) for side, rows in zip(last.sides, np.nonzero(last.known == REACHED), strict=True))
     line = second.points - first.points
     line /= np.linalg.norm(line, axis=-1, keepdims=True)
     inside = np.minimum(-(line * first.normals).sum(-1), (line * second.normals).sum(-1))

@@ -1,114 +1,73 @@
 """Which grips a slide connects: pairs of contacts at one pose, and from one pose to the next."""
 
+from __future__ import annotations
+
 import numpy as np
-from numpy.typing import NDArray
 
-from inhand.geometry import Array, unit
-from inhand.hands.hand import HandSpec
-from inhand.hands.polygons import separation
-from inhand.hands.reach.fingers import OVERLAP, Postures
-from inhand.hands.shapes import link_polygons
-
-SIDES = unit(np.deg2rad(np.arange(0.0, 180.0, 22.5)))
-"""Directions in which two links are looked at from the side, before the exact check."""
-LARGEST_TURN = 0.3
-"""Joint angles of neighbouring postures differ by at most this [rad]; separate branches lie farther apart."""
-
-Grips = NDArray[np.bool_]
-"""Which pairs of postures `(L, R)` are grips."""
+from inhand.hands.reach.parts import ASKED, REACHED, UNKNOWN, Beside, Chain, Flags, Pairs, Postures, Sources, Stances
 
 
-def neighbours(first: Postures, second: Postures, n_cells: int, hop: int = 1) -> NDArray[np.bool_]:
-    """Return which postures of two sets are neighbours `(N, M)`: cells next to each other, joints nearly alike.
+def neighbours(first: Postures, second: Postures, n_cells: int, hop: int = 1) -> Flags:
+    """Return which postures of two sets are neighbours `(N, M)`.
 
-    Cells, of `n_cells` round the outline, may differ by `hop`. Where the first link touches, which has no room to
-    slide, the cell does not matter: as the object passes by, a contact leaps along a face that comes to lie on the
-    link, or round a corner that meets the link's. Two grips that differ by such a leap alone hold, and so does every
-    grip between them.
+    Cells, of `n_cells` round the outline, may differ by `hop`, and joints that contacts fix by 0.3 rad.
     """
-    away = np.abs(first.cell[:, None] - second.cell)
-    near = (away <= hop) | (away >= n_cells - hop)
-    near |= _by_first_link(first)[:, None] & _by_first_link(second)
-    rows, columns = np.nonzero(near)
-    turn = np.abs(first.fixed[rows] - second.fixed[columns])
-    near[rows, columns] = ~(turn > LARGEST_TURN).any(axis=-1)
-    return np.asarray(near)
+    beside = beside_of(first, second, n_cells, hop)
+    table = np.zeros((len(first.cell), len(second.cell)), dtype=bool)
+    table[np.repeat(np.arange(len(table)), np.diff(beside.start)), beside.neighbours[: beside.start[-1]]] = True
+    return table
 
 
-def _by_first_link(found: Postures) -> NDArray[np.bool_]:
-    """Return in which postures the first link touches: its joint alone is fixed."""
-    return np.asarray(~np.isnan(found.fixed[:, 0]) & np.isnan(found.fixed[:, 1]))
+def beside_of(first: Postures, second: Postures, n_cells: int, hop: int = 1) -> Beside:
+    """Return the neighbours that each posture of a set has in another; see `neighbours`."""
+    from inhand.hands.reach.flood import find_beside
+
+    count, others = len(first.cell), len(second.cell)
+    beside = Beside(np.empty(count + 1, dtype=np.int64), np.empty(count * others, dtype=np.int64))
+    by_cell = np.empty(n_cells + 2, dtype=np.int64), np.empty(others, dtype=np.int64)
+    find_beside(first, second, hop, by_cell, beside)
+    return beside
 
 
-def closures(friction: float, left: Postures, right: Postures) -> Grips:
-    """Return between which contacts the line lies inside both friction cones `(L, R)`.
+def pairs_of(fingers: tuple[Chain, Chain], left: Postures, right: Postures, n_cells: int) -> Pairs:
+    """Return all pairs of two fingers' postures at one pose, of which nothing is known yet."""
+    sides = left, right
+    stances = _stances(fingers[0], left), _stances(fingers[1], right)
+    slides = beside_of(left, left, n_cells), beside_of(right, right, n_cells)
+    return Pairs(sides, stances, slides, np.full((len(left.cell), len(right.cell)), UNKNOWN, dtype=np.uint8))
 
-    As `force_closure`, which also takes pairs that are no table; matrix products make it ten times as fast here.
+
+def sources_of(before: Pairs, sides: tuple[Postures, Postures], n_cells: int, hop: int) -> Sources:
+    """Return the grips that were reached at a pose, and which postures at one beside it are neighbours of theirs."""
+    left, right = (beside_of(*each, n_cells, hop) for each in zip(before.sides, sides, strict=True))
+    return Sources(left, right, before.known == REACHED)
+
+
+def reach_from(fingers: tuple[Chain, Chain], pairs: Pairs, cone: float, sources: Sources | None) -> bool:
+    """Find the grips that slides connect with sources; return whether there are any that were not known.
+
+    Args:
+        fingers: both fingers.
+        pairs: pairs at a pose; what is known of them is written here.
+        cone: cosine of the friction cones' half angle.
+        sources: grips at a pose beside it; None asks for all grips.
     """
-    square = (left.points**2).sum(-1)[:, None] + (right.points**2).sum(-1) - 2 * left.points @ right.points.T
-    least = np.cos(np.arctan(friction)) * np.sqrt(np.maximum(square, 0.0))
-    ours = (left.points * left.normals).sum(-1)[:, None] - left.normals @ right.points.T
-    theirs = (right.points * right.normals).sum(-1) - left.points @ right.normals.T
-    inside = (ours >= least) & (theirs >= least)
-    return np.asarray(inside & (square > 1e-18) & (friction > 0))
+    from inhand.hands.reach.flood import ask, spread
+
+    stack = np.arange(pairs.known.size)
+    if sources is None:
+        pairs.known[:] = ASKED
+        return spread(pairs, fingers, cone, stack, len(stack)) > 0
+    marked = np.empty((len(pairs.known), sources.held.shape[1]), dtype=bool)
+    return spread(pairs, fingers, cone, stack, ask(pairs, sources, marked, stack)) > 0
 
 
-def connected(grips: Grips, seeds: Grips, slides: tuple[NDArray[np.bool_], NDArray[np.bool_]]) -> Grips:
-    """Return the grips `(L, R)` that slides of either contact connect with a seed.
+def _stances(finger: Chain, found: Postures) -> Stances:
+    from inhand.hands.reach.flood import SIDES, stand
 
-    `slides` tells which postures of the left finger are neighbours `(L, L)`, and of the right `(R, R)`.
-    """
-    found = seeds.copy()
-    rows, columns = np.flatnonzero(grips.any(axis=1)), np.flatnonzero(grips.any(axis=0))
-    grips, reached = grips[np.ix_(rows, columns)], seeds[np.ix_(rows, columns)]
-    left, right = (
-        slide[np.ix_(kept, kept)].astype(np.float32) for slide, kept in zip(slides, (rows, columns), strict=True)
-    )
-    open_ = grips & ~reached
-    edge = reached.astype(np.float32)
-    while open_.any():
-        some, other = np.flatnonzero(edge.any(axis=1)), np.flatnonzero(edge.any(axis=0))
-        fresh = (left[:, some] @ edge[some] + edge[:, other] @ right[other] > 0) & open_
-        if not fresh.any():
-            break
-        open_ &= ~fresh
-        edge = fresh.astype(np.float32)
-    found[np.ix_(rows, columns)] = grips & ~open_
-    return found
-
-
-def clear_pairs(hand: HandSpec, left: Array, right: Array, asked: Grips) -> Grips:
-    """Return which asked pairs `(L, R)` of postures `(L, n)` and `(R, n)` keep the fingers' links apart."""
-    rows, columns = np.flatnonzero(asked.any(axis=1)), np.flatnonzero(asked.any(axis=0))
-    found = np.zeros_like(asked)
-    found[np.ix_(rows, columns)] = _clear(hand, left[rows], right[columns], asked[np.ix_(rows, columns)])
-    return found
-
-
-def _clear(hand: HandSpec, left: Array, right: Array, asked: Grips) -> Grips:
-    fingers = (link_polygons(hand, hand.left, left), link_polygons(hand, hand.right, right))
-    shadows = [[link @ SIDES.T for link in links] for links in fingers]
-    low = [np.stack([shadow.min(axis=-2) for shadow in side]) for side in shadows]
-    high = [np.stack([shadow.max(axis=-2) for shadow in side]) for side in shadows]
-    clear = asked & _apart(low[0].min(0), high[0].max(0), low[1].min(0), high[1].max(0))
-    first, second = np.nonzero(asked & ~clear)
-    if len(first) == 0:
-        return clear
-    free = np.ones(len(first), dtype=bool)
-    for i, link in enumerate(fingers[0]):
-        for j, other in enumerate(fingers[1]):
-            apart = (high[0][i][first] < low[1][j][second]) | (high[1][j][second] < low[0][i][first])
-            near = np.flatnonzero(~apart.any(axis=-1) & free)
-            if len(near) > 0:
-                free[near] = separation(link[first[near]], other[second[near]]) > -OVERLAP
-    clear[first, second] = free
-    return clear
-
-
-def _apart(low_left: Array, high_left: Array, low_right: Array, high_right: Array) -> NDArray[np.bool_]:
-    """Return whether shadows `(L, D)` and `(R, D)` are apart in some direction `(L, R)`."""
-    apart = np.zeros((len(low_left), len(low_right)), dtype=bool)
-    for d in range(len(SIDES)):
-        apart |= high_left[:, None, d] < low_right[:, d]
-        apart |= high_right[:, d] < low_left[:, None, d]
-    return apart
+    shape = found.joints.shape
+    frames, depth = np.empty((*shape, 4)), np.empty(len(found.cell))
+    low, high = (np.empty((shape[0], shape[1] + 1, len(SIDES))) for _ in range(2))
+    stances = Stances(frames, low, high, depth)
+    stand(found, finger, stances)
+    return stances

@@ -58,6 +58,7 @@ class PlanarSimulator(Simulator):
         self._model = build(list(distinct))
         self._worlds = Worlds(
             kind=self._number[self._kind],
+            active=np.ones(count, dtype=bool),
             position=np.zeros((count, n + 3)),
             velocity=np.zeros((count, n + 3)),
             target=np.zeros((count, n)),
@@ -73,8 +74,8 @@ class PlanarSimulator(Simulator):
         self._parts = [self._part(rows) for rows in np.array_split(np.arange(count), threads)]
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
-    def measure(self) -> State:
-        """Return the state of the present instant, worlds that diverged put back first."""
+    def _measure(self, active: NDArray[np.bool_]) -> State:
+        self._worlds.active[:] = active
         self._put_back()
         self._run(lambda part: measure_worlds(self._model, part.worlds, part.work, part.links))
         n, now = self.hand.n_joints, self._worlds
@@ -104,14 +105,14 @@ class PlanarSimulator(Simulator):
             array[:] = 0.0
         self._start[:] = now.position
 
-    def _advance(self, targets: Array, substeps: int) -> None:
-        self._worlds.coming[:], self._worlds.lag[:] = targets, self.lag
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        self._worlds.active[:], self._worlds.coming[:], self._worlds.lag[:] = active, targets, self.lag
         self._run(lambda part: step_worlds(self._model, part.worlds, part.work, substeps))
-        self._time += substeps * self.timestep
+        self._time[active] += substeps * self.timestep
 
-    def _hold(self, targets: Array, substeps: int) -> None:
+    def _hold(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
         """Advance at once; the kernel lets targets lag."""
-        self._advance(targets, substeps)
+        self._advance(targets, substeps, active)
 
     def _become(self, worlds: NDArray[np.int64]) -> None:
         self._worlds.kind[worlds] = self._number[self._kind[worlds]]

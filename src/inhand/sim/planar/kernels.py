@@ -13,8 +13,10 @@ from inhand.sim.planar.solver import accelerate, contact_law
 
 @kernel
 def step_worlds(model: Model, worlds: Worlds, work: Work, steps: int) -> None:
-    """Move worlds some steps on, in place."""
+    """Move active worlds some steps on, in place."""
     for b in range(len(worlds.kind)):
+        if not worlds.active[b]:
+            continue
         for i in range(steps):
             if i == worlds.lag[b]:
                 for j in range(len(model.finger)):
@@ -44,9 +46,14 @@ def _add_forces(worlds: Worlds, b: int, work: Work, contacts: int) -> None:
 
 @kernel
 def measure_worlds(model: Model, worlds: Worlds, work: Work, links: Array) -> None:
-    """Write of every link its distance to the object [m] and the nearest points of both `(B, n, 7)`, but no heights."""
+    """Write of every link its distance to the object [m] and the nearest points of both `(B, n, 7)`, but no heights.
+
+    Those of worlds that are not active stay.
+    """
     n = len(model.finger)
     for b in range(len(worlds.kind)):
+        if not worlds.active[b]:
+            continue
         k = worlds.kind[b]
         place_bodies(model, worlds, b, work)
         for i in range(n):

@@ -77,6 +77,8 @@ class Worlds(NamedTuple):
 
     kind: Indices
     """The model of each world `(B,)`."""
+    active: NDArray[np.bool_]
+    """Which are stepped and measured `(B,)`; the others stand still."""
     position: Array
     """Joint angles [rad], then the object's centre of mass x, y [m] and its angle [rad] `(B, n + 3)`."""
     velocity: Array

@@ -16,7 +16,7 @@ from inhand.control.seen import Seen
 from inhand.geometry import Array, cross, perpendicular, spatial, transform, wrap_angle
 from inhand.hands.kinematics import joint_positions, point_jacobian
 from inhand.hands.objects import convex_pieces
-from inhand.hands.polygons import nearest_contact
+from inhand.hands.polygons import contact
 from inhand.hands.shapes import link_polygon
 from inhand.sim.state import State
 
@@ -113,7 +113,7 @@ class Estimator:
             angles = self._joints[:, place]
             places = joint_positions(finger, angles)
             tip = link_polygon(self._hand, finger, (angles, places), len(finger.links) - 1)
-            gap, point, normal = nearest_contact(tip, body)
+            gap, point, normal = _nearest(tip, body)
             self._gaps.append(gap)
             self._points.append(point)
             self._normals.append(normal)
@@ -176,3 +176,11 @@ class Estimator:
         between = np.maximum(times[second, worlds] - times[first, worlds], 1e-9)
         share = np.clip((when - times[first, worlds]) / between, 0.0, 1.0)[:, None]
         return np.asarray(poses[first, worlds] * (1 - share) + poses[second, worlds] * share)
+
+
+def _nearest(tip: Array, body: list[Array]) -> tuple[Array, Array, Array]:
+    """Return `contact` of outlines `(B, K, 2)` [m] with the piece of an object from which each is least separated."""
+    found = [contact(tip, piece) for piece in body]
+    nearest = np.argmin([gap for gap, _, _ in found], axis=0), np.arange(len(tip))
+    gap, point, normal = (np.stack(part)[nearest] for part in zip(*found, strict=True))
+    return gap, point, normal

@@ -17,8 +17,9 @@ from inhand.hands.objects import parse_object_name
 from inhand.learning import datasets
 from inhand.learning.commands import RecordConfig
 from inhand.learning.dataset_cards import check_fits, kind_of
-from inhand.learning.datasets import DATA, DatasetEpisode, read_dataset, read_head, write_dataset
+from inhand.learning.datasets import DATA, METADATA, DatasetEpisode, read_dataset, read_head, write_dataset
 from inhand.learning.demonstrations import Recipe, Recording, demonstrations, plans_of
+from inhand.learning.minari_files import new_storage
 from inhand.learning.record import environment_spec, head_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
@@ -79,6 +80,41 @@ def test_what_is_written_is_read_back(tmp_path: Path, monkeypatch: pytest.Monkey
     for found, expected in zip(read, written, strict=True):
         assert_same(found, expected)
     assert [each.name for each in (tmp_path / "set").iterdir()] == [DATA]
+
+
+def test_the_file_is_as_minari_writes_it(tmp_path: Path) -> None:
+    """Group by group, in their order, with their attributes, types, pieces and room to grow."""
+    pytest.importorskip("minari", reason=MISSING)
+    import h5py
+    from minari.data_collector.episode_buffer import EpisodeBuffer
+
+    written = made_up(3)
+    write_dataset(tmp_path / "ours", written, HEAD)
+    (tmp_path / "theirs").mkdir()
+    storage = new_storage(tmp_path / "theirs", (HEAD.kind.size, HAND.n_joints))
+    for each in written:
+        last = np.arange(len(each.rewards)) == len(each.rewards) - 1
+        arrays = {name: getattr(each, name) for name in ("observations", "actions", "rewards")}
+        ends = {"terminations": last & each.terminated, "truncations": last & each.truncated}
+        storage.update_episodes([EpisodeBuffer(**arrays, **ends, infos={"wanted": each.wanted})])
+    storage.update_episode_metadata([{name: getattr(each, name) for name in datasets.ABOUT} for each in written])
+    found = []
+    for folder in (tmp_path / "ours" / DATA, tmp_path / "theirs"):
+        told: list[Any] = []
+
+        def tell(name: str, each: h5py.Group | h5py.Dataset, told: list[Any] = told) -> None:
+            told.append(
+                (name, {key: (np.asarray(value).dtype, list(np.ravel(value))) for key, value in each.attrs.items()})
+            )
+            if isinstance(each, h5py.Dataset):
+                told.append((each.dtype, each.maxshape, each[()].tolist()))
+
+        with h5py.File(folder / "main_data.hdf5") as file:
+            told.append(list(file))
+            file.visititems(tell)
+        found.append(told)
+        assert json.loads((folder / METADATA).read_text())["total_steps"] == sum(len(each.rewards) for each in written)
+    assert found[0] == found[1]
 
 
 def test_minari_loads_it_by_id_and_by_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

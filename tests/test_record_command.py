@@ -98,7 +98,8 @@ def test_a_hand_from_a_file_is_told_by_its_name(
     words = ("--hand", "mine.toml", "--episodes", 1, "--horizon", 2, "--directions", "Right", "--midway", 0)
     code, out, err = inhand_record(*words, "--expert", "thesis-ik", "--out", "set")
     assert (code, err) == (0, "")
-    assert "thesis-ik on cube_39, wide: 1 episodes" in out
+    assert "thesis-ik on cube_39, wide: 1 episode" in out
+    assert "1 episodes" not in out
 
 
 def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,7 +118,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
     ("words", "told"),
     [
         (("--episodes", 0), "--episodes 0: give at least 1"),
-        (("--episodes", 2000000), "they would take about 180 GB of disk and 20 hours of two cores; at most 100000"),
+        (("--episodes", 2000000), "they would take about 180 GB of disk and 3 hours of two cores; at most 100000"),
         (("--push", -1), "--push -1: give 0 or more"),
         (("--noise-mm", "nan"), "--noise-mm is nan; it must be a finite number"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),

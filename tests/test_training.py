@@ -15,6 +15,8 @@ import pytest
 
 pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
 
+import jax
+
 from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
 from inhand.hands.sides import rough_plan
@@ -22,6 +24,7 @@ from inhand.learning import worlds
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training, default, preset, thesis
 from inhand.learning.datasets import write_dataset
+from inhand.learning.ddpgfd import Learner, Report, update_many
 from inhand.learning.demonstrations import demonstrations, plans_of
 from inhand.learning.journal import Evaluation
 from inhand.learning.record import head_of
@@ -30,7 +33,7 @@ from inhand.learning.run_cards import card_of, check, read_config
 from inhand.learning.runs import resume, train
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.starts import gripped
-from inhand.learning.training import Trainer
+from inhand.learning.training import Trainer, compile_ahead
 from inhand.records import table_of
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
@@ -82,10 +85,11 @@ def test_a_seed_gives_the_same_bytes_and_another_gives_others(prepared: Path, tm
     assert actors[0] != actors[2]
 
 
-@pytest.mark.parametrize("prioritised", [False, True])
+@pytest.mark.parametrize(("prioritised", "done"), [(False, 14), (True, 14), (False, 0)])
 def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
-    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prioritised: bool
+    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prioritised: bool, done: int
 ) -> None:
+    """Killed while the agent acts: before its first decision, and beside updates and an evaluation later."""
     config = replace(SMALL, learning=replace(SMALL.learning, prioritised=prioritised))
     _trainer(prepared, tmp_path / "whole", config).run()
     whole = (tmp_path / "whole" / "metrics.jsonl").read_text()
@@ -95,7 +99,7 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     def killed(self: Collector, actor: Actor, decisions: int, spread: float, rng: np.random.Generator) -> object:
         nonlocal rounds
         rounds += 1
-        if rounds > 14:
+        if rounds > done:
             raise KeyboardInterrupt
         return collect(self, actor, decisions, spread, rng)
 
@@ -106,11 +110,51 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     assert (tmp_path / "cut" / "last" / ACTOR).read_bytes() != (tmp_path / "whole" / "last" / ACTOR).read_bytes()
     monkeypatch.setattr(Collector, "collect", collect)
     again = _trainer(prepared, tmp_path / "cut", config)
-    assert 0 < again.counters.episodes < SMALL.episodes
+    assert (again.counters.episodes > 0) == (done > 0)
+    assert again.counters.episodes < SMALL.episodes
     again.run()
     for kind in ("last", "best"):
         assert (tmp_path / "cut" / kind / ACTOR).read_bytes() == (tmp_path / "whole" / kind / ACTOR).read_bytes()
     assert _timeless((tmp_path / "cut" / "metrics.jsonl").read_text()) == _timeless(whole)
+
+
+def test_nothing_depends_on_whether_updates_or_what_runs_beside_them_is_faster(
+    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _trainer(prepared, tmp_path / "beside").run()
+    order: list[str] = []
+
+    def waited(*given: Any, **more: Any) -> tuple[Learner, Report]:
+        order.append("updates")
+        learner, report = update_many(*given, **more)
+        report.critic_loss.block_until_ready()
+        return learner, report
+
+    def told(_: Evaluation) -> None:
+        order.append("evaluation")
+
+    monkeypatch.setattr("inhand.learning.training.update_many", waited)
+    _trainer(prepared, tmp_path / "after", told=told).run()
+    beside, after = (tmp_path / name / "metrics.jsonl" for name in ("beside", "after"))
+    assert _timeless(beside.read_text()) == _timeless(after.read_text())
+    for kind in ("last", "best"):
+        assert (tmp_path / "beside" / kind / ACTOR).read_bytes() == (tmp_path / "after" / kind / ACTOR).read_bytes()
+    # An evaluation stands between the updates that it runs beside and the next: the first right behind the first.
+    assert order[:3] == ["updates", "evaluation", "updates"]
+    assert order.count("evaluation") >= 3
+
+
+def test_what_is_compiled_ahead_is_what_training_calls(
+    prepared: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Sizes of its own keep what other tests compiled out of it."""
+    config = replace(SMALL, updates=11, imitate=1001, warm_up=11, episodes=5, worlds=5, evaluate_every=5)
+    with jax.log_compiles():
+        compile_ahead(config, load_ready(config, prepared / "ready.npz").columns)
+        assert all(f"Compiling jit({name})" in caplog.text for name in ("update_many", "imitate_many"))
+        caplog.clear()
+        _trainer(prepared, tmp_path / "run", config).run()
+    assert "_many" not in caplog.text
 
 
 def _timeless(lines: str) -> list[dict[str, object]]:
@@ -146,7 +190,7 @@ def test_what_a_run_leaves(prepared: Path, tmp_path: Path) -> None:
 
 def test_imitation_of_24_episodes_already_carries_the_object_most_of_the_time(prepared: Path, tmp_path: Path) -> None:
     lines: list[Evaluation] = []
-    config = replace(SMALL, imitate=4000, episodes=1, learning=replace(SMALL.learning, hidden=(64, 64)))
+    config = replace(SMALL, imitate=5000, warm_up=0, episodes=1, learning=replace(SMALL.learning, hidden=(64, 64)))
     trainer = _trainer(prepared, tmp_path / "run", config, lines.append)
     trainer.run()
     ready: Ready = load_ready(config, prepared / "ready.npz")

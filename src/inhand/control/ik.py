@@ -81,6 +81,7 @@ class IkController:
         self._rest = state.joint_angles
         self.progress = np.zeros(n)
         """How far the set point has gone along each path `(B,)` [m]."""
+        self._point = self._set_point()
         self._speed = np.zeros(n)
         self._held = np.zeros(n)
         self._integral = np.zeros((n, 3))
@@ -118,7 +119,7 @@ class IkController:
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
         config, period = self.config, self._period
-        before = compose(self._start, _in_start_frame(self._start, self._task.path.at(self.progress)))
+        before = self._point
         behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
         room = np.maximum(self.limit - self.progress, 0.0)
         brake = np.sqrt(2 * config.acceleration * room)
@@ -126,12 +127,16 @@ class IkController:
         self._speed = np.minimum(self._speed + config.acceleration * period, speed)
         self.progress = np.minimum(self.progress + self._speed * period, self.limit)
         self._held = np.where(room < 2e-4, self._held + period, 0.0)
-        reference = compose(self._start, _in_start_frame(self._start, self._task.path.at(self.progress)))
-        error = reference - pose
+        self._point = self._set_point()
+        error = self._point - pose
         error[:, 2] = wrap_angle(error[:, 2])
         limit = np.array(config.integral_limit)
         self._integral = np.clip(self._integral + config.integral * period * error, -limit, limit)
-        return config.proportional * error + self._integral, (reference - before) / period
+        return config.proportional * error + self._integral, (self._point - before) / period
+
+    def _set_point(self) -> Array:
+        """Return the pose that each set point has come to `(B, 3)`."""
+        return compose(self._start, _in_start_frame(self._start, self._task.path.at(self.progress)))
 
 
 def _in_start_frame(start: Array, relative: Array) -> Array:

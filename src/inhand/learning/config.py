@@ -165,7 +165,7 @@ def default() -> Training:
         episodes=600,
         worlds=128,
         decisions=20,
-        updates=500,
+        updates=250,
         expert_share=0.5,
         share_kept=1.0,
         evaluate_every=50,

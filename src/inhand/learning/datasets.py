@@ -4,7 +4,7 @@ A dataset is a folder with Minari's own folder `data` in it, so that `minari.loa
 folder's path ends in that id below MINARI_DATASETS_PATH, and `minari.MinariDataset(folder / "data")` anywhere.
 
 Minari's public `create_dataset_from_buffers` wants all episodes at once and writes below MINARI_DATASETS_PATH alone;
-its storage class takes a block after the other, in any folder, and writes the same files.
+its storage class takes a block after the other, in any folder, and `minari_files.add_episodes` writes its files.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from inhand.archives import check_shapes
 from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.learning.dataset_cards import OURS, DatasetHead, DatasetKind
-from inhand.learning.minari_files import Storage, new_storage, open_storage, reading
+from inhand.learning.minari_files import Entry, Storage, add_episodes, new_storage, open_storage, reading
 from inhand.records import read_json, read_record, table_of
 from inhand.tasks.cards import NEW
 
@@ -99,13 +99,9 @@ def write_dataset(
     try:
         storage = new_storage(temporary, _sizes(head.kind))
         storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
-        written = 0
         coming = iter(episodes)
         while block := list(islice(coming, BLOCK)):
-            storage.update_episodes([_buffer(episode) for episode in block])
-            numbers = range(written, written + len(block))
-            storage.update_episode_metadata([{name: getattr(each, name) for name in ABOUT} for each in block], numbers)
-            written += len(block)
+            add_episodes(storage, [_entry(episode) for episode in block])
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
@@ -191,20 +187,11 @@ def _metadata(head: DatasetHead) -> dict[str, Any]:
     }
 
 
-def _buffer(episode: DatasetEpisode) -> object:
-    from minari.data_collector.episode_buffer import EpisodeBuffer
-
-    count = len(episode.rewards)
-    last = np.arange(count) == count - 1
-    buffer: object = EpisodeBuffer(
-        observations=episode.observations,
-        actions=episode.actions,
-        rewards=episode.rewards,
-        terminations=last & episode.terminated,
-        truncations=last & episode.truncated,
-        infos={"wanted": episode.wanted},
-    )
-    return buffer
+def _entry(episode: DatasetEpisode) -> Entry:
+    last = np.arange(len(episode.rewards)) == len(episode.rewards) - 1
+    arrays = {name: getattr(episode, name) for name in ("observations", "actions", "rewards")}
+    arrays |= {"terminations": last & episode.terminated, "truncations": last & episode.truncated}
+    return arrays, {"wanted": episode.wanted}, {name: getattr(episode, name) for name in ABOUT}
 
 
 def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[DatasetEpisode]:

@@ -40,8 +40,8 @@ RoutePool = tuple[Routes, list[GraspPlan]]
 PLANNED_AT_ONCE = 8
 """Directions whose grasps are planned between two reports of progress."""
 MOST_EPISODES = 100_000
-"""Demonstrations at most: about an hour of two cores, and 9 GB of rows to learn from."""
-EPISODE_MB, EPISODE_S = 0.09, 0.036
+"""Demonstrations at most: about ten minutes of two cores, and 9 GB of rows to learn from."""
+EPISODE_MB, EPISODE_S = 0.09, 0.006
 """What one of 200 decisions takes of disk [MB], and of two cores [s] (docs/benchmarks.md)."""
 BATCH = 512
 """Episodes recorded side by side."""

@@ -64,10 +64,13 @@ class Journal:
 
     def length(self) -> int:
         """Return the length of the file once everything is on it [bytes]."""
+        self._flush()
+        return self._path.stat().st_size
+
+    def _flush(self) -> None:
         with self._path.open("a") as file:
             file.writelines(self._lines)
         self._lines.clear()
-        return self._path.stat().st_size
 
     def scalars(self, kind: str, step: int, values: dict[str, float]) -> None:
         """Write some numbers at a step."""
@@ -83,7 +86,7 @@ class Journal:
             self._writer.add_scalar("episode/last reward", end.last, number)
 
     def evaluation(self, found: Evaluation, ready: Ready) -> None:
-        """Write an evaluation, means for each direction."""
+        """Write an evaluation, means for each direction, and bring it and all before it to the disk."""
         angles = ready.tests.angle_deg
         directions: dict[str, Any] = {}
         for angle in np.unique(angles):
@@ -114,10 +117,11 @@ class Journal:
             self._writer.add_scalar(f"evaluation/{name}", told[name], found.counters.episodes)
         for angle_name, numbers in directions.items():
             self._writer.add_scalar(f"fraction/{angle_name} deg", numbers["fraction"], found.counters.episodes)
+        self._flush()
 
     def close(self) -> None:
         """Bring everything to the disk."""
-        self.length()
+        self._flush()
         self._writer.close()
 
     def _line(self, entry: dict[str, Any]) -> None:

@@ -119,8 +119,8 @@ class ReplayBuffer:
         self._rows[(self.written + np.arange(len(rows))) % self._room] = rows
         self.written += len(rows)
 
-    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.int64]:
-        """Return the numbers of `count` rows, each drawn evenly from those that are held."""
+    def draw(self, rng: np.random.Generator, count: int | tuple[int, ...]) -> NDArray[np.int64]:
+        """Return the numbers of `count` rows, or of an array of that shape, each drawn evenly from those held."""
         return self.written - len(self) + rng.integers(len(self), size=count)
 
     def at(self, numbers: NDArray[np.int64]) -> Rows:

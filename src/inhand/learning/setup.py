@@ -72,7 +72,7 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     """Plan grasps, write the rows of the demonstrations into a folder, and measure the expert."""
     recording, test_rng = config.recording, np.random.default_rng(config.seed + TEST_SEED)
     given, tests, limit = (_of_task if config.task else _of_primitives)(config, test_rng, told)
-    held, columns = recording.held, _columns(config, recording.hand)
+    held, columns = recording.held, columns_of(config, recording.hand)
     replay, starts = _demonstrated(config, given, folder / EXPERT, told)
     told("measuring the expert", 0, len(tests))
     shown, _ = recorded(replace(recording, recipe=replace(config.recipe, push=0.0)), tests, test_rng)
@@ -106,7 +106,7 @@ def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[Ro
 def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: Told) -> tuple[ReplayBuffer, Starts]:
     """Return the rows of demonstrations, recorded now or read from a dataset, and where the agent starts."""
     recording, rng = config.recording, np.random.default_rng(config.seed)
-    columns, looking = _columns(config, recording.hand), (config.learning.discount, config.learning.look_ahead)
+    columns, looking = columns_of(config, recording.hand), (config.learning.discount, config.learning.look_ahead)
 
     def add(replay: ReplayBuffer, shown: DatasetEpisode) -> None:
         episode = shown.observations, shown.actions, shown.wanted, shown.rewards
@@ -132,7 +132,8 @@ def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: 
     return replay, starts
 
 
-def _columns(config: Training, hand: HandSpec) -> Columns:
+def columns_of(config: Training, hand: HandSpec) -> Columns:
+    """Return the layout of a replay's rows."""
     return Columns(find_layout(config.interface.observation).size(hand), hand.n_joints)
 
 
@@ -174,7 +175,7 @@ def load_ready(config: Training, path: Path) -> Ready:
 
         return Ready(
             held,
-            _columns(config, held.hand),
+            columns_of(config, held.hand),
             starts("starts"),
             starts("tests"),
             data["limit"],

@@ -1,7 +1,8 @@
 """The loop that trains: the agent acts while the networks learn, round after round, until its episodes are done.
 
 A round's updates are launched first and run beside the simulation of the same round, which acts with the actor from
-before them. What is drawn and computed does not depend on which of the two is faster, so a seed gives the same bytes.
+before them. An evaluation runs beside the updates of the round after it, and the imitated actor's beside the fit of the
+critic. What is drawn and computed does not depend on which of the two is faster, so a seed gives the same bytes.
 """
 
 import time
@@ -23,7 +24,7 @@ from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, u
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.networks import Network
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
-from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows
+from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Rows
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
@@ -42,6 +43,23 @@ SHOWN_BONUS, PRIORITY_FLOOR = 0.1, 1e-3
 
 def _quiet(what: str, done: int, total: int) -> None:
     """Tell nobody."""
+
+
+def compile_ahead(config: Training, columns: Columns) -> None:
+    """Compile what training calls, in sizes it will have: beside other work, so that training need not wait for it."""
+    learning, learner = config.learning, new_learner(config.learning, columns, config.seed)
+    rows, weights = _room(config.updates, learning.batch, columns.width), _room(config.updates, learning.batch)
+    update_many.lower(learner, rows, weights, learning, columns, strength=1.0).compile()
+    if config.imitate:
+        many = _room(CHUNK, 2 * learning.batch, columns.width)
+        first = imitate_many.lower(learner.actor, None, many, columns, config.imitate)
+        first.compile()
+        imitate_many.lower(*first.out_info[:2], many, columns, config.imitate).compile()
+
+
+def _room(*shape: int) -> Rows:
+    """Return rows that are not looked at."""
+    return np.empty(shape, dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +106,8 @@ class Trainer:
         checkpoint = folder / CHECKPOINT
         arrays: dict[str, Any] = {}
         written, length = 0, 0
-        if checkpoint.is_file():
+        self._new = not checkpoint.is_file()
+        if not self._new:
             self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
             self.counters, written = Counters(**head["counters"]), head["written"]
             length = head["journal"]
@@ -106,18 +125,23 @@ class Trainer:
         Raises:
             InputError: a loss is not finite any more; the state is kept and the text says where and why.
         """
-        if self.counters.rounds == 0:
+        if self._new:
             self._imitate()
             self._warm_up()
-            self._evaluate()
+            self._keep(CHECKPOINT)
         while self.counters.episodes < self.config.episodes:
             self._round()
-            if self.counters.episodes - self.counters.evaluated >= self.config.evaluate_every:
-                self._evaluate()
+            if self._due:
+                self._keep(CHECKPOINT)
         if self.counters.evaluated != self.counters.episodes:
             self._evaluate()
         self._journal.close()
         return self._folder / BEST
+
+    @property
+    def _due(self) -> bool:
+        """Whether the actor is to be tried out."""
+        return self.counters.episodes - self.counters.evaluated >= self.config.evaluate_every
 
     @property
     def share(self) -> float:
@@ -130,33 +154,39 @@ class Trainer:
         return self._policy(self._learner.target_actor if self.config.learning.imitation else self._learner.actor)
 
     def _imitate(self) -> None:
-        left, learning = self.config.imitate, self.config.learning
-        actor, moments = self._learner.actor, None
+        left, many = self.config.imitate, (CHUNK, 2 * self.config.learning.batch)
+        actor, moments, rows = self._learner.actor, None, None
         for done in range(0, left, CHUNK):
-            rows = self._expert.at(self._expert.draw(self._rng, CHUNK * 2 * learning.batch))
-            rows = rows.reshape(CHUNK, 2 * learning.batch, -1)
+            rows = self._expert.at(self._expert.draw(self._rng, many)) if rows is None else rows
             actor, moments, loss = imitate_many(actor, moments, rows, self._ready.columns, left)
+            # While that runs, the next rows are drawn.
+            rows = self._expert.at(self._expert.draw(self._rng, many)) if done + CHUNK < left else None
             self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
             self._progress("imitating the demonstrations", done + CHUNK, left)
         self._learner = self._learner._replace(actor=actor, target_actor=actor)
 
     def _warm_up(self) -> None:
-        """Fit the critic to the demonstrations; the actor stays as it is."""
-        chunk = self.config.updates
+        """Fit the critic to the demonstrations; the actor stays as it is, and is tried out meanwhile."""
+        chunk, actor = self.config.updates, self._learner.actor
         for done in range(0, self.config.warm_up, chunk):
-            actor = self._learner.actor
-            self._learner, report = self._updated(self._draw(chunk, 1.0), 0.0)
-            self._learner = self._learner._replace(actor=actor, target_actor=actor)
-            self._journal.scalars("warm-up", done + chunk, {"critic loss": float(report.critic_loss.mean())})
+            fitted, report = self._updated(self._draw(chunk, 1.0), 0.0)
+            if done == 0:
+                self._evaluate()
+            self._learner = fitted._replace(actor=actor, target_actor=actor)
+            self._journal.scalars("warm-up", done + chunk, {"critic loss": float(np.mean(report.critic_loss))})
             self._progress("learning their values", done + chunk, self.config.warm_up)
+        if self.config.warm_up == 0:
+            self._evaluate()
 
     def _round(self) -> None:
-        """Launch the updates, act meanwhile, and take in what both have given."""
+        """Launch the updates, try the actor out if that is due and act meanwhile, and take in what both have given."""
         config, counters = self.config, self.counters
         begun = len(self._agent) >= config.learning.batch or self.share == 1.0
         drawn = self._draw(config.updates, self.share) if begun else None
         acting = self._policy(self._learner.actor)
         launched = None if drawn is None else self._updated(drawn, 1.0)
+        if self._due:
+            self._evaluate()
         rows, ends = self._collector.collect(acting, config.decisions, config.spread, self._rng)
         if launched is not None and drawn is not None:
             self._learner, report = launched
@@ -223,7 +253,7 @@ class Trainer:
         self._journal.scalars("learning", self.counters.episodes, {name: float(value) for name, value in told.items()})
 
     def _evaluate(self) -> None:
-        """Try the actor out, keep the last and the best, and make a checkpoint."""
+        """Try the actor out, and keep the last and the best."""
         ready, counters = self._ready, self.counters
         policy = self.actor()
         found = tried(ready.held, ready.tests, self.config.interface, policy)
@@ -237,7 +267,6 @@ class Trainer:
             save_policy(policy, self._folder / BEST)
         evaluation = Evaluation(Counters(**vars(counters)), found, fraction, score)
         self._journal.evaluation(evaluation, ready)
-        self._keep(CHECKPOINT)
         self._told(evaluation)
 
     def _keep(self, name: str) -> None:

@@ -149,7 +149,7 @@ class ManipulationWorlds:
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
         successor = observe(self.layout, loop.sense(after, self._between), self._seen_aim(), self.scene)
-        shift = self._shift(after, made)
+        shift = self._shift(decision)
         self._state, self._observation, self._last = after, successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
@@ -166,11 +166,12 @@ class ManipulationWorlds:
         now, then = (routes.way[self._row, place] for place in (self._come, before))
         return Made(now - then, routes.way[self._row, -1] - now, *routes.off(self._row, self._come, after.pose))
 
-    def _shift(self, after: State, made: Made | None) -> Array:
+    def _shift(self, decision: Decision) -> Array:
         """Return the way along, the way to the left and the angle turned of what was asked `(B, 3)`."""
-        if made is None or self._starts.routes is None:
-            return self._aim.shift(after.pose)
-        return np.stack([self._starts.routes.way[self._row, self._come], made.across, made.turned], axis=-1)
+        made, routes = decision.route, self._starts.routes
+        if made is None or routes is None:
+            return decision.shift
+        return np.stack([routes.way[self._row, self._come], made.across, made.turned], axis=-1)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
         kinds = None if self._starts.disturbed is None else rows

@@ -1,6 +1,7 @@
 """What the simulator measures: one frozen `State` of a batch of worlds, all from one instant."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,10 +50,12 @@ class State:
     """Whether the world's simulation has diverged since it was last reset or restored `(B,)`. The simulator puts such
     a world at rest where it was last reset to, so that the other arrays are finite and mean nothing."""
 
-    @property
+    @cached_property
     def pose(self) -> Array:
-        """Planar view x [m], y [m], theta [rad] of the object's pose `(B, 3)`."""
-        return planar(self.object_pose)
+        """Planar view x [m], y [m], theta [rad] of the object's pose `(B, 3)`, read only: many ask for it."""
+        pose = planar(self.object_pose)
+        pose.setflags(write=False)
+        return pose
 
     @property
     def touching(self) -> NDArray[np.bool_]:

@@ -115,9 +115,14 @@ class Decision:
         if self.route is not None:
             return self.route
         aim = self.aim
-        after, before = aim.shift(self.after.pose), aim.shift(self.before.pose)
+        after, before = self.shift, aim.shift(self.before.pose)
         gained = np.minimum(after[:, 0], aim.distance) - np.minimum(before[:, 0], aim.distance)
-        return Made(gained, aim.left(self.after.pose), np.abs(after[:, 1]), np.abs(after[:, 2]))
+        return Made(gained, aim.distance - after[:, 0], np.abs(after[:, 1]), np.abs(after[:, 2]))
+
+    @cached_property
+    def shift(self) -> Array:
+        """Way along the primitive, way to its left [m] and angle turned [rad] `(B, 3)`."""
+        return self.aim.shift(self.after.pose)
 
 
 @dataclass(frozen=True)
@@ -158,7 +163,7 @@ def contact(decision: Decision) -> Array:
 
 def direction(decision: Decision) -> Array:
     """Distance along the primitive less half the distance across it, from its start [m] (thesis 3.3.3)."""
-    shift = decision.aim.shift(decision.after.pose)
+    shift = decision.shift
     return np.asarray(shift[:, 0] - 0.5 * np.abs(shift[:, 1]))
 
 

@@ -6,6 +6,7 @@ holding and stopping depend on: velocities, commands and contact points. A chang
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -35,12 +36,19 @@ class Aim:
     end: Array | None = None
     """Pose at the end of a whole route, in the palm frame `(B, 3)`; None of a primitive."""
 
+    @cached_property
+    def direction(self) -> Array:
+        """Unit vectors along the directions `(B, 2)`."""
+        return unit(self.angle)
+
     def shift(self, pose: Array) -> Array:
         """Return the way along the direction, the way to its left [m] and the angle turned [rad] of poses `(B, 3)`."""
-        way, direction = pose[:, :2] - self.start[:, :2], unit(self.angle)
-        along = (way * direction).sum(axis=-1)
-        left = (way * perpendicular(direction)).sum(axis=-1)
-        return np.stack([along, left, wrap_angle(pose[:, 2] - self.start[:, 2])], axis=-1)
+        moved, (x, y) = pose - self.start, self.direction.T
+        shift = np.empty(moved.shape)
+        shift[:, 0] = moved[:, 0] * x + moved[:, 1] * y
+        shift[:, 1] = moved[:, 1] * x - moved[:, 0] * y
+        shift[:, 2] = wrap_angle(moved[:, 2])
+        return shift
 
     def left(self, pose: Array) -> Array:
         """Return the way that poses `(B, 3)` are from where the object is to stay `(B,)` [m]."""
@@ -48,7 +56,7 @@ class Aim:
 
     def goal(self, distance: Array | float) -> Array:
         """Return the poses `(B, 3)` at a distance [m] along the primitives."""
-        way = np.broadcast_to(distance, self.angle.shape)[:, None] * unit(self.angle)
+        way = np.broadcast_to(distance, self.angle.shape)[:, None] * self.direction
         return np.concatenate([self.start[:, :2] + way, self.start[:, 2:]], axis=-1)
 
 
@@ -154,7 +162,7 @@ def _link_ends(state: State, _aim: Aim, scene: Scene) -> Array:
 
 
 def _velocity(state: State, aim: Aim, _scene: Scene) -> Array:
-    direction, linear = unit(aim.angle), state.object_velocity[:, :2]
+    direction, linear = aim.direction, state.object_velocity[:, :2]
     return np.stack([(linear * direction).sum(-1), (linear * perpendicular(direction)).sum(-1)], axis=-1)
 
 
@@ -209,7 +217,7 @@ THESIS = Layout(
 """Table 3.1 of the thesis: 23 numbers with two links a finger, each normalised over its range (thesis 3.3.1)."""
 
 _AIMED = (
-    Part("direction, unit vector", lambda _state, aim, _scene: unit(aim.angle), 1.0, fixed=2),
+    Part("direction, unit vector", lambda _state, aim, _scene: aim.direction, 1.0, fixed=2),
     Part("way along [m]", lambda state, aim, _scene: aim.shift(state.pose)[:, :1], 0.1, fixed=1),
     Part("way to the left [m]", lambda state, aim, _scene: aim.shift(state.pose)[:, 1:2], 0.01, fixed=1),
     Part("angle turned [rad]", lambda state, aim, _scene: aim.shift(state.pose)[:, 2:], 0.2, fixed=1),

@@ -19,8 +19,10 @@ from inhand.control.trial import SHAPES, Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.learning.batch import Batch
+from inhand.learning.config import smoke
 from inhand.learning.environment_config import EnvironmentConfig
-from inhand.sim.disturbance import DISTURBANCES, FIELD, Camera, Differences, Disturbance, Pushes
+from inhand.learning.replay_buffer import Columns
+from inhand.sim.disturbance import DISTURBANCES, FIELD, Camera, Differences, Disturbance, Pushes, disturbance_of
 from inhand.sim.drawn import truth
 from inhand.sim.scene import SceneSpec
 from test_simulator import CUBE, HAND
@@ -150,7 +152,7 @@ def disturbed_batch(spec: Disturbance, starts: int = 8) -> Batch[EnvironmentConf
         grasp="rough",
         engine="planar",
         threads=1,
-        disturb=DISTURBANCES.name_of(spec),
+        disturb=disturbance_of({"disturb": spec})["disturb"],
     )
     return Batch(config, 6, None)
 
@@ -216,3 +218,39 @@ def test_pushes_reach_the_objects_of_environments() -> None:
         speeds.append(np.linalg.norm(two.after.object_velocity - one.after.object_velocity, axis=-1))
     assert (np.max(speeds, axis=0) > 1e-3).sum() >= 3
     assert not speeds[0][np.max(speeds, axis=0) < 1e-3].any()
+
+
+def test_disturbed_worlds_go_on_from_what_was_kept_byte_for_byte() -> None:
+    batch, again = disturbed_batch(FIELD), disturbed_batch(FIELD)
+    played(batch, 2, decisions=17)
+    kept = batch.worlds.state_dict()
+    again.worlds.load_state_dict(dict(kept))
+    actions = np.random.default_rng(5).uniform(-0.2, 0.2, (20, 6, 4))
+    for action in actions:
+        one, two = batch.step(action), again.step(action)
+        for name in ("seen", "successor", "reward", "terminated"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+    assert batch.worlds.simulator.objects == again.worlds.simulator.objects
+
+
+def test_demonstrations_are_recorded_in_disturbed_worlds_and_the_dataset_says_so(tmp_path: Path) -> None:
+    pytest.importorskip("minari", reason="datasets need the extra `rl`")
+    made = [
+        inhand.record(directions=[0], episodes=4, expert="thesis-ik", horizon=30, out=tmp_path / name, disturb=disturb)
+        for name, disturb in (("own", LEVEL), ("plain", "none"))
+    ]
+    found, plain = made
+    assert (found.config.disturb, plain.config.disturb) == (LEVEL, None)
+    seen, exact = (next(iter(each.episodes)).observations for each in made)
+    assert np.abs(seen[0] - exact[0]).max() > 1e-3
+    assert inhand.load(tmp_path / "own").config == found.config
+
+
+def test_starts_of_a_training_are_kept_with_their_worlds(tmp_path: Path) -> None:
+    from inhand.learning.setup import Ready, load_ready, save_ready
+
+    config = replace(smoke(), engine="planar", disturb=DISTURBANCES.name_of(LEVEL))
+    pool = disturbed_batch(LEVEL, starts=3).config.pool()
+    held, numbers = config.recording.held, np.zeros(3)
+    save_ready(Ready(held, Columns(31, 4), pool, pool, numbers, numbers, numbers, 7), tmp_path / "ready.npz")
+    assert load_ready(config, tmp_path / "ready.npz").starts.disturbed == pool.disturbed

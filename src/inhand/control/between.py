@@ -5,18 +5,22 @@ that this led to. One object serves the B worlds of a batch; every episode of a 
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control.kept import Remembered, remember, remembered
 from inhand.control.noise import Noise
 from inhand.control.seen import SENSED, Reads, View
-from inhand.control.senses import SOON, Senses, decisions_of
+from inhand.control.senses import SOON, Encoded, Filmed, History, Senses, decisions_of
 from inhand.geometry import Array, unit
 from inhand.sim.drawn import Disturbed
 from inhand.sim.engine import Simulator
 from inhand.sim.state import State
 
+MEMORIES = (Senses, Encoded, Filmed, History)
+"""What holds a part of the memory."""
 PUSHES = 4
 """What tells the generator of a world's pushes from others of it."""
 
@@ -82,6 +86,16 @@ class Between:
             self._push(simulator)
         return np.asarray(self._line[(self._head - self._whole) % len(self._line), self._worlds])
 
+    def state_dict(self) -> Remembered:
+        """Return everything that `load_state_dict` needs beside the worlds' draws and their keys, arrays by name."""
+        return {f"between.{name}": array for name, array in remembered(self, MEMORIES).items()}
+
+    def load_state_dict(self, kept: dict[str, Any], state: State) -> None:
+        """Go on in a state from what `state_dict` returned, among others, of worlds disturbed alike, byte for byte."""
+        mine = "between."
+        remember(self, MEMORIES, {name.removeprefix(mine): kept[name] for name in kept if name.startswith(mine)})
+        self._state, self._shown = state, {}
+
     def take(self, state: State) -> None:
         """Take in the state that a decision led to."""
         self._senses.take(state)
@@ -110,7 +124,7 @@ class Between:
         if not pushes.per_s:
             self._next[worlds] = np.inf
             return
-        share, turn = self._noise.rows(self._pushed)[worlds].T
+        share, turn = self._noise.rows(self._pushed[worlds], worlds).T
         self._next[worlds] -= np.log1p(-share) / pushes.per_s
         self._angle[worlds] = 2 * np.pi * turn
         if pushes.most:

@@ -21,7 +21,6 @@ class Noise:
         self._keys: list[Key] = [()] * n_worlds
         self._block = np.full(n_worlds, -1)
         self._numbers = np.zeros((n_worlds, BLOCK, normal + even))
-        self._worlds = np.arange(n_worlds)
 
     def begin(self, worlds: NDArray[np.int64], keys: Sequence[Key]) -> None:
         """Give some worlds new keys."""
@@ -29,13 +28,15 @@ class Noise:
             self._keys[world] = key
         self._block[worlds] = -1
 
-    def rows(self, numbers: NDArray[np.int64]) -> Array:
-        """Return a row of each world, `(B, normal + even)`, by its number `(B,)`, 0 or more."""
+    def rows(self, numbers: NDArray[np.int64], worlds: NDArray[np.int64]) -> Array:
+        """Return a row of some worlds `(K,)` each, `(K, normal + even)`, by its number `(K,)`, 0 or more."""
         block, row = np.divmod(numbers, BLOCK)
-        if (block != self._block).any():
-            for world in np.flatnonzero(block != self._block).tolist():
-                rng = np.random.default_rng((*self._keys[world], self._stream, int(block[world])))
+        stale = block != self._block[worlds]
+        if stale.any():
+            for place in np.flatnonzero(stale).tolist():
+                world, now = worlds[place], int(block[place])
+                rng = np.random.default_rng((*self._keys[world], self._stream, now))
                 self._numbers[world, :, : self._normal] = rng.standard_normal((BLOCK, self._normal))
                 self._numbers[world, :, self._normal :] = rng.random((BLOCK, self._even))
-            self._block = block
-        return np.asarray(self._numbers[self._worlds, row])
+                self._block[world] = now
+        return np.asarray(self._numbers[worlds, row])

@@ -37,7 +37,6 @@ class History:
         """Keep so many decisions before the present one."""
         self.rows = np.zeros((decisions + 2, n_worlds, width))
         self.head = 0
-        self._worlds = np.arange(n_worlds)
 
     def begin(self, worlds: NDArray[np.int64], row: Array) -> None:
         """Fill the past of some worlds with what is now `(K, width)`."""
@@ -48,15 +47,15 @@ class History:
         self.head = (self.head + 1) % len(self.rows)
         self.rows[self.head] = row
 
-    def back(self, decisions: Array) -> Array:
-        """Return what was so many decisions ago `(B,)`, on the line between two `(B, width)`."""
+    def back(self, decisions: Array, worlds: NDArray[np.int64]) -> Array:
+        """Return what was in some worlds `(K,)` so many decisions ago `(K,)`, on the line between two `(K, width)`."""
         whole = np.floor(decisions + SOON).astype(np.int64)
         share = decisions - whole
         place = self.head - whole
-        later = self.rows[place % len(self.rows), self._worlds]
+        later = self.rows[place % len(self.rows), worlds]
         if share.max() < SOON:
             return later
-        return np.asarray(later + share[:, None] * (self.rows[(place - 1) % len(self.rows), self._worlds] - later))
+        return np.asarray(later + share[:, None] * (self.rows[(place - 1) % len(self.rows), worlds] - later))
 
 
 class Encoded:
@@ -87,20 +86,20 @@ class Encoded:
         self._late[worlds] = [each.drawn.encoder_s / self._period for each in disturbed]
         self._past.begin(worlds, state.joint_angles[worlds])
         angles, velocities = self.angles.copy(), self.velocities.copy()
-        angles[worlds], velocities[worlds] = self._reading(count)[worlds], 0.0
+        angles[worlds], velocities[worlds] = self._reading(count, worlds), 0.0
         self.angles, self.velocities = angles, velocities
 
     def take(self, state: State, count: NDArray[np.int64]) -> None:
         """Read the joints at a decision, the number `count` of its episode `(B,)`."""
         self._past.add(state.joint_angles)
-        found = self._reading(count)
+        found = self._reading(count, np.arange(len(count)))
         self.velocities = (found - self.angles) / self._period
         self.angles = found
 
-    def _reading(self, count: NDArray[np.int64]) -> Array:
-        found = self._past.back(self._late) + self._zero
+    def _reading(self, count: NDArray[np.int64], worlds: NDArray[np.int64]) -> Array:
+        found = self._past.back(self._late[worlds], worlds) + self._zero[worlds]
         if self._spec.noise_deg:
-            found += np.deg2rad(self._spec.noise_deg) * self._noise.rows(count)
+            found += np.deg2rad(self._spec.noise_deg) * self._noise.rows(count[worlds], worlds)
         if self._spec.resolution_deg:
             step = np.deg2rad(self._spec.resolution_deg)
             found = step * np.round(found / step)
@@ -164,33 +163,36 @@ class Filmed:
     def _look(self, count: NDArray[np.int64]) -> None:
         newest = self._newest(count)
         for _ in range(int((newest - self._frame).max())):
-            self._take_frame(self._frame < newest, count)
+            self._take_frame(np.flatnonzero(self._frame < newest), count)
 
-    def _take_frame(self, here: NDArray[np.bool_], count: NDArray[np.int64]) -> None:
+    def _take_frame(self, worlds: NDArray[np.int64], count: NDArray[np.int64]) -> None:
         """Take in the next frame of some worlds, unless it is missing."""
-        self._frame = self._frame + here
-        drawn = self._noise.rows(self._frame + self._first)
+        self._frame[worlds] += 1
+        drawn = self._noise.rows(self._frame[worlds] + self._first, worlds)
         if self._spec.missing:
-            here = here & ~self._misses(here, count, drawn[:, 3:])
-        taken = self._frame / self._rate
-        row = self._past.back(np.maximum(count - taken / self._period, 0.0))
-        now = here[:, None]
-        self._row = np.where(now, row, self._row)
-        self.pose = np.where(now, planar(row[:, :7]) + self._bias + self._spread * drawn[:, :3], self.pose)
-        self.time = np.where(here, taken, self.time)
-        self._full = spatial(self.pose, 0.0)
-        self._full[:, 2] = self._row[:, 2]
-        self._links = np.rint(self._row[:, self._columns[-1][2] :]).astype(np.int64)
+            there = ~self._misses(worlds, count, drawn[:, 3:])
+            worlds, drawn = worlds[there], drawn[there]
+        if len(worlds) == 0:
+            return
+        taken = self._frame[worlds] / self._rate
+        row = self._past.back(np.maximum(count[worlds] - taken / self._period, 0.0), worlds)
+        pose = planar(row[:, :7]) + self._bias[worlds] + self._spread * drawn[:, :3]
+        # What was handed out before stays as it was.
+        self._row, self.pose, self.time = self._row.copy(), self.pose.copy(), self.time.copy()
+        self._full, self._links = self._full.copy(), self._links.copy()
+        self._row[worlds], self.pose[worlds], self.time[worlds] = row, pose, taken
+        self._full[worlds], self._full[worlds, 2] = spatial(pose, 0.0), row[:, 2]
+        self._links[worlds] = np.rint(row[:, self._columns[-1][2] :]).astype(np.int64)
 
-    def _misses(self, here: NDArray[np.bool_], count: NDArray[np.int64], drawn: Array) -> NDArray[np.bool_]:
+    def _misses(self, worlds: NDArray[np.int64], count: NDArray[np.int64], drawn: Array) -> NDArray[np.bool_]:
         """Return in which worlds the next frame never arrives; once one is seen, runs of such begin by chance."""
         low, high = self._spec.missing_run
-        begins = here & (self._gone == 0) & (drawn[:, 0] < self._begin_run) & (count > 0)
+        begins = (self._gone[worlds] == 0) & (drawn[:, 0] < self._begin_run) & (count[worlds] > 0)
         length = low + np.floor(drawn[:, 1] * (high - low + 1)).astype(np.int64)
-        self._gone = np.where(begins, length, self._gone)
-        missing = here & (self._gone > 0)
-        self._gone = self._gone - missing
-        return missing
+        self._gone[worlds] = np.where(begins, length, self._gone[worlds])
+        missing = self._gone[worlds] > 0
+        self._gone[worlds] -= missing
+        return np.asarray(missing)
 
 
 class Senses:

@@ -62,6 +62,8 @@ class TrainConfig(Config):
     engine: Literal[Engine, None] = None
     """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow),
     or bullet as a witness (extra `bullet`; much slower)."""
+    disturb: str | None = None
+    """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file (docs/disturbances.md)."""
     demonstrations: Path | None = None
     """Learn from the demonstrations of this dataset (`inhand record`) instead of recording some."""
     seed: int | None = None

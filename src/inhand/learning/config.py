@@ -9,6 +9,7 @@ from inhand.learning.demonstrations import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.primitives import TRAIN
 
@@ -64,6 +65,9 @@ class Training(Config):
     part.dxf:unit=mm:mass_kg=0.05."""
     engine: Engine = ENGINE
     """Physics engine: planar, mujoco (in three dimensions), or bullet as a witness (extra `bullet`; much slower)."""
+    disturb: str = "none"
+    """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file. Demonstrations, the agent's
+    episodes and evaluations each have worlds of their own; the expert and the actor see through the same senses."""
     seed: int = 0
     """Seed of everything drawn."""
     directions: Literal["train", "continuous"] = "train"
@@ -126,6 +130,7 @@ class Training(Config):
             self.directions == "continuous",
             self.held_out,
             self.task,
+            load_disturbance(self.disturb),
         )
 
 

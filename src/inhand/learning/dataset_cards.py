@@ -7,6 +7,7 @@ from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.worlds import Interface
+from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import UNTOLD, Engine
 from inhand.tasks.cards import InterfaceCard, differences, interface_card
 from inhand.tasks.observations import find_layout
@@ -63,6 +64,8 @@ class DatasetHead:
     versions: dict[str, str]
     """Versions of this package and of what it ran on."""
     engine: Engine = UNTOLD
+    disturb: Disturbance | None = None
+    """What disturbed its worlds; what it holds of them was seen through the same senses."""
 
     @property
     def dataset_id(self) -> str:

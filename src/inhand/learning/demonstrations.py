@@ -26,6 +26,7 @@ from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.starts import Noise, Starts, expert_task, grid_of, gripped, joined, plans_for, reach_of, taken
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.records import Config
+from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.decisions import actions_of
 from inhand.tasks.paths import stacked
@@ -91,6 +92,8 @@ class Recording:
     """Half width of the sectors about those that are left out [deg]."""
     task: str = ""
     """Whole task to show instead of directions."""
+    disturb: Disturbance | None = None
+    """What disturbs the worlds, each of which an episode has for itself."""
 
     @property
     def held(self) -> Held:
@@ -211,11 +214,14 @@ def starts_of(
     """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones."""
     held, recipe = recording.held, recording.recipe
     if not isinstance(given, dict):
-        return route_starts(held, given, count, rng, recording.noise, engine=recording.engine)
+        return route_starts(
+            held, given, count, rng, recording.noise, engine=recording.engine, disturb=recording.disturb
+        )
     again = 0 if kept is None else min(round(recipe.midway * count), len(kept))
     angles = recording.draw(rng, count - again)
     gripped_for = angles + recipe.grip_spread * rng.standard_normal(len(angles))
-    found = gripped(*held, (given, gripped_for), rng, recording.noise, engine=recording.engine)
+    grips, disturb = (given, gripped_for), recording.disturb
+    found = gripped(*held, grips, rng, recording.noise, engine=recording.engine, disturb=disturb)
     fresh = replace(found, angle_deg=angles)
     if kept is not None and again:
         rows = rng.choice(len(kept), again, replace=False)
@@ -256,12 +262,20 @@ def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine:
 
 
 def route_starts(
-    held: Held, pool: RoutePool, count: int, rng: np.random.Generator, noise: Noise, *, engine: Engine = ENGINE
+    held: Held,
+    pool: RoutePool,
+    count: int,
+    rng: np.random.Generator,
+    noise: Noise,
+    *,
+    engine: Engine = ENGINE,
+    disturb: Disturbance | None = None,
 ) -> Starts:
     """Return starts with all fingers on the object, each with a route drawn from a pool."""
     routes, plans = pool
     rows = rng.integers(len(routes), size=count)
-    fresh = gripped(*held, ([plans[row] for row in rows], np.zeros(count)), rng, noise, engine=engine)
+    grips = [plans[row] for row in rows], np.zeros(count)
+    fresh = gripped(*held, grips, rng, noise, engine=engine, disturb=disturb)
     return replace(fresh, routes=Routes(routes.poses[rows]))
 
 
@@ -282,11 +296,11 @@ def recorded(recording: Recording, starts: Starts, rng: np.random.Generator) -> 
     for number in range(interface.horizon):
         there = np.flatnonzero((pick == number) & running & worlds.state.touching.all(axis=-1))
         if len(there):
-            parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there]))
+            parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there], starts.disturbed))
         targets = expert.act(worlds.seen)
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
         wanted, action = (
-            actions_of(t, interface.actions, held.hand, worlds.state) for t in (targets, targets + strength * push)
+            actions_of(t, interface.actions, held.hand, worlds.seen) for t in (targets, targets + strength * push)
         )
         step = worlds.step(action)
         for name, value in zip(rows, (action, wanted, step.reward, running), strict=True):

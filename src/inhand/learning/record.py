@@ -32,6 +32,8 @@ from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import configured
 from inhand.shown import Kept, listed, path_of
+from inhand.sim.disturbance import disturbance_of
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.tasks.decisions import find_reward
 from inhand.tasks.observations import find_layout
@@ -140,6 +142,7 @@ def record(
     """
     settings |= {"directions": listed(directions), "episodes": episodes, "seed": seed}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
+    settings |= disturbance_of(settings)
     settings["out"] = Path(tempfile.mkdtemp(prefix="inhand-record-")) if out is None else Path(path_of("out", out))
     return run_record(configured(RecordConfig, settings))
 
@@ -206,6 +209,7 @@ def recording_of(config: RecordConfig) -> Recording:
         config.seed,
         config.engine,
         continuous=config.directions == CONTINUOUS,
+        disturb=load_disturbance(config.disturb),
     )
 
 
@@ -227,6 +231,7 @@ def head_of(recording: Recording, directions: str) -> DatasetHead:
         recording.seed,
         versions(),
         recording.engine,
+        recording.disturb,
     )
 
 
@@ -238,6 +243,7 @@ def environment_spec(recording: Recording, config: RecordConfig) -> str:
     spec = deepcopy(gymnasium.spec("inhand/Asterisk-v0"))
     spec.kwargs = {name: getattr(config, name) for name in same} | {
         "directions": "all" if recording.continuous else config.directions,
+        **({} if recording.disturb is None else {"disturb": config.disturb}),
         "stop": True,
         "grasp": recording.recipe.grasp,
     }

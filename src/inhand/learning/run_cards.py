@@ -15,6 +15,7 @@ from inhand.learning.datasets import check_installed, read_head
 from inhand.learning.demonstrations import check_episodes, from_unseen
 from inhand.learning.environment_config import angles_of
 from inhand.records import read_json, read_record
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
@@ -84,6 +85,7 @@ def check(config: Training) -> None:
     find_layout(config.interface.observation)
     find_reward(config.interface.reward)
     check_engine(config.engine)
+    load_disturbance(config.disturb)
     check_memory(f"worlds={config.worlds}", config.worlds, WORLD_BYTES[config.engine])
     check_episodes(config.recipe.episodes, f"demonstrations {config.recipe.episodes}")
     least = {

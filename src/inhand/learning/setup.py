@@ -27,6 +27,9 @@ from inhand.learning.demonstrations import (
 from inhand.learning.progress import EXPERT
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
 from inhand.learning.starts import Starts, gripped, joined, reach_of
+from inhand.records import read_json, read_record, text_of
+from inhand.sim.disturbance import Disturbance
+from inhand.sim.drawn import Disturbed, Drawn
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.observations import find_layout
@@ -87,7 +90,9 @@ def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tu
     every = [angle for angle in reach if angle is not None]
     plans = plans_of(recording, every, told)
     directions = np.repeat(every, config.trials)
-    tests = gripped(*recording.held, (plans, directions), rng, config.noise, engine=config.engine)
+    tests = gripped(
+        *recording.held, (plans, directions), rng, config.noise, engine=config.engine, disturb=recording.disturb
+    )
     tests = replace(tests, distance=reach_of(recording.held, tests))
     return plans, tests, np.array([reach[angle] for angle in tests.angle_deg])
 
@@ -99,7 +104,8 @@ def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[Ro
     pool, test_pool = (
         route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine) for add in (0, TEST_SEED)
     )
-    tests = route_starts(held, test_pool, 16 * config.trials, rng, config.noise, engine=config.engine)
+    count, disturb = 16 * config.trials, config.recording.disturb
+    tests = route_starts(held, test_pool, count, rng, config.noise, engine=config.engine, disturb=disturb)
     return pool, tests, routes_in(tests).length
 
 
@@ -148,6 +154,14 @@ def routes_in(starts: Starts) -> Routes:
     return starts.routes
 
 
+@dataclass(frozen=True)
+class _Worlds:
+    """How the worlds of starts are disturbed."""
+
+    spec: Disturbance
+    drawn: tuple[Drawn, ...]
+
+
 def save_ready(ready: Ready, path: Path) -> None:
     """Write everything but the rows to a `.npz` file, moved into place once it is complete."""
     arrays = {name: np.asarray(getattr(ready, name)) for name in _NUMBERS}
@@ -155,6 +169,9 @@ def save_ready(ready: Ready, path: Path) -> None:
         arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
         if starts.routes is not None:
             arrays[f"{name}.routes"] = starts.routes.poses
+        if starts.disturbed is not None:
+            drawn = tuple(each.drawn for each in starts.disturbed)
+            arrays[f"{name}.disturbed"] = np.array(text_of(_Worlds(starts.disturbed[0].spec, drawn)))
         for part, kind in ((starts.snapshot, Snapshot), (starts.state, State)):
             arrays |= {f"{name}.{kind.__name__}.{f.name}": getattr(part, f.name) for f in fields(kind)}
     with in_place(path) as temporary, temporary.open("wb") as file:
@@ -171,7 +188,13 @@ def load_ready(config: Training, path: Path) -> Ready:
             state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
             routes = Routes(data[f"{name}.routes"]) if f"{name}.routes" in data else None
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
-            return Starts(snapshot, state, angle_deg, distance, routes, config.engine)
+            return Starts(snapshot, state, angle_deg, distance, routes, config.engine, worlds(f"{name}.disturbed"))
+
+        def worlds(name: str) -> tuple[Disturbed, ...] | None:
+            if name not in data:
+                return None
+            found = read_record(read_json(str(data[name])), _Worlds)
+            return tuple(Disturbed(found.spec, drawn) for drawn in found.drawn)
 
         return Ready(
             held,

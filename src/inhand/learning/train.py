@@ -23,6 +23,7 @@ from inhand.learning.config import preset as preset_named
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
 from inhand.learning.run_cards import MARK, check, read_config
 from inhand.shown import Kept, path_of
+from inhand.sim.disturbance import disturbance_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 PACKAGES = ("jax", "optax", "tensorboardX")
 """What the extra `rl` brings and training cannot do without."""
-CHOSEN = ("hand", "object", "directions", "engine", "demonstrations", "seed", "episodes")
+CHOSEN = ("hand", "object", "directions", "engine", "disturb", "demonstrations", "seed", "episodes")
 """Settings of the command line that take the place of the preset's."""
 Telling = tuple[Told, "Callable[[Evaluation], None]"]
 """Told how far the preparations are, and every evaluation."""
@@ -116,7 +117,7 @@ def train(
     folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(path_of("out", out))
     shown = None if demonstrations is None else path_of("demonstrations", demonstrations)
     named: dict[str, Any] = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
-    named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings
+    named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings | disturbance_of(settings)
     given = {name: value for name, value in named.items() if value is not None}
     if resume:
         refuse_changes(given, folder)

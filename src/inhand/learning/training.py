@@ -28,6 +28,7 @@ from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Row
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
+from inhand.sim.disturbance_files import NONE
 
 LEARNING = "learning"
 """What progress is told while the agent's episodes run."""
@@ -296,5 +297,6 @@ class Trainer:
             config.interface.actions,
             config.recipe.grasp,
             {"preset": config.preset, "hand": config.hand, "object": config.object, "seed": config.seed}
-            | ({"task": config.task} if config.task else {}),
+            | ({"task": config.task} if config.task else {})
+            | ({"disturb": config.disturb} if config.disturb != NONE else {}),
         )

@@ -15,7 +15,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.learning.starts import Starts
 from inhand.records import Config
-from inhand.sim.drawn import truths
+from inhand.sim.drawn import Disturbed, truths
 from inhand.sim.engines import make_simulator
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
@@ -23,7 +23,7 @@ from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, fin
 from inhand.tasks.observations import Aim, Scene, find_layout, observe
 
 _AIMED = ("angle", "start", "distance")
-_KEPT = ("observation", "steps", "lost", "last", "row", "come")
+_KEPT = ("observation", "steps", "lost", "last", "row", "come", "key", "seen_start")
 """What worlds go on from, beside their states and aims."""
 
 
@@ -103,6 +103,7 @@ class ManipulationWorlds:
         self._observation = np.empty((count, self._seen.shape[1]))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
+        self._key = np.zeros(count, dtype=np.int64)
         self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
 
     @property
@@ -192,13 +193,12 @@ class ManipulationWorlds:
         """Return the first observations of episodes from some rows; where worlds are disturbed, senses begin anew."""
         if self._starts.disturbed is None:
             return self._seen[rows]
-        keys = self.rng.integers(2**62, size=len(worlds)).tolist()
-        disturbed = [self._starts.disturbed[row].again((key,)) for row, key in zip(rows.tolist(), keys, strict=True)]
+        self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
         if self._between is None:
-            self._between = Between(disturbed, self._state, self.simulator.timestep, SUBSTEPS)
+            self._between = Between(self._disturbed(worlds), self._state, self.simulator.timestep, SUBSTEPS)
             self._between.pushing = True
         else:
-            self._between.begin(worlds, disturbed, self._state)
+            self._between.begin(worlds, self._disturbed(worlds), self._state)
         seen = select(self.seen, worlds)
         self._seen_start = _put(self._seen_start, worlds, seen.pose)
         told = self._seen_aim()
@@ -206,6 +206,11 @@ class ManipulationWorlds:
             told = Aim(told.angle[worlds], seen.pose, np.broadcast_to(told.distance, self.count)[worlds])
             return observe(self.layout, seen, told, Scene(self.hand, self.scene.objects[: len(worlds)]))
         return observe(self.layout, self.seen, told, self.scene)[worlds]
+
+    def _disturbed(self, worlds: NDArray[np.int64]) -> list[Disturbed]:
+        """Return how some worlds are disturbed, with the noise of their present episodes."""
+        given = self._starts.disturbed or ()
+        return [given[self._row[world]].again((int(self._key[world]),)) for world in worlds.tolist()]
 
     def _seen_aim(self) -> Aim:
         """Return what is asked as a controller knows it: a direction starts where it then saw the object."""
@@ -220,6 +225,7 @@ class ManipulationWorlds:
         return arrays | {
             **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
             **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
+            **({} if self._between is None else self._between.state_dict()),
             "rng": self.rng.bit_generator.state,
         }
 
@@ -227,11 +233,14 @@ class ManipulationWorlds:
         """Go on from what `state_dict` returned, byte for byte."""
         snapshot = Snapshot(**{field.name: kept[f"world.{field.name}"] for field in fields(Snapshot)})
         every = np.arange(self.count)
-        self.simulator.restore(every, snapshot, every)
-        self._state = self.simulator.measure()
-        self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         for name in _KEPT:
             setattr(self, f"_{name}", kept[name].copy())
+        self.simulator.restore(every, snapshot, every, None if self._between is None else self._row)
+        self._state = self.simulator.measure()
+        if self._between is not None:
+            self._between.begin(every, self._disturbed(every), self._state)
+            self._between.load_state_dict(kept, self._state)
+        self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
         self.rng.bit_generator.state = kept["rng"]

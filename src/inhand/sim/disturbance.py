@@ -175,7 +175,10 @@ def told(spec: Disturbance) -> str:
 
 def disturbance_of(settings: dict[str, Any]) -> dict[str, str]:
     """Return a call's setting `disturb` by name, where it gives one: a name or a file as it is, a spec by its own."""
-    return {"disturb": DISTURBANCES.name_of(settings["disturb"])} if "disturb" in settings else {}
+    if "disturb" not in settings:
+        return {}
+    given = settings["disturb"]
+    return {"disturb": given.name if given in LEVELS else DISTURBANCES.name_of(given)}
 
 
 def _shown(value: object) -> str:
@@ -248,5 +251,7 @@ HARD = Disturbance(
     Pushes(20.0, 2.0),
 )
 """A cheap hand, seen badly, with objects that are hardly known."""
-DISTURBANCES: Registry[Disturbance] = Registry("disturbance", {each.name: each for each in (BENCH, FIELD, HARD)}, _made)
+LEVELS = (BENCH, FIELD, HARD)
+"""The package's own."""
+DISTURBANCES: Registry[Disturbance] = Registry("disturbance", {each.name: each for each in LEVELS}, _made)
 """Disturbances by name."""

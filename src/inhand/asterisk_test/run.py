@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -91,10 +93,14 @@ def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None,
     whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in assignments]
     start = hand.start_pose + start_noise(config, whose)
     disturbed = disturbed_worlds(config, whose, hand.n_joints)
-    task = Task(hand, (setup.object,) * len(assignments), Path(stacked([each.path.poses for each in assignments])))
+    path = Path(stacked([each.path.poses for each in assignments]))
+    grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
+    # What was planned is the whole way; a twist before the path has its part of it.
+    way = None if grasp.way is None else np.maximum(grasp.way - (Path(whole).length - path.length), 0.0)
+    task = Task(hand, (setup.object,) * len(assignments), path, distance=way)
     _, recording = loop.simulate(
         task,
-        setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine),
+        grasp,
         start,
         setup.controller.manipulate,
         loop.Bench(config.engine, threads=threads, progress=progress),

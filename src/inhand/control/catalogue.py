@@ -15,6 +15,7 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
+from inhand.control.ik_sensed import IkSensedController
 from inhand.control.phases import Grasp
 from inhand.control.policy import (
     ACTOR,
@@ -26,7 +27,8 @@ from inhand.control.policy import (
     straight_angles,
 )
 from inhand.control.rehearsal import best_grasps, closing_joints
-from inhand.control.seen import PRIVILEGED, Reads, reads_of
+from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
+from inhand.control.sensed_plan import sensed_grasp
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
@@ -164,6 +166,13 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
                 "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
                 rough_grasp,
                 ThesisIkController,
+            ),
+            ControllerEntry(
+                "ik-sensed",
+                "the expert's law on encoders and a camera, as far as was planned for a range of frictions and starts",
+                sensed_grasp,
+                IkSensedController,
+                reads=SENSED,
             ),
         )
     },

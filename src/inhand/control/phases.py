@@ -26,6 +26,8 @@ class Grasp:
     """Fingers stand off the object `(B, n_joints)` [rad]."""
     closed: Array
     """Fingers press on the object `(B, n_joints)` [rad]."""
+    way: Array | None = None
+    """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def standard_phases(
     if twists is not None and twists.any():
 
         def turn(task: Task) -> Controller:
-            return manipulate(replace(task, path=Path(twists)))
+            return manipulate(replace(task, path=Path(twists), distance=None))
 
         phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
     return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))

@@ -50,14 +50,23 @@ DRAWN = (0.0, 0.25, 0.375, 0.5)
 Farther than that the object turns too far, or is lost (13 starts of `benchmarks/starts.py`)."""
 
 
-def closing_joints(hand: HandSpec, spec: ObjectSpec, plans: Sequence[GraspPlan], poses: Array, starts: Array) -> Grasp:
+def closing_joints(
+    hand: HandSpec,
+    spec: ObjectSpec,
+    plans: Sequence[GraspPlan],
+    poses: Array,
+    starts: Array,
+    *,
+    squeeze: float = SearchConfig.squeeze,
+) -> Grasp:
     """Return the joint angles that stand off the contacts of a plan for each path, and those that press on them.
 
-    Each was planned for a pose `(P, 3)`, from which the fingers roll to where its object stands `(P, 3)`.
+    Each was planned for a pose `(P, 3)`, from which the fingers roll to where its object stands `(P, 3)`, to aim
+    `squeeze` inside it [m].
     """
-    held, config, drawn = Held(hand, spec), SearchConfig(), np.array([plan.drawn for plan in plans])[:, None]
-    opened = _beside(held, plans, (poses, starts), config.opening)
-    return Grasp(opened, _beside(held, plans, (poses, starts + drawn * (poses - starts)), -config.squeeze))
+    held, drawn = Held(hand, spec), np.array([plan.drawn for plan in plans])[:, None]
+    opened = _beside(held, plans, (poses, starts), SearchConfig.opening)
+    return Grasp(opened, _beside(held, plans, (poses, starts + drawn * (poses - starts)), -squeeze))
 
 
 def _beside(held: Held, plans: Sequence[GraspPlan], ends: tuple[Array, Array], off: float) -> Array:

@@ -1,0 +1,186 @@
+"""Where the object is, from what a hand can know: encoders, commands, and late and noisy frames of a camera.
+
+An extended Kalman filter (Kalman 1960; Welch and Bishop 2006) over the object's pose and one number more, how much
+larger the object is than its drawing. Between frames the object moves as fingers that roll without slip carry it, and
+both stay where fingers touch. A frame is set against the estimate of when it was taken, and what it changes there is
+carried on to now: so nothing is late, and the noise of a frame counts as little as slip is rare.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import Task
+from inhand.control.seen import Seen
+from inhand.geometry import Array, cross, perpendicular, spatial, transform, wrap_angle
+from inhand.hands.kinematics import joint_positions, point_jacobian
+from inhand.hands.objects import convex_pieces
+from inhand.hands.polygons import contact
+from inhand.hands.shapes import link_polygon
+from inhand.sim.state import State
+
+POSE = 3
+"""Numbers of a pose, before the one that says how much larger the object is."""
+REGULAR = (1e-6, 1e-6, 1e-9)
+"""Keeps the equations of a carried object solvable where its contacts fall together."""
+FASTEST = (0.004, 0.004, 0.1)
+"""An object moves at most so far in a decision [m, m, rad]: guessed, ten times as fast as the expert."""
+
+
+@dataclass(frozen=True)
+class EstimatorConfig:
+    """How much is believed of what is sensed; standard deviations. Found in worlds of `field`, but for the camera's."""
+
+    joints: float = 0.6
+    """Share of the difference between an encoder's reading and what the commands let expect that is believed."""
+    slip: tuple[float, float, float] = (2.5e-5, 2.5e-5, 5e-4)
+    """How far the object moves in a decision other than fingers carry it [m, m, rad]."""
+    frame: tuple[float, float, float] = (0.001, 0.001, float(np.deg2rad(1.0)))
+    """Noise of a frame [m, m, rad]: that of a fiducial."""
+    touch: float = 0.001
+    """How far a finger seems to stand off the object that it presses on [m]."""
+    larger: float = 0.001
+    """How much farther out the outline is than drawn [m],"""
+    larger_drift: float = 5e-6
+    """and how much that changes in a decision, as contacts go round the outline [m]."""
+    pressed: float = 1.8e-4
+    """Overlap of a finger and the object in a grip [m]."""
+    memory: int = 32
+    """Decisions that are remembered, for frames that come late."""
+
+
+class Estimator:
+    """Estimates of B worlds, each with the object of its task in the hand."""
+
+    def __init__(self, task: Task, config: EstimatorConfig | None = None) -> None:
+        """Estimate the worlds of a task, whose objects are alike."""
+        self.config = config or EstimatorConfig()
+        self._hand, self._pieces = task.hand, convex_pieces(task.objects[0])
+        self._last = np.array([len(finger.links) - 1 for finger in task.hand.fingers])
+
+    def begin(self, seen: Seen) -> None:
+        """Start from the last frame, with fingers that touch the object."""
+        config, count = self.config, seen.n_worlds
+        self._joints, self._commands = seen.joint_angles, seen.targets
+        self._mean = np.concatenate([seen.frame_pose, np.zeros((count, 1))], axis=-1)
+        spread = np.diag([*np.square(config.frame), config.larger**2])
+        self._spread = np.repeat(spread[None], count, axis=0)
+        self._drift = np.diag([*np.square(config.slip), config.larger_drift**2])
+        self._frame = seen.frame_time
+        self._meet()
+        self._touch()
+        self._past = [(seen.time, self._mean[:, :POSE])]
+
+    def take(self, seen: Seen) -> None:
+        """Go on by a decision."""
+        expected = self._joints + seen.targets - self._commands
+        joints = expected + self.config.joints * (seen.joint_angles - expected)
+        self._mean[:, :POSE] += self._carried(joints - self._joints)
+        self._joints, self._commands = joints, seen.targets
+        self._spread = self._spread + self._drift
+        self._meet()
+        self._touch()
+        self._look(seen)
+        self._meet()
+        self._past = [*self._past, (seen.time, self._mean[:, :POSE])][-self.config.memory :]
+
+    def state(self, seen: Seen) -> State:
+        """Return what is believed of the worlds: pose, joints and contacts; of forces nothing is known."""
+        count, fingers = len(self._joints), len(self._hand.fingers)
+        points = np.concatenate([np.stack(self._points, axis=1), np.zeros((count, fingers, 1))], axis=-1)
+        return State(
+            time=seen.time,
+            object_pose=spatial(self._mean[:, :POSE], 0.0),
+            object_velocity=np.zeros((count, 6)),
+            joint_angles=self._joints,
+            joint_velocities=seen.joint_velocities,
+            targets=seen.targets,
+            link_gaps=np.zeros_like(self._joints),
+            contact_links=np.tile(self._last, (count, 1)),
+            finger_points=points,
+            object_points=points,
+            gaps=np.zeros((count, fingers)),
+            forces=np.zeros((count, fingers, 3)),
+            diverged=np.zeros(count, dtype=bool),
+        )
+
+    def _meet(self) -> None:
+        """Find where the last link of each finger is nearest to the object that is believed."""
+        body = [transform(self._mean[:, None, :POSE], piece) for piece in self._pieces]
+        self._points, self._normals, self._gaps, self._jacobians = [], [], [], []
+        for finger, place in zip(self._hand.fingers, self._hand.slices, strict=True):
+            angles = self._joints[:, place]
+            places = joint_positions(finger, angles)
+            tip = link_polygon(self._hand, finger, (angles, places), len(finger.links) - 1)
+            gap, point, normal = _nearest(tip, body)
+            self._gaps.append(gap)
+            self._points.append(point)
+            self._normals.append(normal)
+            self._jacobians.append(point_jacobian(places[:, :-1], point))
+
+    def _carried(self, moved: Array) -> Array:
+        """Return how the object moves `(B, 3)` [m, m, rad] where joints do `(B, n)` [rad].
+
+        By least squares over the contacts, each of which moves with its finger.
+        """
+        count = len(moved)
+        rows, points = [], []
+        for point, jacobian, place in zip(self._points, self._jacobians, self._hand.slices, strict=True):
+            arm = perpendicular(point - self._mean[:, :2])
+            unit = np.broadcast_to(np.eye(2), (count, 2, 2))
+            rows.append(np.concatenate([unit, arm[..., None]], axis=-1))
+            points.append((jacobian * moved[:, None, place]).sum(axis=-1))
+        matrix, motion = np.concatenate(rows, axis=1), np.concatenate(points, axis=1)
+        across = matrix.transpose(0, 2, 1)
+        found = np.linalg.solve(across @ matrix + np.diag(REGULAR), across @ motion[..., None])[..., 0]
+        return np.clip(found, [-most for most in FASTEST], FASTEST)
+
+    def _touch(self) -> None:
+        """Correct by that fingers touch: in a grip outlines overlap by a little, but for how much larger it is."""
+        rows, missed = [], []
+        for point, normal, gap in zip(self._points, self._normals, self._gaps, strict=True):
+            turned = cross(point - self._mean[:, :2], normal)
+            rows.append(np.stack([-normal[:, 0], -normal[:, 1], -turned, -np.ones(len(gap))], axis=-1))
+            missed.append(-self.config.pressed - gap + self._mean[:, POSE])
+        noise = np.full(len(rows), self.config.touch)
+        self._correct(np.stack(rows, axis=1), np.stack(missed, axis=1), noise, np.ones(1, dtype=bool))
+
+    def _look(self, seen: Seen) -> None:
+        """Correct by a frame that has come in, at the time at which it was taken."""
+        fresh = np.asarray(seen.frame_time > self._frame)
+        if not fresh.any():
+            return
+        missed = seen.frame_pose - self._before(seen.frame_time)
+        missed[:, 2] = wrap_angle(missed[:, 2])
+        rows = np.broadcast_to(np.eye(POSE, POSE + 1), (len(missed), POSE, POSE + 1))
+        change = self._correct(rows, missed, np.array(self.config.frame), fresh)
+        self._past = [(time, pose + change[:, :POSE]) for time, pose in self._past]
+        self._frame = np.where(fresh, seen.frame_time, self._frame)
+
+    def _correct(self, rows: Array, missed: Array, noise: Array, worlds: NDArray[np.bool_]) -> Array:
+        """Return by what the estimates `(B, 4)` were corrected: measurements with rows `(B, m, 4)` missed `(B, m)`."""
+        across = self._spread @ rows.transpose(0, 2, 1)
+        gain = across @ np.linalg.inv(rows @ across + np.diag(noise**2))
+        change = np.where(worlds[:, None], (gain @ missed[..., None])[..., 0], 0.0)
+        spread = self._spread - np.where(worlds[:, None, None], gain @ rows @ self._spread, 0.0)
+        self._mean, self._spread = self._mean + change, (spread + spread.transpose(0, 2, 1)) / 2
+        return change
+
+    def _before(self, when: Array) -> Array:
+        """Return the poses `(B, 3)` that are believed of a time in the past `(B,)` [s], on the line between two."""
+        times, poses = (np.stack(part) for part in zip(*self._past, strict=True))
+        worlds = np.arange(len(when))
+        first = np.clip((times <= when).sum(axis=0) - 1, 0, len(times) - 1)
+        second = np.minimum(first + 1, len(times) - 1)
+        between = np.maximum(times[second, worlds] - times[first, worlds], 1e-9)
+        share = np.clip((when - times[first, worlds]) / between, 0.0, 1.0)[:, None]
+        return np.asarray(poses[first, worlds] * (1 - share) + poses[second, worlds] * share)
+
+
+def _nearest(tip: Array, body: list[Array]) -> tuple[Array, Array, Array]:
+    """Return `contact` of outlines `(B, K, 2)` [m] with the piece of an object from which each is least separated."""
+    found = [contact(tip, piece) for piece in body]
+    nearest = np.argmin([gap for gap, _, _ in found], axis=0), np.arange(len(tip))
+    gap, point, normal = (np.stack(part)[nearest] for part in zip(*found, strict=True))
+    return gap, point, normal

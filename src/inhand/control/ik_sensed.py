@@ -1,0 +1,57 @@
+"""The expert's law on what a hand can know: an estimator in front of it, and an end of the way that was planned before.
+
+It waits in its grip while the first frames come in, then carries the object along its path, counted from where it is
+believed to be then. A constant bias of the camera so drops out.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import Task
+from inhand.control.estimator import Estimator, EstimatorConfig
+from inhand.control.ik import IkConfig, IkController
+from inhand.control.seen import SENSED, Seen
+from inhand.geometry import Array
+
+SENSED_IK = IkConfig(speed=0.035, grip=2.5, friction_share=0.58, margin=(0.004, 0.16))
+"""The expert's numbers on real senses: a firmer grip, for heavier objects and pushes. Where no way was planned, the end
+that is predicted uses the least friction of `field`."""
+WAIT = 0.24
+"""Time in the grip before the object is moved [s]: seven frames at 30 Hz."""
+
+
+class IkSensedController:
+    """Carries objects as far as was planned, or as its grip can follow, and holds them there."""
+
+    reads = SENSED
+
+    def __init__(self, task: Task, config: IkConfig = SENSED_IK, estimator: EstimatorConfig | None = None) -> None:
+        """Carry objects along the task's paths."""
+        self._estimator = Estimator(task, estimator)
+        self._law = IkController(task, config)
+        self._waiting = IkController(replace(task, distance=np.zeros(task.n_worlds)), config)
+
+    def begin(self, seen: Seen) -> None:
+        """Start from the grip that holds the object now."""
+        self._estimator.begin(seen)
+        self._began, self._carrying, self._taken = seen.time, False, True
+        self._waiting.begin(self._estimator.state(seen))
+
+    def act(self, seen: Seen) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        if not self._taken:
+            self._estimator.take(seen)
+        self._taken = False
+        state = self._estimator.state(seen)
+        if not self._carrying and bool((seen.time - self._began >= WAIT - 1e-9).all()):
+            self._carrying = True
+            self._law.begin(state)
+        return (self._law if self._carrying else self._waiting).act(state)
+
+    def finished(self, seen: Seen) -> NDArray[np.bool_]:
+        """Return which worlds have held the end of their way for a while `(B,)`."""
+        if not self._carrying:
+            return np.zeros(seen.n_worlds, dtype=bool)
+        return self._law.finished(self._estimator.state(seen))

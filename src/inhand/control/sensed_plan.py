@@ -1,0 +1,164 @@
+"""Grasps and ways for worlds that are not known: planned before the episode, for a range of frictions and starts.
+
+The contact search gives candidates for several shares of the friction. Each is closed and carried by `ik-sensed` in
+worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to reach. How
+far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every object lost
+before. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on disk.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from inhand.caches import cached
+from inhand.control.controller import Task
+from inhand.control.ik_sensed import IkSensedController
+from inhand.control.loop import Bench, Recording, simulate
+from inhand.control.phases import Grasp
+from inhand.control.rehearsal import PLAN_EVERY, closing_joints
+from inhand.geometry import TURN_ARM, Array, Path, way_along, wrap_angle
+from inhand.hands.fit import Held
+from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.disturbance import FIELD
+from inhand.sim.drawn import draw
+from inhand.sim.names import ENGINE
+
+CONES = ((0.92, 0.82), (0.7, 0.65), (0.5, 0.45))
+"""Shares of the friction on the way and at the start that candidates are searched for: it may be less than is told."""
+CANDIDATES = 4
+"""Candidates of each search."""
+DRAWS = (6, 34)
+"""Worlds in which every candidate is tried, and further ones for the best."""
+BEST = 3
+"""Candidates of a path that are tried in further worlds."""
+PRICE = 12.0
+"""What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 12 % longer."""
+ASTRAY = 0.008
+"""An object that is farther than this from its path counts as lost [m]; 18 deg at `TURN_ARM`."""
+OFTEN = 3
+"""Of the decisions of a rehearsal one in so many is judged."""
+SQUEEZE = 0.0035
+"""How far inside the object fingers aim when they close [m]: it may be smaller, and joints stand elsewhere."""
+MARGIN = 0.002
+"""Distance kept from where the first would be lost [m]."""
+PATHS = 16
+"""Paths that are planned at a time, which bounds memory."""
+PLAN = ("opened", "closed", "way")
+"""Names of what is kept of a plan."""
+SEED = 20_000
+"""First number of the keys of the worlds that plans are tried in, away from the seeds of runs."""
+WORLDS = replace(FIELD, differs=replace(FIELD.differs, start_mm=2.3, start_deg=3.2))
+"""Worlds of `field`, whose objects stand a little farther off: by the start noise of a run as well."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A grasp of one of several paths."""
+
+    path: int
+    plan: GraspPlan
+    ways: tuple[float, ...] = ()
+    """How far it went in each world that it was tried in [m]; negative where it never held the object."""
+
+
+def sensed_grasp(
+    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = ENGINE
+) -> Grasp:
+    """Return the grasp of each path of object poses `(P, S, 3)`, with the way that is to be gone.
+
+    Where objects really stand is not known: `starts` is not looked at.
+    """
+    del starts
+    distinct, index = np.unique(poses, axis=0, return_inverse=True)
+    parts = [distinct[path : path + PATHS] for path in range(0, len(distinct), PATHS)]
+    found = [
+        cached("sensed-plan", (hand, spec, part, engine), __name__, partial(_planned, Held(hand, spec), part, engine))
+        for part in parts
+    ]
+    opened, closed, way = (np.concatenate([each[name] for each in found])[index] for name in PLAN)
+    return Grasp(opened, closed, way)
+
+
+def told_way(ways: Array) -> tuple[float, float]:
+    """Return how far to go [m], and what that is worth, where worlds were lost after ways `(N,)` [m].
+
+    A way is worth itself less `PRICE` times itself for the share of worlds that are lost before its end.
+    """
+    ends = np.unique(np.maximum(ways, 0.0))
+    lost = (ways[None] < ends[:, None]).sum(axis=1)
+    worth = ends * (1 - PRICE * (lost + 0.5) / (len(ways) + 1))
+    best = int(worth.argmax())
+    return max(float(ends[best]) - MARGIN, 0.0), float(worth[best])
+
+
+def _planned(held: Held, poses: Array, engine: str) -> dict[str, Array]:
+    """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
+    some = poses[:, ::PLAN_EVERY]
+    searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
+    found = [
+        Candidate(path, plan)
+        for search in searches
+        for path, plans in enumerate(plan_grasps(*held, some, search))
+        for plan in plans
+    ]
+    way, reach = way_along(some), np.zeros(len(poses))
+    for each in found:
+        reach[each.path] = max(reach[each.path], way[each.path, each.plan.reach - 1])
+    tried = _tried(held, (poses, reach), found, engine, range(DRAWS[0]))
+    finalists = [each for path in range(len(poses)) for each in _best(tried, path)[:BEST]]
+    tried = _tried(held, (poses, reach), finalists, engine, range(DRAWS[0], sum(DRAWS)))
+    chosen = [_best(tried, path)[0] for path in range(len(poses))]
+    grasp = closing_joints(*held, [each.plan for each in chosen], poses[:, 0], poses[:, 0], squeeze=SQUEEZE)
+    told = np.array([told_way(np.array(each.ways))[0] for each in chosen])
+    return {"opened": grasp.opened, "closed": grasp.closed, "way": told}
+
+
+def _best(candidates: list[Candidate], path: int) -> list[Candidate]:
+    """Return the candidates of a path, the one that is worth most first."""
+    own = [each for each in candidates if each.path == path]
+    return sorted(own, key=lambda each: -told_way(np.array(each.ways))[1])
+
+
+def _tried(
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], engine: str, draws: range
+) -> list[Candidate]:
+    """Return candidates with the ways that they went in further worlds, the same for all.
+
+    The paths `(P, S, 3)` come with the way up to which each is followed `(P,)` [m].
+    """
+    poses, reach = paths
+    owner = np.repeat([each.path for each in candidates], len(draws))
+    own, starts = poses[owner], poses[owner, 0]
+    first = [each.path for each in candidates]
+    grasp = closing_joints(*held, [each.plan for each in candidates], poses[first, 0], poses[first, 0], squeeze=SQUEEZE)
+    grasp = Grasp(*(np.repeat(part, len(draws), axis=0) for part in (grasp.opened, grasp.closed)))
+    worlds = [draw(WORLDS, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
+    task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
+    _, found = simulate(task, grasp, starts, IkSensedController, Bench(engine), disturbed=worlds)
+    ways = _ways(found, task.path).reshape(len(candidates), len(draws))
+    return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
+
+
+def _ways(found: Recording, path: Path) -> Array:
+    """Return how far along its path each world carried its object `(B,)` [m], held and not astray.
+
+    It is -1 where it never was carried.
+    """
+    carried = int(np.flatnonzero(found.phase == found.phase.max())[0])
+    begin, scale = found.states[carried].pose, np.array([1.0, 1.0, TURN_ARM])
+    going, ways = found.last >= carried, np.full(len(found.last), -1.0)
+    aims, worlds = path.poses * scale, np.arange(len(going))
+    for number in range(carried, len(found.states), OFTEN):
+        state = found.states[number]
+        moved = state.pose - begin
+        moved[:, 2] = wrap_angle(moved[:, 2])
+        away = np.linalg.norm(aims - (scale * moved)[:, None], axis=-1)
+        place = away.argmin(axis=1)
+        # What is lost for a few decisions may be caught again, what is astray stays so.
+        going = going & (number <= found.last) & (away[worlds, place] <= ASTRAY)
+        here = going & state.touching.all(axis=-1)
+        ways[here] = np.maximum(ways[here], path.way[worlds, place][here])
+    return ways

@@ -1,0 +1,130 @@
+"""The expert on what a hand can know: its estimator against the truth, its plan, and what it keeps where `ik` fails."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import inhand
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.run import prepare, simulate
+from inhand.control import sensed_plan
+from inhand.control.controller import Task
+from inhand.control.estimator import Estimator
+from inhand.control.seen import Seen
+from inhand.control.sensed_plan import MARGIN, PRICE, sensed_grasp, told_way
+from inhand.control.trial import Trial
+from inhand.geometry import Array, Path, planar, wrap_angle
+from inhand.hands.files import load_object
+from inhand.sim.disturbance import FIELD, Disturbance
+from inhand.tasks.paths import straight_path
+from inhand.tasks.primitives import primitive_at
+from test_simulator import HAND
+
+CUBE = load_object("cube_39")
+PERIOD = 0.02
+
+
+@pytest.fixture(scope="module")
+def carried() -> tuple[Task, Trial, int]:
+    """Return a trial of `ik` 100 mm to the right with its task, and the row in which it is begun."""
+    config = AsteriskConfig(directions="Right", trials=1, noise_mm=0.0, noise_deg=0.0)
+    (trial,) = simulate(config, prepare(config))
+    path = Path(straight_path(primitive_at(0.0)).poses[None])
+    return Task(HAND, (CUBE,), path), trial, int(np.flatnonzero(trial.phase == trial.phase.max())[0])
+
+
+def estimates(task: Task, trial: Trial, first: int, frames: dict[int, tuple[int, Array]]) -> Array:
+    """Return how far an estimator is off after each decision `(T, 3)`; frames come in as (row when taken, error)."""
+    estimator, poses = Estimator(task), planar(trial.object_pose)
+    taken, error = first, np.zeros(3)
+    off = []
+    for row in range(first, len(poses)):
+        taken, error = frames.get(row, (taken, error))
+        seen = Seen(
+            trial.time[None, row],
+            trial.joint_angles[None, row],
+            np.zeros((1, HAND.n_joints)),
+            trial.targets[None, row],
+            (poses[taken] + error)[None],
+            trial.time[None, taken],
+        )
+        (estimator.begin if row == first else estimator.take)(seen)
+        away = estimator.state(seen).pose[0] - poses[row]
+        off.append([*away[:2], wrap_angle(away[2])])
+    return np.array(off)
+
+
+def test_encoders_alone_tell_where_the_object_has_gone(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    off = estimates(task, trial, first, {})
+    assert np.linalg.norm(planar(trial.object_pose)[-1] - planar(trial.object_pose)[first]) > 0.1
+    assert np.abs(off[:, :2]).max() < 5e-4
+    assert np.abs(off[:, 2]).max() < np.deg2rad(1.5)
+
+
+def test_late_frames_are_set_against_when_they_were_taken(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    rows = range(first + 4, len(trial.time))
+    off = estimates(task, trial, first, {row: (row - 3, np.zeros(3)) for row in rows})
+    assert np.abs(off[:, :2]).max() < 5e-4  # 60 ms at 40 mm/s are 2.4 mm
+
+
+def test_a_wrong_first_look_is_mended_by_the_frames_after_it(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    wrong = np.array([0.0, 0.002, 0.0])
+    frames = {first: (first, wrong)} | {row: (row, np.zeros(3)) for row in range(first + 1, len(trial.time))}
+    off = np.linalg.norm(estimates(task, trial, first, frames)[:, :2], axis=-1)
+    assert off[0] > 1.5e-3
+    assert off[-1] < 0.5e-3
+
+
+def test_how_far_is_told_weighs_way_against_losses() -> None:
+    even = np.full(20, 0.1)
+    assert told_way(even) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - PRICE * 0.5 / 21)))
+    # One of twenty is lost early: to stop there would cost more than the object.
+    assert told_way(np.array([0.01, *even]))[0] == pytest.approx(0.1 - MARGIN)
+    # Five are lost a little before the others: not worth it.
+    assert told_way(np.array([0.09] * 5 + [0.1] * 15))[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(np.full(10, -1.0))[0] == 0.0
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plan in few worlds."""
+    monkeypatch.setattr(sensed_plan, "DRAWS", (1, 3))
+    monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_plan_looks_at_no_start_and_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None]
+    away = poses[:, 0] + [0.002, -0.001, 0.03]
+    first = sensed_grasp(HAND, CUBE, np.concatenate([poses, poses]), np.concatenate([poses[:, 0], away]))
+    np.testing.assert_array_equal(first.closed[0], first.closed[1])
+    assert first.way is not None
+    assert 0.02 < first.way[0] < 0.05
+    monkeypatch.setattr(sensed_plan, "_planned", lambda *_: pytest.fail("computed once more"))
+    again = sensed_grasp(HAND, CUBE, poses)
+    np.testing.assert_array_equal(again.opened[0], first.opened[0])
+
+
+@pytest.mark.usefixtures("quick")
+def test_it_goes_its_way_with_a_cameras_noise_and_delay_where_the_expert_does_not() -> None:
+    seen = Disturbance("seen", encoders=FIELD.encoders, camera=FIELD.camera, commands=FIELD.commands)
+    ways = {}
+    for name in ("ik", "ik-sensed"):
+        for disturb in ("none", seen):
+            run = inhand.asterisk(controller=name, directions="Left", trials=3, disturb=disturb)
+            table = run.table()
+            ways[name, disturb == "none"] = np.where(table.outcome == "lost contact", 0.0, table.distance_mm)
+            assert set(table.reads) == {"sensed" if name == "ik-sensed" else "privileged"}
+    assert ways["ik", False].mean() < 0.5 * ways["ik", True].mean()
+    assert (ways["ik-sensed", False] > 0.95 * ways["ik-sensed", True]).all()
+    assert ways["ik-sensed", True].mean() > 0.7 * ways["ik", True].mean()
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_twist_before_the_path_has_its_part_of_the_way_that_was_planned() -> None:
+    run = inhand.asterisk(controller="ik-sensed", directions="Out", twist=10.0, trials=1)
+    assert set(run.table().outcome) <= {"end of grip", "reached"}

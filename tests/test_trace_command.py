@@ -138,7 +138,8 @@ def test_the_report_has_the_table_the_figures_and_the_command(run: Path) -> None
     assert "2 trials of 5 primitives, 1 of them an approach, then 120 mm of way" in text
     for picture in re.findall(r"!\[.*\]\((.*)\)", text):
         assert (run / picture).is_file()
-    held = "--hand 2v2_50.50_50.50_1.1_53 --object cube_39 --engine planar --seed 4 --noise-mm 1.0 --noise-deg 1.0"
+    drawn = "--seed 4 --noise-mm 1.0 --noise-deg 1.0 --disturb none"
+    held = f"--hand 2v2_50.50_50.50_1.1_53 --object cube_39 --engine planar {drawn}"
     assert f"    inhand trace {held} --controller ik --trials 2 --path square --size 30.0 --out '{run}'\n" in text
 
 

@@ -276,6 +276,11 @@ def test_encoders_have_a_resolution_noise_a_delay_and_another_zero() -> None:
     seen, _ = watched(spec, 1, 3)
     np.testing.assert_allclose(seen[2].joint_angles[0] - true[2], zero)
     assert np.abs(zero).min() > 1e-4
+    simulator = make_simulator("planar", HAND, [CUBE], threads=1)
+    start = simulator.reset(HAND.start_pose[None], open_hand(HAND)[None])
+    between = Between(drawn_worlds(spec, 1), start, 0.004, 5)
+    np.testing.assert_allclose(between.send(simulator, start.targets), start.targets - zero)
+    np.testing.assert_allclose(between.seen(SENSED).joint_angles, start.joint_angles + zero)
 
 
 def test_a_camera_has_a_rate_and_a_delay() -> None:

@@ -108,6 +108,17 @@ def test_a_trial_says_how_it_was_disturbed_and_what_its_controller_read(run: Run
     assert told["config"]["disturb"] == "between"
 
 
+def test_phases_before_the_last_take_their_whole_time_and_pushes_come_in_the_last() -> None:
+    calm, pushed = (
+        inhand.asterisk(directions="Out", trials=1, disturb=Disturbance(name, pushes=Pushes(push, 20.0))).trials[0]
+        for name, push in (("calm", 0.0), ("shoved", 3.0))
+    )
+    assert [int((calm.phase == number).sum()) for number in (0, 1)] == [26, 60]  # 0.5 s and the start; 1.2 s
+    begin = calm.manipulation.start
+    np.testing.assert_array_equal(calm.object_pose[:begin], pushed.object_pose[:begin])
+    assert np.abs(calm.object_pose[begin : begin + 10] - pushed.object_pose[begin : begin + 10]).max() > 1e-5
+
+
 def test_objects_start_beside_where_the_grasp_is_planned_for(run: Run) -> None:
     nominal = simulate(replace(run.config, disturb="none"), prepare(replace(run.config, disturb="none")))
     for disturbed, plain in zip(run.trials, nominal, strict=True):

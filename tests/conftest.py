@@ -9,7 +9,7 @@ import pytest
 from hypothesis import settings
 
 from commands import Call
-from inhand import caches, cli
+from inhand import aside, caches, cli
 
 settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
 
@@ -20,6 +20,14 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("NUMBA_CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR") or str(caches.base() / "compiled"))
         patch.setenv(caches.PLACE, str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_process() -> Iterator[None]:
+    """Draw in the tests' own process: another one for each command would cost a second each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(aside, "_pool", lambda: None)
         yield
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from inhand.aside import Aside, here
 from inhand.asterisk_test.beside import SETTINGS, Beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -80,10 +81,10 @@ class Run(Shown):
         outline = start_scene(part.trials[0])
         return asterisk_figure(direction_curves(part), outline=outline, title=_title(part), subtitle=_subtitle(part))
 
-    def write(self, folder: Path) -> None:
-        """Write everything into a folder that is there."""
+    def write(self, folder: Path, aside: Aside = here) -> None:
+        """Write everything into a folder that is there; pictures may be drawn aside."""
         write_trials(self.trials, folder)
-        write_report(self, folder)
+        write_report(self, folder, aside)
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),
@@ -109,8 +110,10 @@ class Run(Shown):
         return f"{passport.controller} on {passport.object.name} with {passport.hand.name}"
 
 
-def write_report(run: Run, folder: Path) -> None:
-    """Write figures, replay and `report.md` of a run into its folder."""
+def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
+    """Write figures, replay and `report.md` of a run into its folder; pictures may be drawn aside."""
+    first = [i for i, result in enumerate(run.results) if result.trial == 1 and result.angle_deg is not None]
+    paths = aside(_paths, [(run.trials[i], run.results[i]) for i in first], folder)
     pictures: list[str] = []
     for part in _by_twist(run):
         pictures += [*_asterisks(part, folder), *_panels(part, folder)]
@@ -120,7 +123,7 @@ def write_report(run: Run, folder: Path) -> None:
         text = "Angle reached each way, and the hand's limit [deg]"
         pictures.append(save_picture(_turns(run), folder, "donut.png", text))
     pictures.append(_replay(run, folder))
-    told = page(run, [*pictures, "## First trial of every direction", *_paths(run, folder)])
+    told = page(run, [*pictures, "## First trial of every direction", *paths()])
     (folder / "report.md").write_text(told, encoding="utf-8")
 
 
@@ -302,12 +305,10 @@ def _replay(run: Run, folder: Path) -> str:
     return pictured(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 
 
-def _paths(run: Run, folder: Path) -> list[str]:
+def _paths(firsts: Sequence[tuple[Trial, Result]], folder: Path) -> list[str]:
     pictures: list[str] = []
     figure = None
-    for trial, result in zip(run.trials, run.results, strict=True):
-        if result.trial != 1 or result.angle_deg is None:
-            continue
+    for trial, result in firsts:
         told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"
         figure = path_figure(told, outline=start_scene(trial), title=result.direction, subtitle=subtitle, again=figure)
         text = f"{result.direction}: {result.outcome} at {result.metrics.distance_mm:.1f} mm"

@@ -1,5 +1,6 @@
 """`inhand asterisk`: run the Asterisk Test, write its report and print its table."""
 
+from inhand.aside import second_process
 from inhand.asterisk_test.asterisk import finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import Setup, simulate
@@ -15,9 +16,12 @@ SPARE = ("Overlap", "Force", "Gap [s]", "Contact", "Eff.", "Turn", "Lateral", "O
 def run_asterisk(config: AsteriskConfig) -> None:
     """Check everything, simulate, measure, put the finished run in its place, and print its table."""
     known = ready(config)
-    with run_folder(config.out, overwrite=config.overwrite) as folder:
+    with (
+        run_folder(config.out, overwrite=config.overwrite) as folder,
+        second_process("inhand.asterisk_test.report") as aside,
+    ):
         run = finish(config, known, simulated)
-        run.write(folder)
+        run.write(folder, aside)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
     print_table(run.subject, header, rows, spare=SPARE)
     for sentence in (*failures(run.results), *run.notes):

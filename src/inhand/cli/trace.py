@@ -1,5 +1,6 @@
 """`inhand trace`: trace a drawing with the object, or do a task, write the report and print its table."""
 
+from inhand.aside import second_process
 from inhand.cli.terminal import print_table, progress, say, trials_shown
 from inhand.folders import run_folder
 from inhand.tracing import tracing
@@ -16,9 +17,12 @@ SPARE = ("Overlap [mm]", "Force [N]", "Fréchet [mm]", "Time [s]")
 def run_trace(config: TraceConfig) -> None:
     """Check everything, simulate, measure, put the finished run in its place, and print its table."""
     check_trace(config)
-    with run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder:
+    with (
+        run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder,
+        second_process("inhand.plots.replay") as aside,
+    ):
         run = tracing.run_trace(config, prepared, simulated)
-        run.write(folder)
+        run.write(folder, aside)
     header, rows = trace_rows(run.traces)
     title = f"{what_was_done(run.setup)}: {run.setup.object.name}, {run.setup.hand.name}"
     print_table(title, header, rows, numbers=2, spare=SPARE)

@@ -1,7 +1,7 @@
 """The report of a trace: its figure, a replay and a Markdown page."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from inhand.aside import Aside, here
 from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
 from inhand.control.trial import Trial, load_trials, write_json, write_trials
@@ -63,10 +64,10 @@ class TraceRun(Shown):
         subtitle = f"{self.setup.object.name}, {self.setup.hand.name}; {part}{counted(count, 'trial')}"
         return trace_figure(self.setup, self.followed, self.traces, what_was_done(self.setup), subtitle)
 
-    def write(self, folder: Path) -> None:
-        """Write everything into a folder that is there."""
+    def write(self, folder: Path, aside: Aside = here) -> None:
+        """Write everything into a folder that is there; the replay may be drawn aside."""
         write_trials([each.trial for each in self.followed], folder)
-        write_trace(self, folder)
+        write_trace(self, folder, aside)
         content = {
             "trials": self._entries(),
             "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
@@ -143,23 +144,23 @@ class _Whole:
     notes: tuple[str, ...]
 
 
-def write_trace(run: TraceRun, folder: Path) -> None:
-    """Write figures, replay and `report.md` of a run into its folder."""
+def write_trace(run: TraceRun, folder: Path, aside: Aside = here) -> None:
+    """Write figures, replay and `report.md` of a run into its folder; the replay may be drawn aside."""
     text = "Paths of the object over its plan, and how far off they were"
-    pictures = [save_picture(run.figure(), folder, "trace.png", text)]
-    if len(run.followed[0].trial.time):
-        pictures.append(_replay(run, folder))
+    replay = _replay(run, folder, aside) if len(run.followed[0].trial.time) else None
+    pictures = [save_picture(run.figure(), folder, "trace.png", text), *([replay()] if replay else [])]
     (folder / "report.md").write_text(_page(run, pictures), encoding="utf-8")
 
 
-def _replay(run: TraceRun, folder: Path) -> str:
-    """Draw the first trial; a long one faster than it was."""
+def _replay(run: TraceRun, folder: Path, aside: Aside) -> Callable[[], str]:
+    """Draw the first trial aside, a long one faster than it was; return what waits for its part of the page."""
     followed, wall, origin = run.followed[0], run.setup.wall, run.setup.hand.start_pose[:2]
     trial = followed.trial
     step = max(FRAME_STEPS, -(-len(trial.time) // MOST_FRAMES))
     rows = list(range(0, len(trial.time), step))
     speed = f", {step / FRAME_STEPS:g} x as fast" if step > FRAME_STEPS else ""
-    write_replay(
+    drawn = aside(
+        write_replay,
         [scene_at(trial, row, origin) for row in rows],
         1e3 * (trial.object_pose[rows, :2] - origin),
         folder / "figures" / "replay.gif",
@@ -170,7 +171,12 @@ def _replay(run: TraceRun, folder: Path) -> str:
         wall_mm=None if wall is None else wall_mm(wall, origin),
         texts=[_told(followed, row) for row in rows],
     )
-    return pictured(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
+
+    def waited() -> str:
+        drawn()
+        return pictured(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
+
+    return waited
 
 
 def _told(followed: Followed, row: int) -> str:

@@ -35,7 +35,7 @@ learn: .venv/.dev
 
 # Trains the policy that ships and puts it, with its cards, where it ships from: minutes.
 ship: .venv/.dev
-	$(BIN)/inhand train --out results/ship --overwrite
+	$(BIN)/inhand train --seed 1 --out results/ship --overwrite
 	cp results/ship/best/actor.json results/ship/best/actor.safetensors results/ship/config.json src/inhand/policies/default
 
 study: .venv/.run

@@ -27,7 +27,12 @@ bench: .venv/.dev
 	$(BIN)/python benchmarks/stepping.py
 	$(BIN)/python benchmarks/engines.py
 	$(BIN)/python benchmarks/decisions.py
+	$(BIN)/python benchmarks/environments.py
+	$(BIN)/python benchmarks/reach_time.py
+	$(BIN)/python benchmarks/rehearsal.py
+	$(BIN)/python benchmarks/disturbed.py
 	$(BIN)/python benchmarks/report_time.py
+	$(BIN)/python benchmarks/before.py
 
 # Trains every row of the learning tables: hours.
 learn: .venv/.dev
@@ -40,6 +45,7 @@ ship: .venv/.dev
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py
+	$(BIN)/python benchmarks/levels.py
 	$(BIN)/python benchmarks/sequences.py
 
 # Structured against end to end: hours.

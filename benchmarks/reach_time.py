@@ -2,7 +2,7 @@
 
 The time is that of this process, so that other work on the machine counts less.
 
-Before it was compiled it took 3.7, 3.4, 7.5, 5.7 and 28 s (commit f1c438a; limits and grips are the same in 67 pairs of
+Before it was compiled it took 3.7, 3.4, 7.5, 5.7 and 28 s (commit f1c438a; limits and grips are the same in 72 pairs of
 hand and object, to 2e-15 rad). Results that are kept on disk are not used here.
 Run: OMP_NUM_THREADS=1 taskset -c 0 python benchmarks/reach_time.py
 """

@@ -42,6 +42,8 @@ from inhand.versions import versions
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
+ASIDE = 0.6
+"""Share of the paths that is drawn aside: the replay and the asterisks take as long as the others."""
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
 
@@ -113,7 +115,9 @@ class Run(Shown):
 def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
     """Write figures, replay and `report.md` of a run into its folder; pictures may be drawn aside."""
     first = [i for i, result in enumerate(run.results) if result.trial == 1 and result.angle_deg is not None]
-    paths = aside(_paths, [(run.trials[i], run.results[i]) for i in first], folder)
+    cut = round(ASIDE * len(first))
+    before, after = ([(run.trials[i], run.results[i]) for i in part] for part in (first[:cut], first[cut:]))
+    paths = aside(_paths, before, folder)
     pictures: list[str] = []
     for part in _by_twist(run):
         pictures += [*_asterisks(part, folder), *_panels(part, folder)]
@@ -123,7 +127,8 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
         text = "Angle reached each way, and the hand's limit [deg]"
         pictures.append(save_picture(_turns(run), folder, "donut.png", text))
     pictures.append(_replay(run, folder))
-    told = page(run, [*pictures, "## First trial of every direction", *paths()])
+    own = _paths(after, folder)
+    told = page(run, [*pictures, "## First trial of every direction", *paths(), *own])
     (folder / "report.md").write_text(told, encoding="utf-8")
 
 

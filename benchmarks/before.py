@@ -11,17 +11,15 @@ Run: python benchmarks/before.py [--long]     (--long: also records 5,000 episod
 from __future__ import annotations
 
 import argparse
-import asyncio
 import os
 import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from timing import environment, verdict
+from timing import START, environment, verdict, wall_time
 
 BEFORE = "ecd1d6f"
 """The last commit without the planar engine."""
@@ -51,8 +49,6 @@ LONGEST = {
     "record, 5,000 episodes": 30.0,
     "train, default": 60.0,
 }
-START = "from inhand.cli import main; main()"
-"""What the console script `inhand` runs."""
 
 
 @contextmanager
@@ -62,32 +58,14 @@ def checkout(commit: str) -> Iterator[Path]:
     git = shutil.which("git") or "git"
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "before"
-        finish([git, "-C", str(here), "worktree", "add", "--detach", str(place), commit])
+        wall_time([git, "-C", str(here), "worktree", "add", "--detach", str(place), commit])
         try:
             yield place
         finally:
-            finish([git, "-C", str(here), "worktree", "remove", "--force", str(place)])
+            wall_time([git, "-C", str(here), "worktree", "remove", "--force", str(place)])
 
 
-def finish(command: list[str], variables: Mapping[str, str] | None = None, wanted: int = 0) -> None:
-    """Run a command to its end.
-
-    Raises:
-        RuntimeError: it ended in another way than it should.
-    """
-
-    async def run() -> tuple[int | None, bytes]:
-        pipe = asyncio.subprocess.PIPE
-        process = await asyncio.create_subprocess_exec(*command, env=variables, stdout=pipe, stderr=pipe)
-        errors = (await process.communicate())[1]
-        return process.returncode, errors
-
-    status, errors = asyncio.run(run())
-    if status != wanted:
-        raise RuntimeError(f"{' '.join(command)} ended with exit status {status}: {errors.decode()[-2000:]}")
-
-
-def wall_time(words: list[str], root: Path, kept: Path) -> float:
+def waited(words: list[str], root: Path, kept: Path) -> float:
     """Return the time that an `inhand` command of a checkout takes from start to exit [s].
 
     `kept` is the folder in which it keeps what it has computed.
@@ -96,19 +74,17 @@ def wall_time(words: list[str], root: Path, kept: Path) -> float:
         given = [str(Path(folder) / "run") if word == "OUT" else word for word in words]
         command = [sys.executable, "-c", START if words else "import inhand", *given]
         variables = os.environ | {"PYTHONPATH": str(root / "src"), "INHAND_CACHE": str(kept)}
-        began = time.perf_counter()
-        finish(command, variables, 2 if words == CASES["a wrong name"] else 0)
-        return time.perf_counter() - began
+        return wall_time(command, variables, 2 if words == CASES["a wrong name"] else 0)
 
 
 def times(name: str, words: list[str], roots: Mapping[str, Path], kept: Path) -> dict[str, float]:
     """Return the best time of a case before, now with nothing kept, and now once more [s]."""
     found: dict[str, list[float]] = {"before": [], "first": [], "again": []}
-    wall_time(words, roots["now"], kept / name)  # fills what is kept, and reads the files once
+    waited(words, roots["now"], kept / name)  # fills what is kept, and reads the files once
     for turn in range(TURNS.get(name, 7)):
-        found["before"].append(wall_time(words, roots["before"], kept / "none"))
-        found["first"].append(wall_time(words, roots["now"], kept / f"{name} {turn}"))
-        found["again"].append(wall_time(words, roots["now"], kept / name))
+        found["before"].append(waited(words, roots["before"], kept / "none"))
+        found["first"].append(waited(words, roots["now"], kept / f"{name} {turn}"))
+        found["again"].append(waited(words, roots["now"], kept / name))
     return {when: min(each) for when, each in found.items()}
 
 

@@ -10,17 +10,13 @@ Run: python benchmarks/report_time.py
 
 from __future__ import annotations
 
-import asyncio
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from timing import environment, verdict
+from timing import START, environment, verdict, wall_time
 
-START = "from inhand.cli import main; main()"
-"""What the console script `inhand` runs."""
 QUICK: dict[str, tuple[float, int, tuple[str, ...]]] = {
     "python alone": (0.3, 0, ("-c", "pass")),
     "import inhand": (0.3, 0, ("-c", "import inhand")),
@@ -38,30 +34,13 @@ RUNS: dict[str, tuple[float, tuple[str, ...]]] = {
 """Longest time [s] and words of whole runs."""
 
 
-def wall_time(words: Sequence[str], status: int = 0) -> float:
-    """Return the time that Python takes from start to exit [s].
-
-    Raises:
-        RuntimeError: it ended with another status.
-    """
-
-    async def finish() -> int:
-        null = asyncio.subprocess.DEVNULL
-        errors = null if status else None
-        process = await asyncio.create_subprocess_exec(sys.executable, *words, stdout=null, stderr=errors)
-        return await process.wait()
-
-    start = time.perf_counter()
-    ended = asyncio.run(finish())
-    if ended != status:
-        raise RuntimeError(f"{' '.join(words)} ended with exit status {ended}; its error text is above")
-    return time.perf_counter() - start
-
-
 def run_time(words: Sequence[str]) -> float:
     """Return the time of a command that writes a folder [s], the second and third time that it runs."""
     with tempfile.TemporaryDirectory() as folder:
-        times = [wall_time(("-c", START, *words, "--out", str(Path(folder) / str(number)))) for number in range(3)]
+        times = [
+            wall_time((sys.executable, "-c", START, *words, "--out", str(Path(folder) / str(number))))
+            for number in range(3)
+        ]
     return min(times[1:])
 
 
@@ -69,7 +48,7 @@ def main() -> None:
     """Time everything and print the results."""
     print(environment())
     for name, (longest, status, words) in QUICK.items():
-        _tell(name, min(wall_time(words, status) for _ in range(5)), longest)
+        _tell(name, min(wall_time((sys.executable, *words), status=status) for _ in range(5)), longest)
     for name, (longest, words) in RUNS.items():
         _tell(name, run_time(words), longest)
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import platform
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+START = "from inhand.cli import main; main()"
+"""What the console script `inhand` runs."""
 PACKAGES = ("inhand", "mujoco-core", "numpy", "pybullet")
 """Packages whose versions a result depends on."""
 
@@ -34,6 +38,27 @@ def best_times(
                 case()
             best[name] = min(best[name], (clock() - start) / calls)
     return best
+
+
+def wall_time(words: Sequence[str], variables: Mapping[str, str] | None = None, status: int = 0) -> float:
+    """Return the time that a command takes from start to exit [s], with environment variables of its own.
+
+    Raises:
+        RuntimeError: it ended with another status.
+    """
+
+    async def finish() -> tuple[int | None, bytes]:
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(*words, env=variables, stdout=pipe, stderr=pipe)
+        errors = (await process.communicate())[1]
+        return process.returncode, errors
+
+    start = time.perf_counter()
+    ended, errors = asyncio.run(finish())
+    took = time.perf_counter() - start
+    if ended != status:
+        raise RuntimeError(f"{' '.join(words)} ended with exit status {ended}: {errors.decode()[-2000:]}")
+    return took
 
 
 def environment() -> str:

@@ -57,6 +57,7 @@ class Estimator:
         """Estimate the worlds of a task, whose objects are alike."""
         self.config = config or EstimatorConfig()
         self._hand, self._pieces = task.hand, convex_pieces(task.objects[0])
+        self._drift = np.diag([*np.square(self.config.slip), self.config.larger_drift**2])
         self._last = np.array([len(finger.links) - 1 for finger in task.hand.fingers])
 
     def begin(self, seen: Seen) -> None:
@@ -66,7 +67,6 @@ class Estimator:
         self._mean = np.concatenate([seen.frame_pose, np.zeros((count, 1))], axis=-1)
         spread = np.diag([*np.square(config.frame), config.larger**2])
         self._spread = np.repeat(spread[None], count, axis=0)
-        self._drift = np.diag([*np.square(config.slip), config.larger_drift**2])
         self._frame = seen.frame_time
         self._meet()
         self._touch()

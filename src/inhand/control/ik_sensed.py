@@ -37,21 +37,22 @@ class IkSensedController:
         """Start from the grip that holds the object now."""
         self._estimator.begin(seen)
         self._began, self._carrying, self._taken = seen.time, False, True
-        self._waiting.begin(self._estimator.state(seen))
+        self._state = self._estimator.state(seen)
+        self._waiting.begin(self._state)
 
     def act(self, seen: Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         if not self._taken:
             self._estimator.take(seen)
         self._taken = False
-        state = self._estimator.state(seen)
+        self._state = self._estimator.state(seen)
         if not self._carrying and bool((seen.time - self._began >= WAIT - 1e-9).all()):
             self._carrying = True
-            self._law.begin(state)
-        return (self._law if self._carrying else self._waiting).act(state)
+            self._law.begin(self._state)
+        return (self._law if self._carrying else self._waiting).act(self._state)
 
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
         """Return which worlds have held the end of their way for a while `(B,)`."""
         if not self._carrying:
             return np.zeros(seen.n_worlds, dtype=bool)
-        return self._law.finished(self._estimator.state(seen))
+        return self._law.finished(self._state)

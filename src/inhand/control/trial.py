@@ -14,6 +14,7 @@ from inhand.geometry import Array, planar, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, text_of
+from inhand.sim.disturbance_files import NONE
 from inhand.sim.drawn import Disturbed
 from inhand.sim.names import UNTOLD
 from inhand.sim.state import CONTACT_TOLERANCE
@@ -83,7 +84,7 @@ class Passport:
     @property
     def disturb(self) -> str:
         """Name of what disturbed its world; none where nothing did."""
-        return "none" if self.disturbed is None else self.disturbed.spec.name
+        return NONE if self.disturbed is None else self.disturbed.spec.name
 
     def __post_init__(self) -> None:
         """Refuse what no trial has."""

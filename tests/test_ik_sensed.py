@@ -93,7 +93,7 @@ def test_how_far_is_told_weighs_way_against_losses() -> None:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan in few worlds."""
-    monkeypatch.setattr(sensed_plan, "DRAWS", (1, 3))
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
     monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
 
 

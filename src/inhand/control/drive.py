@@ -98,8 +98,7 @@ def drive(
         object: a name, a TOML file, an outline or a spec; it stands at the origin of the task frame.
         controller: one that reads what is sensed: ik-sensed, the folder of a policy, or a class of yours.
         grasp: joint angles `(1, n)` to hold the object in, and how far; None to plan it now.
-        senses: what the hand senses and how late it obeys: a TOML file as for `--disturb`, or a level's name. A learned
-            policy needs it, to hold it against its contract.
+        senses: what the hand senses and how late it obeys, as for `--disturb`; a learned policy's contract asks for it.
         config: rate, speed limit and patience.
         clock: what time it is, and how to wait.
 
@@ -110,13 +109,9 @@ def drive(
     made = load_hand(hand)
     entry = find_controller(CONTROLLERS.name_of(controller))
     check_entry(entry, senses if isinstance(senses, Disturbance) else load_disturbance(senses or "none"), config)
-    task, twists, grasp = _asked((made, spec), entry, direction, grasp, config)
-    phases = standard_phases(grasp, entry.manipulate, twists, config.longest)
+    task, phases, placed = _asked((made, spec), entry, direction, grasp, config)
     link = Link(made, (read, command), config, clock or Clock())
-    outcome, message = _driven(link, task, phases, placed_joints(made, grasp))
-    if message:
-        logging.getLogger(__name__).warning(message)
-    return Driven(outcome, message, tuple(link.rows), link.late)
+    return _driven(link, task, phases, placed)
 
 
 def check_entry(entry: ControllerEntry, senses: Disturbance | None, config: DriveConfig) -> None:
@@ -149,8 +144,8 @@ def _asked(
     direction: str | float,
     grasp: Grasp | None,
     config: DriveConfig,
-) -> tuple[Task, Array, Grasp]:
-    """Return the task of one world, the poses of the twist before its path, and the grasp, planned if none is given."""
+) -> tuple[Task, tuple[Phase, ...], Array]:
+    """Return the task of one world, its phases, and the joint angles they begin in; plan a grasp if none is given."""
     hand, spec = held
     primitives = parse_directions(listed(direction))
     if len(primitives) != 1:
@@ -170,25 +165,29 @@ def _asked(
     # What was planned is the whole way; a twist before the path has its part of it.
     way = None if grasp.way is None else np.maximum(grasp.way - (Path(whole).length - poses.length), 0.0)
     timestep = 1.0 / config.rate_hz / SUBSTEPS
-    return Task(hand, (spec,), poses, timestep, distance=way), twist_poses(path)[None], grasp
+    phases = standard_phases(grasp, entry.manipulate, twist_poses(path)[None], config.longest)
+    return Task(hand, (spec,), poses, timestep, distance=way), phases, placed_joints(hand, grasp)
 
 
-def _driven(link: Link, task: Task, phases: Sequence[Phase], placed: Array) -> tuple[str, str]:
-    """Go through all phases; return how it ended, and what a person should know."""
+def _driven(link: Link, task: Task, phases: Sequence[Phase], placed: Array) -> Driven:
+    """Go through all phases, and say how that ended."""
+    outcome, message = TIME_OUT, ""
     try:
         link.begin()
         farthest = np.abs(placed - link.targets).max() / PidConfig.speed + SPARE
         opening = Phase(OPEN, lambda task: JointPid(task, placed), longest=float(farthest))
-        done = False
         for phase in (opening, *phases):
             link.phase = phase.name
-            done = _phase_done(link, task, phase)
+            outcome = REACHED if _phase_done(link, task, phase) else TIME_OUT
     except StoppedError as stopped:
-        return stopped.outcome, str(stopped)
+        outcome, message = stopped.outcome, str(stopped)
     except KeyboardInterrupt:
         link.hold()
-        return INTERRUPTED, f"{INTERRUPTED} in phase {link.phase or 'none'}; the hand holds its last targets"
-    return REACHED if done else TIME_OUT, ""
+        outcome = INTERRUPTED
+        message = f"{INTERRUPTED} in phase {link.phase or 'none'}; the hand holds its last targets"
+    if message:
+        logging.getLogger(__name__).warning(message)
+    return Driven(outcome, message, tuple(link.rows), link.late)
 
 
 def _phase_done(link: Link, task: Task, phase: Phase) -> bool:

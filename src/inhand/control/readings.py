@@ -72,7 +72,7 @@ class Looks:
         if joints.shape != (self._n_joints,):
             raise InputError(
                 f"read gave joint angles of shape {joints.shape}; the hand has {self._n_joints} joints: give one number"
-                " for each, left finger first, from the palm outwards"
+                " for each, finger by finger, from the palm outwards"
             )
         fresh = bool(reading.time > self.time and np.isfinite(reading.time) and np.isfinite(joints).all())
         if fresh:

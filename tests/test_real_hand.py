@@ -95,6 +95,13 @@ def until(end: float, then: Script, again: float = np.inf) -> Script:
     return lambda hand, since: then(hand, since) if end <= since < again else fine(hand, since)
 
 
+def away(far: float, turned: float) -> Script:
+    """Return a script with the object beside its place."""
+    return lambda hand, since: Reading(
+        since, hand.joints, [Frame(since, HAND.start_pose + np.array([0.0, far, turned]))]
+    )
+
+
 class Turner:
     """Closes a joint on and on; a controller that reads what is sensed."""
 
@@ -245,6 +252,12 @@ def test_encoders_that_stall_end_it_and_shortly_are_waited_for() -> None:
     [
         (lambda hand, since: Reading(since, hand.joints), "frames stopped", "no frame has come yet; the hand was told"),
         (lambda *_: None, "encoders stopped", "no new joint angles for 1.0 s; the hand was told nothing"),
+        (
+            away(0.03, 0.0),
+            "out of place",
+            "is seen 30 mm and 0 deg from where the hand is to take it; the hand was told",
+        ),
+        (away(0.0, -0.5), "out of place", "is seen 0 mm and 29 deg from"),
     ],
 )
 def test_a_hand_that_says_nothing_is_told_nothing(script: Script, outcome: str, text: str) -> None:

@@ -10,8 +10,8 @@ from commands import in_a_process
 from inhand.cli import COMMANDS
 
 HEAVY = (
-    "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "optax", "pandas",
-    "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
+    "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "onnx", "optax",
+    "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
 )  # fmt: skip
 EACH = """
 import contextlib, io, json, sys
@@ -37,8 +37,9 @@ WRONG = (
     "asterisk --phases nonsense",
     "trace --path nonsense", "trace --path missing.svg", "trace --path missing.csv", "trace --path missing.dxf",
     "sweep --hands nonsense", "sweep --objects nonsense", "train --preset nonsense", "train --out missing --resume",
-    "evaluate nonsense", "metrics missing.npz", "metrics missing.csv", "metrics missing", "view missing.npz",
-    "nonsense", "asterisk --nonsense",
+    "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
+    "metrics missing.npz", "metrics missing.csv", "metrics missing", "view missing.npz", "nonsense",
+    "asterisk --nonsense",
 )  # fmt: skip
 
 

@@ -395,6 +395,9 @@ def test_a_file_changes_a_level(tmp_path: Path) -> None:
     differs = replace(FIELD.differs, friction=(0.7, 0.7), mass=(1.0, 2.0))
     camera = replace(FIELD.camera, delay_ms=(40.0, 40.0), missing_run=(2, 3))
     assert spec == replace(FIELD, name="mine", differs=differs, camera=camera)
+    assert load_disturbance(str(file)) is spec  # read once
+    file.write_text(TOML.replace("0.7", "0.75"), encoding="utf-8")
+    assert load_disturbance(str(file)) == replace(spec, differs=replace(differs, friction=(0.75, 0.75)))
     assert load_disturbance("none") is None
     assert load_disturbance("hard") is HARD
 

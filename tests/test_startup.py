@@ -42,7 +42,8 @@ WRONG = (
     "sweep --hands nonsense", "sweep --objects nonsense", "robustness --controllers nonsense",
     "robustness --disturbances nonsense", "robustness --curves nonsense", "robustness --strengths nan",
     "train --preset nonsense", "train --out missing --resume",
-    "evaluate nonsense", "export nonsense", "export rl --out policy.pt", "metrics missing.npz", "metrics missing.csv", "metrics missing",
+    "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
+    "metrics missing.npz", "metrics missing.csv", "metrics missing",
     "view missing.npz", "nonsense", "asterisk --nonsense",
 )  # fmt: skip
 

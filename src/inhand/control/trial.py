@@ -165,7 +165,7 @@ class Trial:
     def torque_max_nmm(self) -> float:
         """Largest torque of a finger's contact about the object's middle, round the upright axis, in any row [N mm]."""
         arm = self.object_points - self.object_pose[:, None, :3]
-        return 1e3 * float(np.abs(arm[..., 0] * self.forces[..., 1] - arm[..., 1] * self.forces[..., 0]).max())
+        return 1e3 * float(np.abs(np.cross(arm, self.forces)[..., 2]).max())
 
     @property
     def penetration_mean_mm(self) -> float:

@@ -82,7 +82,7 @@ def drive(
     command: Command,
     *,
     direction: str | float = "Out",
-    hand: str | Folder | HandSpec = HELD.hand,
+    hand: str | Folder | HandSpec | None = None,
     object: str | Folder | ObjectSpec = HELD.object,
     controller: object = "ik-sensed",
     grasp: Grasp | None = None,
@@ -98,7 +98,7 @@ def drive(
         read: gives a `Reading`: joint angles and the frames that have come in, or None.
         command: takes joint targets `(n,)` [rad].
         direction: a word of `--directions`, or degrees counter-clockwise from +x.
-        hand: a name, a TOML file or a spec.
+        hand: a name, a TOML file or a spec; None for the one of a learned policy's contract, else the standard one.
         object: a name, a TOML file, an outline or a spec; it stands at the origin of the task frame.
         controller: one that reads what is sensed: ik-sensed, the folder of a policy, or a class of yours.
         grasp: joint angles `(1, n)` to hold the object in, and how far; None to plan it now.
@@ -110,8 +110,9 @@ def drive(
         InputError: what cannot be driven, before anything is commanded; or readings that are none.
     """
     config, spec = config or DriveConfig(), load_object(object)
-    made = load_hand(hand)
     entry = find_controller(CONTROLLERS.name_of(controller))
+    own = HELD.hand if entry.contract is None else entry.contract.hand
+    made = load_hand(own if hand is None else hand)
     check_entry(entry, senses if isinstance(senses, Disturbance) else load_disturbance(senses or "none"), config)
     task, phases, placed = _asked((made, spec), entry, direction, grasp, config)
     link = Link(made, (read, command), config, clock or Clock())

@@ -27,7 +27,7 @@ def functions(lines):
 
 def main(address=ADDRESS, **settings):
     """Carry the cube away from the palm and return what that left."""
-    with socket.create_connection(address) as line, line.makefile("rw") as lines:
+    with socket.create_connection(address, timeout=60) as line, line.makefile("rw") as lines:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # else small lines wait for one another
         return inhand.drive(*functions(lines), direction="Out", **settings)
 

@@ -24,10 +24,12 @@ from inhand.control.controller import Task
 from inhand.control.drive import Driven, check_entry, drive
 from inhand.control.link import Clock, DriveConfig
 from inhand.control.phases import Grasp, placed_joints
+from inhand.control.policy import Policy
 from inhand.control.readings import Frame, Looks, Reading
 from inhand.control.seen import SENSED, Seen
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.hand import lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.sim.disturbance import BENCH, FIELD
@@ -95,6 +97,13 @@ def until(end: float, then: Script, again: float = np.inf) -> Script:
     return lambda hand, since: then(hand, since) if end <= since < again else fine(hand, since)
 
 
+def away(far: float, turned: float) -> Script:
+    """Return a script with the object beside its place."""
+    return lambda hand, since: Reading(
+        since, hand.joints, [Frame(since, HAND.start_pose + np.array([0.0, far, turned]))]
+    )
+
+
 class Turner:
     """Closes a joint on and on; a controller that reads what is sensed."""
 
@@ -122,18 +131,28 @@ class Turner:
         return np.asarray(seen.time - self.first >= 1.0)
 
 
+class Leaping(Turner):
+    """The same by as much as no servo turns."""
+
+    step = 1.0
+
+
 made: list[Turner] = []
 """What was made last of it."""
 
 
 def driven(
-    script: Script = fine, controller: type[Turner] = Turner, joints: Array = PLACED, **settings: Any
+    script: Script = fine,
+    controller: type[Turner] = Turner,
+    joints: Array = PLACED,
+    policy: Policy | None = None,
+    **settings: Any,
 ) -> tuple[Driven, Hand]:
     """Drive a hand by a script; return what that left and the hand."""
     time = Time()
     hand = Hand(time, script, joints)
     given: dict[str, Any] = {"grasp": GRASP, "clock": time.clock} | settings
-    entry = ControllerEntry("turner", "a test's", rough_grasp, controller, reads=SENSED)
+    entry = ControllerEntry("turner", "a test's", rough_grasp, controller, policy, SENSED)
     return drive(hand.read, hand.command, controller=entry, **given), hand
 
 
@@ -176,8 +195,7 @@ def test_the_phases_are_those_of_a_trial_and_begin_where_the_hand_is() -> None:
 
 def test_targets_keep_to_a_speed_and_to_the_joints() -> None:
     limited = inhand.hand("2v2_50.50_50.50_1.1_53:lab-limits")
-    leaping = type("Leaping", (Turner,), {"step": 1.0})
-    found, _ = driven(controller=leaping, hand=limited, config=DriveConfig(fastest=3.0))
+    found, _ = driven(controller=Leaping, hand=limited, config=DriveConfig(fastest=3.0))
     targets = found.array("targets")
     assert np.abs(np.diff(targets, axis=0)).max() == pytest.approx(3.0 * PERIOD)
     assert targets[:, 0].max() == pytest.approx(1.57)
@@ -245,6 +263,12 @@ def test_encoders_that_stall_end_it_and_shortly_are_waited_for() -> None:
     [
         (lambda hand, since: Reading(since, hand.joints), "frames stopped", "no frame has come yet; the hand was told"),
         (lambda *_: None, "encoders stopped", "no new joint angles for 1.0 s; the hand was told nothing"),
+        (
+            away(0.03, 0.0),
+            "out of place",
+            "is seen 30 mm and 0 deg from where the hand is to take it; the hand was told",
+        ),
+        (away(0.0, -0.5), "out of place", "is seen 0 mm and 29 deg from"),
     ],
 )
 def test_a_hand_that_says_nothing_is_told_nothing(script: Script, outcome: str, text: str) -> None:
@@ -348,6 +372,9 @@ def test_a_policy_runs_with_the_rate_and_the_senses_of_its_contract_alone() -> N
     policy = replace(a_policy(), contract=contract_of(HAND, FIELD))
     entry = ControllerEntry("mine", "a test's", rough_grasp, Turner, policy, reads=SENSED)
     check_entry(entry, FIELD, DriveConfig())
+    limited = replace(policy, contract=contract_of(lab_limits(HAND), FIELD))
+    found, _ = driven(controller=Leaping, policy=limited, senses=FIELD)
+    assert found.array("targets")[:, 0].max() == pytest.approx(1.57)  # the contract's hand, where no other is given
     with pytest.raises(InputError, match=r"camera.rate_hz 30 there, 50 here"):
         check_entry(entry, BENCH, DriveConfig())
     with pytest.raises(InputError, match=r"trained with 50 decisions a second and here would make 25"):

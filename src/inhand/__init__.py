@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from inhand import register as register
     from inhand.asterisk_test.asterisk import asterisk as asterisk
     from inhand.asterisk_test.reach import reach as reach
+    from inhand.asterisk_test.robustness.run import robustness as robustness
     from inhand.asterisk_test.sweep.run import sweep as sweep
     from inhand.control.drive import drive as drive
     from inhand.control.onnx_export import export as export
@@ -42,6 +43,7 @@ NAMES = {
     "asterisk": "asterisk_test.asterisk:asterisk",
     "trace": "tracing.tracing:trace",
     "sweep": "asterisk_test.sweep.run:sweep",
+    "robustness": "asterisk_test.robustness.run:robustness",
     "record": "learning.record:record",
     "train": "learning.train:train",
     "evaluate": "learning.evaluate:evaluate",
@@ -72,6 +74,7 @@ __all__ = [
     "reach",
     "record",
     "register",
+    "robustness",
     "sweep",
     "trace",
     "train",

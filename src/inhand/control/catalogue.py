@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from inhand.control.checked import maker
+from inhand.control.contract import Contract
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_IK, IkSensedController
@@ -74,6 +75,11 @@ class ControllerEntry:
     primitive: Callable[[Task], Controller] | None = None
     """Makes what carries out a primitive of a sequence on real senses, from states that are believed; None for what
     `manipulate` makes, from what is sensed."""
+
+    @property
+    def contract(self) -> Contract | None:
+        """What it was trained to drive and to sense, if it is a learned policy."""
+        return None if self.policy is None else self.policy.contract
 
 
 def planned_grasp(

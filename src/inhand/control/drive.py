@@ -35,6 +35,10 @@ from inhand.tasks.primitives import parse_directions
 
 INTERRUPTED = "interrupted"
 """How driving ends where somebody stops it."""
+ASTRAY = "out of place"
+"""How it ends where the object is not where the hand is to take it: seen farther away than"""
+PLACE = (0.02, 0.35)
+"""these [m, rad]: guessed, five times what starts and biases of `field` differ by."""
 OPEN = "open"
 """The phase before the thesis's three: from wherever the hand is to where simulated trials begin."""
 SPARE = 0.3
@@ -48,7 +52,7 @@ class Driven:
     """What driving a hand left."""
 
     outcome: str
-    """How it ended: reached, time out, frames stopped, encoders stopped, no number or interrupted."""
+    """How it ended: reached, time out, out of place, frames stopped, encoders stopped, no number or interrupted."""
     message: str
     """What a person should know of it."""
     rows: tuple[Row, ...]
@@ -78,7 +82,7 @@ def drive(
     command: Command,
     *,
     direction: str | float = "Out",
-    hand: str | Folder | HandSpec = HELD.hand,
+    hand: str | Folder | HandSpec | None = None,
     object: str | Folder | ObjectSpec = HELD.object,
     controller: object = "ik-sensed",
     grasp: Grasp | None = None,
@@ -94,7 +98,7 @@ def drive(
         read: gives a `Reading`: joint angles and the frames that have come in, or None.
         command: takes joint targets `(n,)` [rad].
         direction: a word of `--directions`, or degrees counter-clockwise from +x.
-        hand: a name, a TOML file or a spec.
+        hand: a name, a TOML file or a spec; None for the one of a learned policy's contract, else the standard one.
         object: a name, a TOML file, an outline or a spec; it stands at the origin of the task frame.
         controller: one that reads what is sensed: ik-sensed, the folder of a policy, or a class of yours.
         grasp: joint angles `(1, n)` to hold the object in, and how far; None to plan it now.
@@ -106,8 +110,9 @@ def drive(
         InputError: what cannot be driven, before anything is commanded; or readings that are none.
     """
     config, spec = config or DriveConfig(), load_object(object)
-    made = load_hand(hand)
     entry = find_controller(CONTROLLERS.name_of(controller))
+    own = HELD.hand if entry.contract is None else entry.contract.hand
+    made = load_hand(own if hand is None else hand)
     check_entry(entry, senses if isinstance(senses, Disturbance) else load_disturbance(senses or "none"), config)
     task, phases, placed = _asked((made, spec), entry, direction, grasp, config)
     link = Link(made, (read, command), config, clock or Clock())
@@ -174,6 +179,7 @@ def _driven(link: Link, task: Task, phases: Sequence[Phase], placed: Array) -> D
     outcome, message = TIME_OUT, ""
     try:
         link.begin()
+        _check_place(link.seen.frame_pose[0] - task.hand.start_pose)
         farthest = np.abs(placed - link.targets).max() / PidConfig.speed + SPARE
         opening = Phase(OPEN, lambda task: JointPid(task, placed), longest=float(farthest))
         for phase in (opening, *phases):
@@ -188,6 +194,21 @@ def _driven(link: Link, task: Task, phases: Sequence[Phase], placed: Array) -> D
     if message:
         logging.getLogger(__name__).warning(message)
     return Driven(outcome, message, tuple(link.rows), link.late)
+
+
+def _check_place(away: Array) -> None:
+    """Refuse an object that is seen so far `(3,)` [m, m, rad] from where the grasp is planned for.
+
+    Raises:
+        StoppedError: it is farther than `PLACE`.
+    """
+    far, turned = float(np.linalg.norm(away[:2])), float(abs(wrap_angle(away[2])))
+    if far > PLACE[0] or turned > PLACE[1]:
+        raise StoppedError(
+            ASTRAY,
+            f"{ASTRAY}: the object is seen {1e3 * far:.0f} mm and {np.rad2deg(turned):.0f} deg from where the hand is"
+            " to take it; the hand was told nothing. Put it at the origin of the task frame, then begin anew",
+        )
 
 
 def _phase_done(link: Link, task: Task, phase: Phase) -> bool:

@@ -67,6 +67,11 @@ class IkSensedController:
         arrived = self._law.held > 0
         return np.where(arrived[:, None], seen.targets, self._law.act(self._state))
 
+    @property
+    def progress(self) -> Array:
+        """How far the set point has gone along each path `(B,)` [m]."""
+        return (self._law if self._carrying else self._waiting).progress
+
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
         """Return which worlds have held the end of their way for a while `(B,)`."""
         if not self._carrying:

@@ -34,8 +34,8 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-PRICE = 4.0
-"""What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 4 % longer."""
+PRICE = 5.0
+"""What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 5 % longer."""
 ENOUGH = 0.85
 """A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
 ASTRAY = 0.012

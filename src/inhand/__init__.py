@@ -16,6 +16,7 @@ from inhand.environment_ids import register_when_imported
 if TYPE_CHECKING:
     from inhand import register as register
     from inhand.asterisk_test.asterisk import asterisk as asterisk
+    from inhand.asterisk_test.design.run import design as design
     from inhand.asterisk_test.reach import reach as reach
     from inhand.asterisk_test.sweep.run import sweep as sweep
     from inhand.control.user_policy import user_policy as policy
@@ -37,6 +38,7 @@ NAMES = {
     "reach": "asterisk_test.reach:reach",
     "asterisk": "asterisk_test.asterisk:asterisk",
     "trace": "tracing.tracing:trace",
+    "design": "asterisk_test.design.run:design",
     "sweep": "asterisk_test.sweep.run:sweep",
     "record": "learning.record:record",
     "train": "learning.train:train",
@@ -51,6 +53,7 @@ NAMES = {
 __all__ = [
     "InputError",
     "asterisk",
+    "design",
     "evaluate",
     "hand",
     "load",

@@ -7,6 +7,9 @@ from pathlib import Path
 from inhand.asterisk_test.asterisk import people_of
 from inhand.asterisk_test.beside import load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.design.config import MARK as DESIGN
+from inhand.asterisk_test.design.config import DesignConfig
+from inhand.asterisk_test.design.run import DesignRun, run_design
 from inhand.asterisk_test.reach import load_reach
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
@@ -70,6 +73,10 @@ def _sweep(folder: Path) -> SweepRun:
     return run_sweep(saved(folder, "sweep.json", SweepConfig, engine=UNTOLD)[0])
 
 
+def _design(folder: Path) -> DesignRun:
+    return run_design(saved(folder, DESIGN, DesignConfig)[0])
+
+
 def _place(trial: Trial, order: list[str]) -> int:
     """Return where a trial's direction stands in a run; those that hold a twist stand as they were saved."""
     name = trial.passport.primitive
@@ -93,6 +100,7 @@ def _one(path: Path) -> Run:
 
 LOADERS: dict[str, tuple[str, Callable[[Path], Shown]]] = {
     "sweep.json": ("inhand sweep", _sweep),
+    DESIGN: ("inhand design", _design),
     "trace.json": ("inhand trace", load_trace),
     "reach.json": ("inhand reach", load_reach),
     "metrics.json": ("inhand asterisk, inhand evaluate", _tested),

@@ -1,6 +1,6 @@
 """The command line: `inhand` and a command.
 
-The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, view, hands and objects.
+The commands: asterisk, trace, reach, sweep, design, record, train, evaluate, metrics, view, hands and objects.
 `inhand help` and `inhand help trace` are other words for `--help`; `inhand --version` tells the version.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -16,6 +16,7 @@ import tyro
 
 from inhand import __version__
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
@@ -69,6 +70,7 @@ COMMANDS: dict[str, type[Config]] = {
     "trace": TraceConfig,
     "reach": ReachCommand,
     "sweep": SweepConfig,
+    "design": DesignConfig,
     "record": RecordConfig,
     "train": TrainConfig,
     "evaluate": EvaluateCommand,
@@ -129,6 +131,7 @@ RUNS = {
     TraceConfig: "trace",
     ReachCommand: "reach",
     SweepConfig: "sweep",
+    DesignConfig: "design",
     RecordConfig: "record",
     TrainConfig: "train",
     EvaluateCommand: "evaluate",

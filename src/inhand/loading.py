@@ -100,9 +100,9 @@ def _one(path: Path) -> Run:
 
 LOADERS: dict[str, tuple[str, Callable[[Path], Shown]]] = {
     "sweep.json": ("inhand sweep", _sweep),
-    DESIGN: ("inhand design", _design),
     "trace.json": ("inhand trace", load_trace),
     "reach.json": ("inhand reach", load_reach),
+    DESIGN: ("inhand design", _design),
     "metrics.json": ("inhand asterisk, inhand evaluate", _tested),
     "config.json": ("inhand train", load_training),
     "data/metadata.json": ("inhand record", load_dataset),

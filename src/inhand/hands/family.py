@@ -1,8 +1,8 @@
 """A family of hands: all of the laboratory's form whose numbers lie between bounds."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass, fields
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -103,8 +103,8 @@ class HandFamily:
             own = FINGER_NAMES[0] if self.alike else side
             length = _between(self.finger, places.get(f"{own}_length", 0.0))
             fingers.append(self._links_of(length, links, [places.get(f"{own}_{k}", 0.0) for k in ("first", "second")]))
-        sizes: dict[str, Any] = {what: _rounded(_between(getattr(self, what), places.get(what, 0.0))) for what in SIZES}
-        hand = replace(build_hand(name, fingers[0], fingers[1], sizes["palm_width"]), **sizes)
+        sizes = {what: _rounded(_between(getattr(self, what), places.get(what, 0.0))) for what in SIZES}
+        hand = build_hand(name, fingers[0], fingers[1], **sizes)
         return lab_limits(hand) if limits == "lab" else hand
 
     def drawn(self, name: str, rng: np.random.Generator) -> HandSpec:

@@ -176,10 +176,18 @@ def _check_held(family: HandFamily, spec: ObjectSpec) -> None:
         return
     wide, told = HandFamily(), {field: "--" + option.replace("_", "-") for option, field in BOUNDS.items()}
     narrow = [field for field in told if getattr(family, field) != getattr(wide, field)]
-    to_blame = [f for f in narrow if _why_not_held(replace(family, **{f: getattr(wide, f)}), spec) is None]
+
+    def helps(chosen: Sequence[str]) -> bool:
+        try:
+            wider = replace(family, **{field: getattr(wide, field) for field in chosen})
+        except InputError:
+            return False
+        return _why_not_held(wider, spec) is None
+
+    to_blame = [field for field in narrow if helps([field])]
     if to_blame:
         cure = f"between the default bounds of {' or of '.join(told[field] for field in to_blame)} there are some"
-    elif narrow and _why_not_held(replace(family, **{f: getattr(wide, f) for f in narrow}), spec) is None:
+    elif narrow and helps(narrow):
         cure = f"between the default bounds of {' and '.join(told[field] for field in narrow)} together there are some"
     else:
         cure = "nor is there one between the default bounds: use a smaller object, or wider bounds"

@@ -19,17 +19,17 @@ from inhand.hands.hand import HandSpec
 from inhand.plots.scenes import scene_of
 from inhand.plots.shapes import CLEAR, Extent, draw_scene, extent_of, joined, scene_points, show_extent, square_of
 from inhand.plots.sheet import halo, sheet, write_above
-from inhand.plots.style import INK, SERIES_LOOKS, TICK_POINTS, darker
+from inhand.plots.style import INK, MUTED, SERIES_LOOKS, TICK_POINTS, darker
 from inhand.tasks.reach import start_grip
 
 if TYPE_CHECKING:
     from inhand.asterisk_test.design.run import Found
     from inhand.plots.shapes import SceneOutline
 
-FRONT_IN, HAND_IN, ROUND_IN = (4.2, 2.9), 2.5, 2.9
+FRONT_IN, HAND_IN, ROUND_IN = (4.0, 2.9), 2.45, 2.9
 """Size of the front, width of a drawn hand, side of an object's directions [in]."""
-MOST_HANDS, MOST_OBJECTS = 3, 4
-"""Hands and objects that are drawn, at most."""
+MOST_OBJECTS = 4
+"""Objects that are drawn, at most."""
 GAIN, LOSS, BOTH = "#9ed8b9", "#f2b78f", "#e8ebee"
 """Where the winner reaches farther, where the other does, and where both do."""
 OURS, THEIRS = SERIES_LOOKS[0].colour, SERIES_LOOKS[5].colour
@@ -40,7 +40,8 @@ SCALE_MM = 50.0
 def design_figure(found: Found) -> Figure:
     """Return the figure of a study."""
     asked, winner, known = found.asked, found.winner.looked, found.known.looked
-    hands = [known, winner, *(each for each in found.front if each.number != winner.number)][:MOST_HANDS]
+    others = [each for each in found.front if each.number != winner.number]
+    hands = [known, winner, *others[len(others) // 2 : len(others) // 2 + 1]]  # the last from the front's middle
     scenes = [_scene(each.hand, asked) for each in hands]
     extent = joined([extent_of(scene_points(scene), 5.0) for scene in scenes])
     size = HAND_IN, HAND_IN * (extent[3] - extent[2]) / (extent[1] - extent[0])
@@ -80,7 +81,7 @@ def _keys() -> list[Patch | Line2D]:
     return [
         Line2D([], [], color=OURS, linewidth=1.6, label="the study's hand"),
         Line2D([], [], color=THEIRS, linewidth=1.3, linestyle="--", label="the best of the catalogue"),
-        Patch(facecolor=GAIN, label="reached by the study's hand alone"),
+        Patch(facecolor=GAIN, label="reached by the study's hand alone (numbers: its gain [mm])"),
         Patch(facecolor=LOSS, label="by the other alone"),
     ]
 
@@ -129,9 +130,12 @@ def _draw_hand(ax: Axes, looked: Looked, scene: SceneOutline, extent: Extent) ->
     left, bottom = extent[0] + 4, extent[2] + 4
     ax.plot([left, left + SCALE_MM], [bottom, bottom], color=INK, linewidth=1.6)
     ax.text(left + SCALE_MM / 2, bottom + 2, f"{SCALE_MM:g} mm", ha="center", va="bottom", fontsize=TICK_POINTS - 1)
-    links = [" + ".join(f"{1e3 * link:.1f}" for link in finger.links) for finger in hand.fingers]
-    fingers = links[0] if links[0] == links[1] else " | ".join(links)
-    write_above(ax, label_of(hand), f"{fingers}, palm {1e3 * hand.palm_width:.1f}, wide {1e3 * hand.link_width:.1f} mm")
+    links = [" + ".join(f"{1e3 * link:.4g}" for link in finger.links) for finger in hand.fingers]
+    write_above(ax, label_of(hand), links[0] if links[0] == links[1] else " | ".join(links))
+    sizes = (
+        f"palm {1e3 * hand.palm_width:.4g}, links {1e3 * hand.link_width:.4g} wide, tips {1e3 * hand.tip_length:.3g}"
+    )
+    ax.text(extent[0], extent[2] - 2, f"{sizes} [mm]", va="top", color=MUTED)
 
 
 def _draw_directions(ax: Axes, asked: Asked, thing: int, reach: tuple[Array, Array], columns: Sequence[int]) -> None:
@@ -148,14 +152,13 @@ def _draw_directions(ax: Axes, asked: Asked, thing: int, reach: tuple[Array, Arr
     ax.plot(*(one[:, None] * unit(fine)).T, color=OURS, linewidth=1.6, zorder=3.0)
     for angle, mine, its in zip(turned, ours, theirs, strict=True):
         x, y = (max(mine, its) + 9.0) * unit(angle)
-        text = ax.text(x, y, f"{mine - its:+.0f}", ha="center", va="center", path_effects=halo(), zorder=4.0)
+        text = ax.text(x, y, f"{mine - its:+z.0f}", ha="center", va="center", path_effects=halo(), zorder=4.0)
         text.set(fontsize=TICK_POINTS - 1, color=darker(GAIN if mine >= its else LOSS, 0.6))
     far = max(ours.max(), theirs.max()) + 16.0
     show_extent(ax, square_of(np.array([(-far, -far), (far, far)]), 0.0))
+    ax.set(xlabel="", ylabel="")
     mean = [float(np.mean(each)) for each in (ours, theirs)]
-    write_above(
-        ax, asked.objects[thing].name, f"mean {mean[0]:.1f} mm, there {mean[1]:.1f}; gain in each direction [mm]"
-    )
+    write_above(ax, asked.objects[thing].name, f"mean {mean[0]:.1f} mm, there {mean[1]:.1f} mm")
 
 
 def star(angles: Array, lengths: Array, fine: Array) -> Array:

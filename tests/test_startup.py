@@ -10,8 +10,8 @@ from commands import in_a_process
 from inhand.cli import COMMANDS
 
 HEAVY = (
-    "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "optax", "optuna",
-    "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
+    "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "onnx", "optax",
+    "optuna", "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
 )  # fmt: skip
 EACH = """
 import contextlib, io, json, sys
@@ -39,8 +39,9 @@ WRONG = (
     "design --objects nonsense", "design --directions nonsense", "design --controllers nonsense",
     "design --aims nonsense",
     "sweep --hands nonsense", "sweep --objects nonsense", "train --preset nonsense", "train --out missing --resume",
-    "evaluate nonsense", "metrics missing.npz", "metrics missing.csv", "metrics missing", "view missing.npz",
-    "nonsense", "asterisk --nonsense",
+    "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
+    "metrics missing.npz", "metrics missing.csv", "metrics missing", "view missing.npz", "nonsense",
+    "asterisk --nonsense",
 )  # fmt: skip
 
 

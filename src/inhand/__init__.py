@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from inhand.asterisk_test.design.run import design as design
     from inhand.asterisk_test.reach import reach as reach
     from inhand.asterisk_test.sweep.run import sweep as sweep
+    from inhand.control.drive import drive as drive
+    from inhand.control.onnx_export import export as export
+    from inhand.control.readings import Frame as Frame
+    from inhand.control.readings import Reading as Reading
     from inhand.control.user_policy import user_policy as policy
     from inhand.errors import InputError as InputError
     from inhand.hands.files import load_hand as hand
@@ -43,6 +47,10 @@ NAMES = {
     "record": "learning.record:record",
     "train": "learning.train:train",
     "evaluate": "learning.evaluate:evaluate",
+    "drive": "control.drive:drive",
+    "Reading": "control.readings:Reading",
+    "Frame": "control.readings:Frame",
+    "export": "control.onnx_export:export",
     "load": "loading:load",
     "make": "learning.make:make",
     "policy": "control.user_policy:user_policy",
@@ -51,10 +59,14 @@ NAMES = {
 }
 """Where each public name is: a module, and the name in it."""
 __all__ = [
+    "Frame",
     "InputError",
+    "Reading",
     "asterisk",
     "design",
+    "drive",
     "evaluate",
+    "export",
     "hand",
     "load",
     "make",

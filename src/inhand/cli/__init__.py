@@ -1,6 +1,6 @@
 """The command line: `inhand` and a command.
 
-The commands: asterisk, trace, reach, sweep, design, record, train, evaluate, metrics, view, hands and objects.
+The commands: asterisk, trace, reach, sweep, design, record, train, evaluate, export, metrics, view, hands and objects.
 `inhand help` and `inhand help trace` are other words for `--help`; `inhand --version` tells the version.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -46,6 +46,18 @@ class EvaluateCommand(EvaluateConfig):
 
 
 @dataclass(frozen=True)
+class ExportConfig(Config):
+    """Write a learned policy as an ONNX model, with its contract in the metadata (extra `onnx`)."""
+
+    policy: tyro.conf.Positional[str]
+    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
+    out: Path = Path("policy.onnx")
+    """The file to write."""
+    overwrite: bool = False
+    """Replace a file of that name."""
+
+
+@dataclass(frozen=True)
 class ViewConfig(Config):
     """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
 
@@ -74,6 +86,7 @@ COMMANDS: dict[str, type[Config]] = {
     "record": RecordConfig,
     "train": TrainConfig,
     "evaluate": EvaluateCommand,
+    "export": ExportConfig,
     "metrics": MetricsConfig,
     "view": ViewConfig,
     "hands": HandsConfig,
@@ -147,6 +160,10 @@ def _run(config: object) -> None:
         from inhand.cli.metrics import run_metrics
 
         run_metrics(config.files, config.json, config.gaps)
+    elif isinstance(config, ExportConfig):
+        from inhand.cli.export import run_export
+
+        run_export(config.policy, config.out, overwrite=config.overwrite)
     elif isinstance(config, ViewConfig):
         from inhand.cli.view import run_view
 

@@ -12,6 +12,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load_file, save
 
 from inhand.archives import check_shapes
+from inhand.control.contract import Contract, check_rate
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
@@ -62,6 +63,8 @@ class Policy:
     """How it was held when it learned: planned or rough."""
     trained: dict[str, Any]
     """What it was trained with and by: hand, object, seed, versions; for people."""
+    contract: Contract | None = None
+    """Hand, joints, rate and senses that it learned with; None of one that no training made."""
 
     @property
     def task(self) -> str:
@@ -93,6 +96,7 @@ class _Card:
     actions: Actions
     grasp: Literal["planned", "rough"]
     trained: dict[str, Any]
+    contract: Contract | None = None
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
@@ -102,7 +106,8 @@ def save_policy(policy: Policy, folder: Path) -> None:
         for name, array in zip(PARTS, layer, strict=True):
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
     interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
-    card = _Card(FORMAT, count, policy.observation, interface, policy.actions, policy.grasp, policy.trained)
+    named = policy.observation, interface, policy.actions, policy.grasp, policy.trained
+    card = _Card(FORMAT, count, *named, policy.contract)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
         with in_place(folder / file) as temporary:
@@ -126,7 +131,7 @@ def load_policy(folder: Path) -> Policy:
         ) from error
     except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
         raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
-    return Policy(weights, biases, card.observation, card.actions, card.grasp, card.trained)
+    return Policy(weights, biases, card.observation, card.actions, card.grasp, card.trained, card.contract)
 
 
 def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -150,6 +155,8 @@ def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...]
             f"it has {inputs} inputs and {outputs} outputs; layout {card.interface.layout} has {needed} numbers with a"
             f" hand of {outputs} joints"
         )
+    if card.contract is not None and card.contract.hand.n_joints != outputs:
+        raise InputError(f"it has {outputs} outputs, and the hand of its contract {card.contract.hand.n_joints} joints")
     weights, biases = (tuple(arrays[f"{k}.{part}"].astype(float) for k in range(count)) for part in PARTS)
     return weights, biases
 
@@ -161,13 +168,14 @@ class PolicyController:
         """Move objects along the task's directions.
 
         Raises:
-            InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
+            InputError: paths that turn or bend, a hand with another number of joints than the policy knows, or another
+                rate than its contract's.
         """
         self._task, self._policy, self._period = task, policy, task.control_period
         self._angle = straight_angles(task.path.poses)
         self._layout = find_layout(policy.observation)
         if isinstance(policy, Policy):
-            check_joints(policy, task.hand)
+            check_task(policy, task)
         self._scene = Scene(task.hand, task.objects)
 
     def begin(self, state: State) -> None:
@@ -209,9 +217,9 @@ class RouteController:
         """Follow the task's paths.
 
         Raises:
-            InputError: a hand with another number of joints than the policy knows.
+            InputError: a hand with another number of joints than the policy knows, or another rate than its contract's.
         """
-        check_joints(policy, task.hand)
+        check_task(policy, task)
         self._task, self._policy, self._period = task, policy, task.control_period
         self._layout = find_layout(policy.observation)
         self._scene = Scene(task.hand, task.objects)
@@ -262,6 +270,17 @@ def straight_angles(paths: Array) -> Array:
             " use the controller 'ik'"
         )
     return np.asarray(angle)
+
+
+def check_task(policy: Policy, task: Task) -> None:
+    """Refuse a hand that a policy has no inputs for, and another rate than its contract's.
+
+    Raises:
+        InputError: another number of joints, or another rate.
+    """
+    check_joints(policy, task.hand)
+    if policy.contract is not None:
+        check_rate(policy.contract, task.control_period)
 
 
 def check_joints(policy: Policy, hand: HandSpec) -> None:

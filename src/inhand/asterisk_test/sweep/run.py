@@ -118,7 +118,8 @@ def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: comput
     """
     began = time.perf_counter()
     found = plan(config)
-    notes = (*assumed(config.hands), *disturbance_notes(config, find_controller(config.controller).reads))
+    entry = find_controller(config.controller)
+    notes = (*assumed(config.hands), *disturbance_notes(config, entry.reads, entry.contract))
     for _ in compute(found, config.jobs):
         pass
     from inhand.asterisk_test.sweep.summary import sweep_of

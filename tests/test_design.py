@@ -18,8 +18,8 @@ from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.figure import star
 from inhand.asterisk_test.design.looked import Look, Looked, bar_of, front_of, look, reached, variants
-from inhand.asterisk_test.design.page import command
 from inhand.asterisk_test.design.run import DesignRun
+from inhand.asterisk_test.study import command
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.hands.files import load_hand
@@ -132,7 +132,7 @@ def test_the_page_tells_the_answer_and_how_to_run_it_again(study: DesignRun) -> 
     assert f"Winner: {study.winner.name} (2v2), mean reach" in page
     assert "Controller thesis-ik carries objects" in page
     assert "inhand design --forms 2v2 --finger-mm 144.0 144.0 --objects cube_39 --directions In,Right" in page
-    assert command(study.config) in page
+    assert command("design", study.config) in page
     content = json.loads((study.config.out / "design.json").read_text(encoding="utf-8"))
     assert content["tolerance_mm"] == pytest.approx(study.found.off)
     rows = (study.config.out / "hands.csv").read_text(encoding="utf-8").splitlines()

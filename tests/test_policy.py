@@ -16,9 +16,9 @@ import pytest
 from safetensors.numpy import load_file, save_file
 
 from inhand import geometry
+from inhand.asterisk_test.cells import job_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.asterisk_test.sweep.cells import job_of
 from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
 from inhand.control.contract import ANGLES, check_senses, contract_of
 from inhand.control.controller import SUBSTEPS, Task
@@ -104,11 +104,12 @@ def test_a_policy_comes_back_as_it_was_and_as_the_same_bytes(tmp_path: Path) -> 
 
 @pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="needs the extra `rl`: pip install 'inhand[rl]'")
 def test_a_cell_of_a_sweep_knows_its_policy_by_what_it_is_not_by_its_place(folder: Path, tmp_path: Path) -> None:
+    names = "a", "with", "b"
     config = AsteriskConfig(controller=str(folder))
-    before, again = (job_of(config, HAND, CUBE, {}, tmp_path).settings for _ in range(2))
+    before, again = (job_of(config, (HAND, CUBE), {}, tmp_path, names).settings for _ in range(2))
     assert before == again
     save_policy(a_policy(strength=0.9), folder / "best")
-    after = job_of(config, HAND, CUBE, {}, tmp_path).settings
+    after = job_of(config, (HAND, CUBE), {}, tmp_path, names).settings
     assert [key for key in after if after[key] != before[key]] == ["policy"]
 
 

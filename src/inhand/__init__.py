@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from inhand.asterisk_test.asterisk import asterisk as asterisk
     from inhand.asterisk_test.design.run import design as design
     from inhand.asterisk_test.reach import reach as reach
+    from inhand.asterisk_test.robustness.run import robustness as robustness
     from inhand.asterisk_test.sweep.run import sweep as sweep
     from inhand.control.drive import drive as drive
     from inhand.control.onnx_export import export as export
@@ -44,6 +45,7 @@ NAMES = {
     "trace": "tracing.tracing:trace",
     "design": "asterisk_test.design.run:design",
     "sweep": "asterisk_test.sweep.run:sweep",
+    "robustness": "asterisk_test.robustness.run:robustness",
     "record": "learning.record:record",
     "train": "learning.train:train",
     "evaluate": "learning.evaluate:evaluate",
@@ -75,6 +77,7 @@ __all__ = [
     "reach",
     "record",
     "register",
+    "robustness",
     "sweep",
     "trace",
     "train",

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from inhand.asterisk_test.cells import differences, end_with
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.cores import on_cores
 from inhand.asterisk_test.design.asked import Asked
@@ -17,7 +18,6 @@ from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.looked import Looked
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Assignment, Setup, simulate
-from inhand.asterisk_test.sweep.cells import differences, end_with
 from inhand.control.catalogue import check_known, find_controller
 from inhand.control.trial import write_json
 from inhand.errors import InputError

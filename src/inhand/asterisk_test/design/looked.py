@@ -11,8 +11,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from inhand.asterisk_test.cells import end_with
 from inhand.asterisk_test.design.asked import AIMS, Asked
-from inhand.asterisk_test.sweep.cells import end_with
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import shlex
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.design.asked import AIMS
-from inhand.asterisk_test.design.config import MARK, DesignConfig
+from inhand.asterisk_test.design.config import MARK
 from inhand.asterisk_test.design.figure import design_figure, label_of
 from inhand.asterisk_test.design.finals import Final
+from inhand.asterisk_test.study import command, write_texts
 from inhand.control.trial import write_json
-from inhand.folders import in_place
 from inhand.hands.hand import HandSpec
 from inhand.hands.hand_text import write_hand
-from inhand.pages import NOTHING, again, counted, listed, options, page_of, table_of
+from inhand.pages import NOTHING, again, counted, listed, page_of, table_of
 from inhand.plots.save import save_picture
 from inhand.shown import frame
 from inhand.versions import versions
@@ -76,9 +75,7 @@ def write_design(run: DesignRun, folder: Path) -> None:
         "versions": versions(),
     }
     texts = {"hands.csv": table.to_csv(index=False, float_format="%.6g"), "report.md": page(run, picture)}
-    for name, text in texts.items():
-        with in_place(folder / name) as part:
-            part.write_text(text, encoding="utf-8")
+    write_texts(texts, folder)
     write_json(content, folder / MARK)
 
 
@@ -148,12 +145,5 @@ def page(run: DesignRun, picture: str) -> str:
         ),
         table_of(["What is off", "Mean reach [mm]", "Change"], off, "Tolerance of the winner"),
         f"The winner: `{WINNER}/{WINNER}.toml`, and as a robot `{WINNER}_urdf.toml` and `{WINNER}_mjcf.toml`.",
-        again(command(config)),
+        again(command("design", config)),
     )
-
-
-def command(config: DesignConfig) -> str:
-    """Return the command line that repeats a study, quoted for a shell; what is as by default is left out."""
-    plain = DesignConfig()
-    usual = [field.name for field in fields(config) if getattr(config, field.name) == getattr(plain, field.name)]
-    return shlex.join(["inhand", "design", *options(config, [*usual, "overwrite"])])

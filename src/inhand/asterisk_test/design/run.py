@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import itertools
-import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from inhand.asterisk_test.cells import differences, end_with
 from inhand.asterisk_test.cores import on_cores
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import MARK, DesignConfig
 from inhand.asterisk_test.design.finals import Final, finals
 from inhand.asterisk_test.design.looked import Look, Looked, front_of, reached, variants
 from inhand.asterisk_test.design.search import check_optuna, looked_at, search
-from inhand.asterisk_test.sweep.cells import differences, end_with
+from inhand.asterisk_test.study import Study
 from inhand.caches import sources
 from inhand.control.trial import write_json
 from inhand.errors import InputError
@@ -29,7 +29,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.names import CATALOGUE, LAB_LIMITS_SUFFIX
 from inhand.hands.objects import ObjectSpec
 from inhand.records import checked, configured, read_json, table_of
-from inhand.shown import Shown, frame, listed, path_of, several
+from inhand.shown import frame, listed, path_of, several
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,17 +71,13 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
-class DesignRun(Shown):
+class DesignRun(Study):
     """A finished study; what it has computed lies in its folder."""
 
-    mark = MARK
+    mark, cells = MARK, CELLS
 
     config: DesignConfig
     found: Found
-    seconds: float
-    """How long this call took [s]."""
-    notes: tuple[str, ...]
-    """What a reader should know, a sentence each."""
 
     @property
     def winner(self) -> HandSpec:
@@ -99,19 +95,6 @@ class DesignRun(Shown):
         from inhand.asterisk_test.design.figure import design_figure
 
         return design_figure(self.found)
-
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write what `inhand design` writes, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another study and `overwrite` is off.
-        """
-        out = Path(path_of("folder", folder))
-        if out.resolve() != self.config.out.resolve():
-            check_folder(out, overwrite=overwrite, mark=MARK)
-            shutil.copytree(self.config.out / CELLS, out / CELLS, dirs_exist_ok=True)
-        replace(self, config=replace(self.config, out=out)).write(out)
-        return out
 
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""
@@ -164,7 +147,7 @@ def run_design(config: DesignConfig, told: Told = lambda *_: None) -> DesignRun:
         ours.sort(key=lambda final: final.means.get(config.controllers[0], 0.0), reverse=True)
         off = _off(config, asked, ours[0].looked.hand, told)
     found = Found(asked, tuple(catalogue), tuple(looked), tuple(ours), known, off)
-    return DesignRun(config, found, time.perf_counter() - began, _notes(config, found))
+    return DesignRun(config, time.perf_counter() - began, _notes(config, found), found)
 
 
 _KNOWN = len(CATALOGUE)

@@ -27,8 +27,8 @@ def run_design(config: DesignConfig) -> None:
     from inhand.asterisk_test.design import page
 
     hands = (*found.found.finals, found.found.known)
-    cells = [page.simulated_row(found, final) for final in hands]
+    cells = [page.simulated_row(found.found, final) for final in hands]
     print_table("The best", ("Hand", "Mean reach [mm]", *(f"{name} [mm]" for name in config.controllers)), cells)
-    for sentence in (*page.answer(found), *found.notes):
+    for sentence in (*page.answer(found.found), *found.notes):
         say(sentence)
     say(f"Report: {config.out / 'report.md'}; the winner: {config.out / page.WINNER}")

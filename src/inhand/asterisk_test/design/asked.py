@@ -144,15 +144,21 @@ def family_of(config: BoundsConfig) -> HandFamily:
     Raises:
         InputError: there is none between them; the text names the option.
     """
+    given = {
+        "finger_mm": config.finger_mm,
+        "share": config.share,
+        "palm_mm": config.palm_mm,
+        "link_width_mm": config.link_width_mm,
+        "tip_mm": config.tip_mm,
+    }
     spans = {}
-    for option, field in BOUNDS.items():
-        low, high = getattr(config, option)
-        unit = 1.0 if field == "share" else 1e3
+    for option, (low, high) in given.items():
         if not 0 < low <= high:
             raise InputError(
                 f"--{option.replace('_', '-')} {low:g} {high:g}: give the lowest value, above 0, and one no lower"
             )
-        spans[field] = (low / unit, high / unit)
+        unit = 1e3 if option.endswith("_mm") else 1.0
+        spans[BOUNDS[option]] = (low / unit, high / unit)
     return HandFamily(config.forms, limits=config.limits, alike=config.alike, **spans)
 
 

@@ -18,7 +18,7 @@ class BoundsConfig(Config):
     """Between which hands a study chooses."""
 
     forms: tuple[Literal["2v2", "2v3", "3v2", "3v3"], ...] = ("2v2", "2v3", "3v3")
-    """Numbers of links of the left and the right finger: 2v2, 2v3, 3v2, 3v3."""
+    """Numbers of links of each finger: 2v2, 2v3, 3v2, 3v3."""
     finger_mm: Span = (115.2, 144.0)
     """Bounds of each finger's length [mm]; as one value twice, it is given."""
     share: Span = (0.2, 0.75)

@@ -1,9 +1,6 @@
 """What a study found, in one figure: the front, hands drawn to scale, where the winner gains and loses."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,19 +9,26 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from inhand.asterisk_test.design.asked import AIMS, Asked
+from inhand.asterisk_test.design.found import Found
 from inhand.asterisk_test.design.looked import Looked
 from inhand.errors import InputError
 from inhand.geometry import Array, unit
 from inhand.hands.hand import HandSpec
 from inhand.plots.scenes import scene_of
-from inhand.plots.shapes import CLEAR, Extent, draw_scene, extent_of, joined, scene_points, show_extent, square_of
+from inhand.plots.shapes import (
+    CLEAR,
+    Extent,
+    SceneOutline,
+    draw_scene,
+    extent_of,
+    joined,
+    scene_points,
+    show_extent,
+    square_of,
+)
 from inhand.plots.sheet import halo, sheet, write_above
 from inhand.plots.style import INK, MUTED, SERIES_LOOKS, TICK_POINTS, darker
 from inhand.tasks.reach import start_grip
-
-if TYPE_CHECKING:
-    from inhand.asterisk_test.design.run import Found
-    from inhand.plots.shapes import SceneOutline
 
 FRONT_IN, HAND_IN, ROUND_IN = (4.0, 2.9), 2.45, 2.9
 """Size of the front, width of a drawn hand, side of an object's directions [in]."""

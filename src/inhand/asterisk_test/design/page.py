@@ -1,15 +1,14 @@
 """The folder of a design study: its numbers, its figure, its page, and the winner's files."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from inhand.asterisk_test.design.asked import AIMS
-from inhand.asterisk_test.design.config import MARK
+from inhand.asterisk_test.design.config import MARK, DesignConfig
 from inhand.asterisk_test.design.figure import design_figure, label_of
 from inhand.asterisk_test.design.finals import Final
+from inhand.asterisk_test.design.found import Found
 from inhand.asterisk_test.study import command, write_texts
 from inhand.control.trial import write_json
 from inhand.hands.hand import HandSpec
@@ -18,9 +17,6 @@ from inhand.pages import NOTHING, again, counted, listed, page_of, table_of
 from inhand.plots.save import save_picture
 from inhand.shown import frame
 from inhand.versions import versions
-
-if TYPE_CHECKING:
-    from inhand.asterisk_test.design.run import DesignRun, Found
 
 WINNER = "winner"
 """Folder and stem of the winner's files."""
@@ -59,22 +55,24 @@ def _measures(hand: HandSpec) -> dict[str, Any]:
     return links | {name: round(size, 3) for name, size in sizes.items()}
 
 
-def write_design(run: DesignRun, folder: Path) -> None:
-    """Write a study's numbers, figure, page and the winner's files into a folder."""
-    found = run.found
+def write_design(config: DesignConfig, found: Found, folder: Path, told: tuple[float, tuple[str, ...]]) -> None:
+    """Write a study's numbers, figure, page and the winner's files into a folder; `told` is its time [s] and notes."""
     table = frame(rows(found))
     picture = save_picture(design_figure(found), folder, "design.png", "The front, hands to scale, gains and losses")
-    write_hand(run.winner, folder / WINNER, WINNER)
+    write_hand(found.winner.looked.hand, folder / WINNER, WINNER)
     content = {
         "winner": _told(found.winner),
         "catalogue": _told(found.known),
         "tolerance_mm": found.off,
-        "seconds": run.seconds,
-        "notes": run.notes,
-        "config": asdict(run.config),
+        "seconds": told[0],
+        "notes": told[1],
+        "config": asdict(config),
         "versions": versions(),
     }
-    texts = {"hands.csv": table.to_csv(index=False, float_format="%.6g"), "report.md": page(run, picture)}
+    texts = {
+        "hands.csv": table.to_csv(index=False, float_format="%.6g"),
+        "report.md": page(config, found, picture, told),
+    }
     write_texts(texts, folder)
     write_json(content, folder / MARK)
 
@@ -90,9 +88,8 @@ def _told(final: Final) -> dict[str, Any]:
     }
 
 
-def answer(run: DesignRun) -> list[str]:
+def answer(found: Found) -> list[str]:
     """Return the answer, a sentence each."""
-    found = run.found
     winner, known = found.winner, found.known
     ours, theirs = (found.asked.mean(each.looked.table) for each in (winner, known))
     lengths = [1e3 * sum(finger.length for finger in each.looked.hand.fingers) for each in (winner, known)]
@@ -115,29 +112,28 @@ def answer(run: DesignRun) -> list[str]:
     return told
 
 
-def simulated_row(run: DesignRun, final: Final) -> list[str]:
+def simulated_row(found: Found, final: Final) -> list[str]:
     """Return the cells of a hand in simulation: its name, mean reach, and what each controller carries [mm]."""
-    carried = [f"{final.means[name]:.1f}" if name in final.means else NOTHING for name in run.config.controllers]
-    return [label_of(final.looked.hand), f"{run.found.asked.mean(final.looked.table):.1f}", *carried]
+    carried = [f"{final.means[name]:.1f}" if name in final.means else NOTHING for name in final.fought]
+    return [label_of(final.looked.hand), f"{found.asked.mean(final.looked.table):.1f}", *carried]
 
 
-def page(run: DesignRun, picture: str) -> str:
+def page(config: DesignConfig, found: Found, picture: str, told: tuple[float, tuple[str, ...]]) -> str:
     """Return the page: what was asked, the answer, the figure, the tables, how to run it again."""
-    config, found = run.config, run.found
     aims = [AIMS[name].label for name in found.asked.aims]
     front = [
         [each.hand.name, *_measures(each.hand).values(), *(f"{each.aims[name]:.1f}" for name in found.asked.aims)]
         for each in found.front[:SHOWN]
     ]
     header = ["Hand", "Left links [mm]", "Right links [mm]", "Palm [mm]", "Link width [mm]", "Tip [mm]", *aims]
-    simulated = [simulated_row(run, final) for final in (*found.finals, found.known)]
+    simulated = [simulated_row(found, final) for final in (*found.finals, found.known)]
     nominal = found.off[""]
     off = [[name, f"{mean:.1f}", f"{100 * (mean / nominal - 1):+.1f} %"] for name, mean in found.off.items() if name]
     return page_of(
         f"# Design: {counted(len(found.looked), 'hand')} for {', '.join(thing.name for thing in found.asked.objects)}",
         f"Aims: {', '.join(found.asked.aims)}. {counted(len(found.asked.primitives), 'direction')}, sampler"
         f" {config.sampler}, seed {config.seed}, {counted(config.seeds, 'seed')} in simulation.",
-        listed([*answer(run), *run.notes, f"This call took {run.seconds / 60:.1f} minutes."]),
+        listed([*answer(found), *told[1], f"This call took {told[0] / 60:.1f} minutes."]),
         picture,
         table_of(header, [[str(cell) for cell in row] for row in front], "The front"),
         table_of(

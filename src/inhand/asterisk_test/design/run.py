@@ -16,7 +16,8 @@ from inhand.asterisk_test.cells import differences, end_with
 from inhand.asterisk_test.cores import on_cores
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import MARK, DesignConfig
-from inhand.asterisk_test.design.finals import Final, finals
+from inhand.asterisk_test.design.finals import finals
+from inhand.asterisk_test.design.found import Found
 from inhand.asterisk_test.design.looked import Look, Looked, front_of, reached, variants
 from inhand.asterisk_test.design.search import check_optuna, looked_at, search
 from inhand.asterisk_test.study import Study
@@ -41,33 +42,6 @@ DEFAULT = DesignConfig()
 """What is searched where nothing else is asked for."""
 Told = Callable[[str, str, int, int], None]
 """Is told what is computed, the part that is done, how many are done and how many there are."""
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What a study has found."""
-
-    asked: Asked
-    catalogue: tuple[Looked, ...]
-    """Hands of the catalogue, the best by mean reach first."""
-    looked: tuple[Looked, ...]
-    """Hands that were proposed."""
-    finals: tuple[Final, ...]
-    """The best of the front in simulation, the farthest first."""
-    known: Final
-    """The best of the catalogue in simulation."""
-    off: dict[str, float]
-    """Mean reach of the winner [mm], and of hands a little off it, by what is off."""
-
-    @property
-    def winner(self) -> Final:
-        """The hand that suits best."""
-        return self.finals[0]
-
-    @property
-    def front(self) -> list[Looked]:
-        """Hands that no other is better than in all aims, the best by the first aim first."""
-        return front_of(self.asked, self.looked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +74,7 @@ class DesignRun(Study):
         """Write everything into a folder that is there."""
         from inhand.asterisk_test.design.page import write_design
 
-        write_design(self, folder)
+        write_design(self.config, self.found, folder, (self.seconds, self.notes))
 
 
 def design(

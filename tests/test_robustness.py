@@ -30,10 +30,12 @@ from inhand.sim.drawn import Drawn, draw
 from inhand.sim.strengths import scaled
 
 SMALL = (
-    "--controllers", "ik", "--disturbances", "pose-late-40ms", "--curves", "friction-0.5", "--jobs", "1",
+    "--controllers", "ik", "--disturbances", "late", "--curves", "friction-0.5", "--jobs", "1",
     "--strengths", "1", "2", "--directions", "In,Out", "--trials", "1",
 )  # fmt: skip
 """Words of the small study."""
+LATE = Disturbance("late", camera=Camera(delay_ms=(40.0, 40.0)))
+"""One of a user's."""
 SLIPPERY = 'name = "slippery"\n[differs]\nfriction = 0.5\n'
 
 
@@ -221,7 +223,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RobustnessRun:
     out = tmp_path_factory.mktemp("results") / "study"
     study = inhand.robustness(
         "ik",
-        "pose-late-40ms",
+        LATE,
         curves="friction-0.5",
         strengths=[1, 2],
         directions=["In", "Out"],
@@ -235,7 +237,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RobustnessRun:
 def test_a_study_is_saved_loaded_and_gone_on_with(run: RobustnessRun, tmp_path: Path, inhand: Call) -> None:
     out = run.config.out
     stamps = {path.name: path.stat().st_mtime_ns for path in (out / "cases").glob("*.json")}
-    names = "none", "pose-late-40ms", "friction-0.5", "friction-0.5-2"
+    names = "none", "late", "friction-0.5", "friction-0.5-2"
     assert set(stamps) == {f"ik__{name}.json" for name in names}
     code, said, _ = inhand("robustness", *SMALL, "--out", out)
     assert code == 0
@@ -263,7 +265,7 @@ def test_a_saved_study_is_loaded_with_its_tables_and_figure(run: RobustnessRun) 
     again = inhand.load(run.config.out)
     assert isinstance(again, RobustnessRun)
     pd.testing.assert_frame_equal(again.table(), run.table())
-    assert list(run.table().disturb) == ["none", "pose-late-40ms", "friction-0.5", "friction-0.5@2"]
+    assert list(run.table().disturb) == ["none", "late", "friction-0.5", "friction-0.5@2"]
     assert set(run.trials().controller) == {"ik"}
     texts = {text.get_text() for text in run.figure().axes[0].texts}
     assert "1.00" in texts
@@ -277,7 +279,7 @@ def test_the_page_and_its_pictures_tell_all(run: RobustnessRun) -> None:
         "| ik | privileged | no training |",
         "## Share of the undisturbed way, and objects lost",
         "* friction-0.5@2: differs.friction 0.25",
-        "--disturbances pose-late-40ms --curves friction-0.5",
+        "--disturbances late --curves friction-0.5",
     ):
         assert part in text
     pictures = re.findall(r"\]\((figures/.*?)\)", text)

@@ -1,13 +1,12 @@
 """Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
-from inhand.control.between import Between
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
 from inhand.errors import InputError
@@ -21,6 +20,9 @@ from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
 from inhand.tasks.observations import Aim, Scene, find_layout, observe
+
+if TYPE_CHECKING:
+    from inhand.control.between import Between
 
 _AIMED = ("angle", "start", "distance")
 _KEPT = ("observation", "steps", "lost", "last", "row", "come", "key", "seen_start")
@@ -104,6 +106,7 @@ class ManipulationWorlds:
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
+        self._told = self._aim
         self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
 
     @property
@@ -195,12 +198,14 @@ class ManipulationWorlds:
             return self._seen[rows]
         self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
         if self._between is None:
-            self._between = Between(self._disturbed(worlds), self._state, self.simulator.timestep, SUBSTEPS)
+            disturbed = self._disturbed(worlds)
+            self._between = loop.stand_between(disturbed, self._state, self.simulator.timestep, SUBSTEPS)
             self._between.pushing = True
         else:
             self._between.begin(worlds, self._disturbed(worlds), self._state)
         seen = select(self.seen, worlds)
         self._seen_start = _put(self._seen_start, worlds, seen.pose)
+        self._told = replace(self._aim, start=self._seen_start)
         told = self._seen_aim()
         if self._starts.routes is None:
             told = Aim(told.angle[worlds], seen.pose, np.broadcast_to(told.distance, self.count)[worlds])
@@ -216,7 +221,7 @@ class ManipulationWorlds:
         """Return what is asked as a controller knows it: a direction starts where it then saw the object."""
         if self._between is None or self._starts.routes is not None:
             return self._aim
-        return replace(self._aim, start=self._seen_start)
+        return self._told
 
     def state_dict(self) -> dict[str, Any]:
         """Return everything that `load_state_dict` needs, arrays by name and the random generator's state as `rng`."""
@@ -243,6 +248,7 @@ class ManipulationWorlds:
         self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
+        self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
 
 

@@ -19,6 +19,8 @@ LONGEST_DELAY_MS = 500.0
 """What comes later than this comes after the shortest episode of training, 25 decisions [ms]."""
 LONGEST_RUN = 1000
 """Frames that are missing in a row at most."""
+SOON = 1e-6
+"""Shares of a frame or of a decision that are nothing: what is due now has arrived."""
 FASTEST_HZ = 1000.0
 """Rate of a camera at most: of so many frames several arrive in a physics step [Hz]."""
 

@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import fields, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -69,9 +70,19 @@ def disturbance_name(name_or_file: str) -> str:
 
 def _from_file(path: Path) -> Disturbance:
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        now = path.stat()
     except FileNotFoundError as error:
         raise InputError(f"no disturbance file {path}: give the path of a TOML file, or a name") from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
+    return _read(path, now.st_ino, now.st_mtime_ns, now.st_size)
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, *_written: int) -> Disturbance:
+    """Return what a file says, which a run asks for several times: read once, until it is written again."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
     try:

@@ -64,7 +64,7 @@ def sensitivity_table(tables: dict[str, pd.DataFrame]) -> Table:
 
 
 def summary(found: Robustness) -> list[str]:
-    """Return the study in a few sentences: how far each controller goes, what it keeps at each level, how fast it is."""
+    """Return the study in a few sentences: how far each controller goes, what it keeps at each level, how fast."""
     sentences = []
     for contender in found.contenders:
         plain = found.row(contender.name, NONE)

@@ -31,6 +31,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
 from inhand.sim.engine import Simulator
+from inhand.sim.memory import batches
 from inhand.sim.names import ENGINE
 from inhand.sim.state import State, select
 
@@ -132,6 +133,20 @@ def farthest(
     engine: str,
 ) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
+    parts = [
+        _farthest_together(held, groups[part], (where[0][part], where[1][part]), how, engine)
+        for part in batches(engine, [len(group) for group in groups])
+    ]
+    return [plan for plans, _ in parts for plan in plans], np.concatenate([ways for _, ways in parts])
+
+
+def _farthest_together(
+    held: Held,
+    groups: Sequence[Sequence[GraspPlan]],
+    where: tuple[Array, Array],
+    how: tuple[IkConfig | None, bool],
+    engine: str,
+) -> tuple[list[GraspPlan], Array]:
     (hand, spec), (config, fixed) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     each = [plan for group in groups for plan in group]

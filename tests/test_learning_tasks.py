@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from inhand.control.memory import Memory
+from inhand.control.seen import exact
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_transform, spatial
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
@@ -23,10 +26,19 @@ from inhand.tasks.decisions import (
     reward,
     targets_of,
 )
-from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Aim, Layout, Scene, by_rank, find_layout, observe
+from inhand.tasks.layouts import LAYOUTS, find_layout
+from inhand.tasks.observations import LARGEST_SIZE, THESIS, Aim, Layout, Scene, by_rank, observe
+from inhand.tasks.past import Past
 from test_simulator import CUBE, HAND, mirrored_joints, run, shaken
 
 SCENE = Scene(HAND, (CUBE,) * 3)
+
+
+def viewed(layout: Layout, state: State) -> State | Past:
+    """Return what a layout is of, where nothing has been sensed before a state."""
+    return Memory(Held(HAND, CUBE), exact(state)).past if layout.sensed else state
+
+
 KINDS: tuple[Actions, ...] = ("angles", "steps", "fine")
 
 
@@ -169,7 +181,7 @@ def test_observations_are_finite_numbers_within_one(name: str, far: float, dista
         gaps=state.gaps + far,
     )
     layout = find_layout(name)
-    seen = observe(layout, wild, aimed(state, distance=distance), SCENE)
+    seen = observe(layout, viewed(layout, wild), aimed(state, distance=distance), SCENE)
     assert seen.shape == (3, layout.size(HAND))
     assert np.isfinite(seen).all()
     assert np.abs(seen).max() <= 1.0
@@ -178,13 +190,14 @@ def test_observations_are_finite_numbers_within_one(name: str, far: float, dista
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_an_observation_is_a_copy(name: str) -> None:
     state = held()
-    aim = aimed(state)
-    seen = observe(find_layout(name), state, aim, SCENE)
-    arrays = [getattr(state, field.name) for field in fields(State)] + [aim.angle, aim.start]
+    aim, layout = aimed(state), find_layout(name)
+    view = viewed(layout, state)
+    seen = observe(layout, view, aim, SCENE)
+    arrays = [getattr(view, field.name) for field in fields(view)] + [aim.angle, aim.start]
     assert not any(np.shares_memory(seen, array) for array in arrays)
     before = seen.copy()
     seen[:] = 7.0
-    np.testing.assert_array_equal(observe(find_layout(name), state, aim, SCENE), before)
+    np.testing.assert_array_equal(observe(layout, view, aim, SCENE), before)
 
 
 def mirrored(state: State) -> State:
@@ -218,18 +231,29 @@ def swapped(columns: Array, sign: float) -> Array:
 
 def mirrored_parts(name: str, seen: Array) -> Array:
     """Return one part of an observation as its mirror image, but for the direction in degrees."""
-    if name.startswith(("joint", "commands")):
+    if name.startswith(("encoders", "commands ahead of the encoders")):
+        return np.asarray(-seen.reshape(len(seen), -1, 2, 2)[:, :, ::-1].reshape(seen.shape))
+    if name.startswith(("frames", "believed: way along")):
+        return np.asarray((seen.reshape(len(seen), -1, 3) * (1.0, -1.0, -1.0)).reshape(seen.shape))
+    if name.startswith(("joint", "commands", "believed: how askew")):
         return swapped(seen, -1.0)
     if name.startswith(("distance", "gaps")):
         return swapped(seen, 1.0)
-    if name.startswith(("end of each", "contacts")):
+    if name.startswith(("end of each", "contacts", "believed: contacts")):
         pairs = seen.reshape(len(seen), -1, 2, 2)[:, :, ::-1] * (-1.0, 1.0)
         return np.asarray(pairs.reshape(seen.shape))
     if name.startswith(("direction, unit", "object position", "end of the task from", "velocity x")):
         return seen * (-1.0, 1.0)
     if name.startswith("velocity"):
         return seen * (1.0, -1.0)
-    turned = ("end of the task, orient", "object orientation", "way to the left", "angle turned", "spin")
+    turned = (
+        "end of the task, orient",
+        "object orientation",
+        "way to the left",
+        "angle turned",
+        "spin",
+        "the same of a turn",
+    )
     return -seen if name.startswith(turned) else seen
 
 
@@ -239,7 +263,8 @@ def test_a_mirrored_state_gives_the_mirrored_observation(name: str) -> None:
     aim = aimed(state, distance=0.03)
     assert aim.end is not None
     mirror = Aim(np.pi - aim.angle, aim.start * (-1, 1, -1), aim.distance, aim.share, aim.end * (-1, 1, -1))
-    seen, theirs = observe(layout, state, aim, SCENE), observe(layout, mirrored(state), mirror, SCENE)
+    seen = observe(layout, viewed(layout, state), aim, SCENE)
+    theirs = observe(layout, viewed(layout, mirrored(state)), mirror, SCENE)
     place = 0
     for part, size in sizes(layout):
         ours, other = seen[:, place : place + size], theirs[:, place : place + size]

@@ -29,7 +29,7 @@ from inhand.hands.objects import parse_object_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
 from inhand.tasks.cards import interface_card
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, primitive_at
 

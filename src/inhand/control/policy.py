@@ -24,7 +24,8 @@ from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import State
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.decisions import Actions, targets_of
-from inhand.tasks.observations import Aim, Scene, find_layout, observe
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Aim, Scene, observe
 from inhand.tasks.routes import routes_of
 
 FORMAT = 2
@@ -262,6 +263,17 @@ def straight_angles(paths: Array) -> Array:
             " use the controller 'ik'"
         )
     return np.asarray(angle)
+
+
+def aims_of(paths: Array) -> tuple[Array, Array]:
+    """Return directions [rad] and sides of turns, each `(B,)`, of paths `(B, S, 3)`: straight, or turns on the spot.
+
+    Raises:
+        InputError: a path that bends, or turns and moves.
+    """
+    turning = np.abs(paths[..., :2]).max(axis=(1, 2)) <= BENT
+    side = np.where(turning, np.sign(paths[:, -1, 2]), 0.0)
+    return straight_angles(np.where(turning[:, None, None], 0.0, paths)), side
 
 
 def check_joints(policy: Policy, hand: HandSpec) -> None:

@@ -36,7 +36,7 @@ from inhand.sim.disturbance import disturbance_of
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.tasks.decisions import find_reward
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
 from inhand.versions import versions
 

@@ -21,7 +21,7 @@ from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.decisions import find_reward
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import primitive_at
 from inhand.versions import versions
 

@@ -32,7 +32,7 @@ from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, Drawn
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tasks.routes import Routes

@@ -10,6 +10,8 @@ from inhand.control import loop
 from inhand.control.between import Between
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
+from inhand.control.memory import Memory
+from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
@@ -20,7 +22,8 @@ from inhand.sim.engines import make_simulator
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
-from inhand.tasks.observations import Aim, Scene, find_layout, observe
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Aim, Scene, observe
 
 _AIMED = ("angle", "start", "distance")
 _KEPT = ("observation", "steps", "lost", "last", "row", "come", "key", "seen_start")
@@ -94,13 +97,13 @@ class ManipulationWorlds:
             self.simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
         self.scene = Scene(self.hand, (spec,) * count)
         self.rng, self.count = rng or np.random.default_rng(), count
-        self._starts = starts
+        self._starts, self._held = starts, held
         self._between: Between | None = None
+        self._memory: Memory | None = None
         self._pool = _asked(starts)
-        self._seen = observe(self.layout, loop.sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
-        self._observation = np.empty((count, self._seen.shape[1]))
+        self._observation = np.empty((count, self.layout.size(self.hand)))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
@@ -112,10 +115,14 @@ class ManipulationWorlds:
         return self._state
 
     @property
-    def seen(self) -> State:
-        """What a controller sees of it."""
-        seen: State = loop.sense(self._state, self._between)
-        return seen
+    def reads(self) -> Reads:
+        """What the controller reads whose observations these are."""
+        return SENSED if self.layout.sensed else PRIVILEGED
+
+    @property
+    def seen(self) -> View:
+        """What that controller sees of the state."""
+        return loop.sense(self._state, self._between, self.reads)
 
     @property
     def aim(self) -> Aim:
@@ -149,9 +156,11 @@ class ManipulationWorlds:
         decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
-        successor = observe(self.layout, loop.sense(after, self._between), self._seen_aim(), self.scene)
-        shift = self._shift(decision)
-        self._state, self._observation, self._last = after, successor, decision.action
+        self._state = after
+        if self._memory is not None:
+            self._memory.take(self.seen)
+        successor, shift = self._observed(), self._shift(decision)
+        self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
             self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
@@ -184,28 +193,32 @@ class ManipulationWorlds:
         self._row[worlds], self._come[worlds] = rows, 0
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
-        self._observation = _put(self._observation, worlds, self._first_seen(worlds, rows))
+        self._look(worlds)
+        self._observation = _put(self._observation, worlds, self._observed()[worlds])
         self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
         self._lost[worlds] = 0
 
-    def _first_seen(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> Array:
-        """Return the first observations of episodes from some rows; where worlds are disturbed, senses begin anew."""
-        if self._starts.disturbed is None:
-            return self._seen[rows]
-        self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
-        if self._between is None:
-            self._between = Between(self._disturbed(worlds), self._state, self.simulator.timestep, SUBSTEPS)
-            self._between.pushing = True
+    def _observed(self) -> Array:
+        """Return what all worlds see `(B, d)`."""
+        view = self.seen if self._memory is None else self._memory.past
+        return observe(self.layout, view, self._seen_aim(), self.scene)
+
+    def _look(self, worlds: NDArray[np.int64]) -> None:
+        """Begin the senses and the memory of episodes that begin in some worlds."""
+        if self._starts.disturbed is not None:
+            self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
+            if self._between is None:
+                self._between = Between(self._disturbed(worlds), self._state, self.simulator.timestep, SUBSTEPS)
+                self._between.pushing = True
+            else:
+                self._between.begin(worlds, self._disturbed(worlds), self._state)
+        if not self.layout.sensed:
+            self._seen_start = _put(self._seen_start, worlds, self.seen.pose[worlds])
+        elif self._memory is None:
+            self._memory = Memory(self._held, self.seen)
         else:
-            self._between.begin(worlds, self._disturbed(worlds), self._state)
-        seen = select(self.seen, worlds)
-        self._seen_start = _put(self._seen_start, worlds, seen.pose)
-        told = self._seen_aim()
-        if self._starts.routes is None:
-            told = Aim(told.angle[worlds], seen.pose, np.broadcast_to(told.distance, self.count)[worlds])
-            return observe(self.layout, seen, told, Scene(self.hand, self.scene.objects[: len(worlds)]))
-        return observe(self.layout, self.seen, told, self.scene)[worlds]
+            self._memory.begin(worlds, self.seen)
 
     def _disturbed(self, worlds: NDArray[np.int64]) -> list[Disturbed]:
         """Return how some worlds are disturbed, with the noise of their present episodes."""
@@ -214,6 +227,8 @@ class ManipulationWorlds:
 
     def _seen_aim(self) -> Aim:
         """Return what is asked as a controller knows it: a direction starts where it then saw the object."""
+        if self._memory is not None:
+            return self._memory.past.aimed(self._aim)
         if self._between is None or self._starts.routes is not None:
             return self._aim
         return replace(self._aim, start=self._seen_start)
@@ -226,6 +241,7 @@ class ManipulationWorlds:
             **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
             **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
             **({} if self._between is None else self._between.state_dict()),
+            **({} if self._memory is None else self._memory.state_dict()),
             "rng": self.rng.bit_generator.state,
         }
 
@@ -240,6 +256,8 @@ class ManipulationWorlds:
         if self._between is not None:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
+        if self._memory is not None:
+            self._memory.load_state_dict(kept)
         self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)

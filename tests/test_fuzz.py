@@ -33,12 +33,14 @@ from inhand.asterisk_test.people.human import read_human_file
 from inhand.asterisk_test.results import result_of_human, result_of_trial
 from inhand.asterisk_test.sweep import sweep
 from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.control.contract import contract_of
 from inhand.control.policy import ACTOR, CARD, Policy, load_policy, save_policy
 from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.records import configured
+from inhand.sim.disturbance import FIELD
 from inhand.tasks.layouts import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawings import find_drawing
@@ -166,8 +168,9 @@ def _trial() -> dict[str, Any]:
 
 @cache
 def _policy() -> tuple[dict[str, Any], dict[str, Any]]:
-    size = find_layout("grip").size(load_hand("2v2_50.50_50.50_1.1_53"))
-    policy = Policy((np.ones((size, 4)),), (np.zeros(4),), "grip", "steps", "planned", {"hand": "x"})
+    hand = load_hand("2v2_50.50_50.50_1.1_53")
+    weights, contract = np.ones((find_layout("grip").size(hand), 4)), contract_of(hand, FIELD)
+    policy = Policy((weights,), (np.zeros(4),), "grip", "steps", "planned", {"hand": "x"}, contract)
     with TemporaryDirectory() as folder:
         save_policy(policy, Path(folder))
         return json.loads(Path(folder, CARD).read_text()), load_file(Path(folder, ACTOR))

@@ -8,9 +8,10 @@ import pytest
 import inhand
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control import sensed_plan
+from inhand.control import loop, sensed_plan
 from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
+from inhand.control.ik_sensed import IkSensedController
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import MARGIN, PRICE, sensed_grasp, told_way
 from inhand.control.trial import Trial
@@ -107,6 +108,16 @@ def test_a_plan_looks_at_no_start_and_is_kept(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(sensed_plan, "_planned", lambda *_: pytest.fail("computed once more"))
     again = sensed_grasp(HAND, CUBE, poses)
     np.testing.assert_array_equal(again.opened[0], first.opened[0])
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_world_that_was_not_gripped_holds_up_no_other() -> None:
+    poses = np.repeat(HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], 2, axis=0)
+    starts = poses[:, 0] + [[0.0, 0.0, 0.0], [0.0, 0.06, 0.0]]
+    task = Task(HAND, (CUBE, CUBE), Path(poses - poses[:, :1]), distance=np.full(2, 0.03))
+    _, found = loop.simulate(task, sensed_grasp(HAND, CUBE, poses), starts, IkSensedController, loop.Bench())
+    assert found.outcomes == ("reached", "no grasp")
+    assert found.states[-1].pose[0, 1] - starts[0, 1] > 0.028
 
 
 @pytest.mark.usefixtures("quick")

@@ -224,37 +224,36 @@ def mirrored(state: State) -> State:
     )
 
 
-def swapped(columns: Array, sign: float) -> Array:
-    """Return numbers `(B, 2 k)` of left and right in turn as those of right and left."""
-    return sign * columns.reshape(len(columns), -1, 2)[..., ::-1].reshape(columns.shape)
+MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, float | tuple[float, ...]], ...] = (
+    ("encoders", (-1, 2), 2, -1.0),
+    ("frames", (-1, 3), None, (1.0, -1.0, -1.0)),
+    ("believed: way along", (-1, 3), None, (1.0, -1.0, -1.0)),
+    ("believed: contacts", (-1, 2, 2), 2, (-1.0, 1.0)),
+    ("believed: how askew", (-1, 2), 2, -1.0),
+    ("joint", (-1, 2), 2, -1.0),
+    ("commands", (-1, 2), 2, -1.0),
+    ("distance", (-1, 2), 2, 1.0),
+    ("gaps", (-1, 2), 2, 1.0),
+    ("end of each", (-1, 2, 2), 2, (-1.0, 1.0)),
+    ("contacts", (-1, 2, 2), 2, (-1.0, 1.0)),
+    *(
+        (name, (-1, 2), None, (-1.0, 1.0))
+        for name in ("direction, unit", "object position", "end of the task from", "velocity x")
+    ),
+    ("velocity", (-1, 2), None, (1.0, -1.0)),
+    *((name, (-1,), None, -1.0) for name in ("end of the task, orient", "object orientation", "way to the left")),
+    *((name, (-1,), None, -1.0) for name in ("angle turned", "spin", "the same of a turn")),
+)
+"""Parts by how they begin: the shape of their numbers, the axis of fingers that changes sides, and signs."""
 
 
 def mirrored_parts(name: str, seen: Array) -> Array:
     """Return one part of an observation as its mirror image, but for the direction in degrees."""
-    if name.startswith(("encoders", "commands ahead of the encoders")):
-        return np.asarray(-seen.reshape(len(seen), -1, 2, 2)[:, :, ::-1].reshape(seen.shape))
-    if name.startswith(("frames", "believed: way along")):
-        return np.asarray((seen.reshape(len(seen), -1, 3) * (1.0, -1.0, -1.0)).reshape(seen.shape))
-    if name.startswith(("joint", "commands", "believed: how askew")):
-        return swapped(seen, -1.0)
-    if name.startswith(("distance", "gaps")):
-        return swapped(seen, 1.0)
-    if name.startswith(("end of each", "contacts", "believed: contacts")):
-        pairs = seen.reshape(len(seen), -1, 2, 2)[:, :, ::-1] * (-1.0, 1.0)
-        return np.asarray(pairs.reshape(seen.shape))
-    if name.startswith(("direction, unit", "object position", "end of the task from", "velocity x")):
-        return seen * (-1.0, 1.0)
-    if name.startswith("velocity"):
-        return seen * (1.0, -1.0)
-    turned = (
-        "end of the task, orient",
-        "object orientation",
-        "way to the left",
-        "angle turned",
-        "spin",
-        "the same of a turn",
-    )
-    return -seen if name.startswith(turned) else seen
+    for begins, shape, fingers, sign in MIRRORED:
+        if name.startswith(begins):
+            found = seen.reshape(len(seen), *shape)
+            return np.asarray((found if fingers is None else np.flip(found, fingers)) * sign).reshape(seen.shape)
+    return seen
 
 
 @pytest.mark.parametrize("name", LAYOUTS)

@@ -20,12 +20,24 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.sweep.cells import job_of
 from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
-from inhand.control.controller import Task
-from inhand.control.policy import ACTOR, CARD, STILL_TIME, Policy, PolicyController, load_policy, save_policy
+from inhand.control.contract import ANGLES, check_senses, contract_of
+from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.policy import (
+    ACTOR,
+    CARD,
+    STILL_TIME,
+    Policy,
+    PolicyController,
+    RouteController,
+    load_policy,
+    save_policy,
+)
 from inhand.errors import InputError
 from inhand.hands.files import assumed
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
+from inhand.records import table_of
+from inhand.sim.disturbance import FIELD, Camera, Commands, Encoders
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
 from inhand.tasks.cards import interface_card
@@ -35,6 +47,7 @@ from inhand.tasks.primitives import TRAIN, primitive_at
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), parse_object_name("cube_39")
 LARGER = "2v3_25.75_25.35.40_1.1_53"
+OTHER = parse_hand_name(LARGER)
 MADE = {"preset": "default", "hand": HAND.name, "object": CUBE.name, "seed": 3}
 
 
@@ -44,7 +57,8 @@ def a_policy(layout: str = "grip", strength: float = 1.0) -> Policy:
     sizes = [size, 16, 16, HAND.n_joints]
     drawn = [strength * rng.standard_normal((a, b)) / np.sqrt(a) for a, b in pairwise(sizes)]
     weights = tuple(weight.astype(np.float32).astype(float) for weight in drawn)
-    return Policy(weights, tuple(np.zeros(b) for b in sizes[1:]), layout, "steps", "planned", MADE)
+    biases = tuple(np.zeros(b) for b in sizes[1:])
+    return Policy(weights, biases, layout, "steps", "planned", MADE, contract_of(HAND, None))
 
 
 @pytest.fixture
@@ -126,6 +140,13 @@ CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda card: card["interface"]["parts"].pop(), "gaps of the fingers [m]: here alone"),
     (lambda card: card["interface"]["parts"].reverse(), "the order of the observation's parts"),
     (lambda card: card["interface"].update(largest_step=0.1), "largest step: 0.1 there, 0.04 here"),
+    (lambda card: card["contract"].update(rate_hz=0), "rate_hz is 0; it must be a positive number of decisions"),
+    (lambda card: card["contract"]["joints"].reverse(), "joints are right 1, right 0, left 1, left 0; hand"),
+    (lambda card: card["contract"]["camera"].update(missing=1.0), "missing is 1; it must be a share below 1"),
+    (
+        lambda card: card.update(contract=table_of(contract_of(parse_hand_name(LARGER), None))),
+        "4 outputs, and the hand",
+    ),
 ]
 """Changes of a policy's card, and what the text says of them."""
 
@@ -196,6 +217,52 @@ def test_every_change_of_what_a_scale_depends_on_changes_the_card() -> None:
             )
     assert len(cards) == 1 + 3 * len(layout.parts)
     assert (interface_card(layout).largest_step, interface_card(layout, "fine").largest_step) == (0.04, 0.01)
+
+
+def test_a_folder_says_what_it_drives_and_what_it_was_trained_to_sense(tmp_path: Path) -> None:
+    save_policy(replace(a_policy(), contract=contract_of(HAND, FIELD)), tmp_path)
+    told = json.loads((tmp_path / CARD).read_text())["contract"]
+    assert told["joints"] == ["left 0", "left 1", "right 0", "right 1"]
+    assert told["observed"] == ["left 0", "right 0", "left 1", "right 1"]
+    assert (told["rate_hz"], told["angles"], told["hand"]["name"]) == (50.0, ANGLES, HAND.name)
+    assert told["encoders"]["resolution_deg"] == 0.09
+    assert (told["camera"]["rate_hz"], told["camera"]["delay_ms"]) == (30.0, [20.0, 60.0])
+    assert told["commands"]["delay_ms"] == [0.0, 20.0]
+    assert load_policy(tmp_path).contract == contract_of(HAND, FIELD)
+
+
+def test_another_rate_than_the_contracts_is_refused() -> None:
+    PolicyController(replace(task(), substeps=SUBSTEPS), a_policy())
+    with pytest.raises(InputError, match="trained with 50 decisions a second and here would make 25: run it at its"):
+        PolicyController(replace(task(), substeps=2 * SUBSTEPS), a_policy())
+    with pytest.raises(InputError, match="50 decisions a second and here would make 100"):
+        RouteController(replace(task(), timestep=0.002), a_policy())
+
+
+OTHERS: list[tuple[str, dict[str, Any], str]] = [
+    ("encoders", {"resolution_deg": 0.29}, "encoders.resolution_deg 0.09 there, 0.29 here"),
+    ("camera", {"rate_hz": 15.0}, "camera.rate_hz 30 there, 15 here"),
+    ("camera", {"rate_hz": 0.0}, "camera.rate_hz 30 there, 50 here"),
+    ("camera", {"delay_ms": (40.0, 80.0)}, "camera.delay_ms 20 to 60 there, 40 to 80 here"),
+    ("camera", {"delay_ms": (0.0, 40.0)}, "camera.delay_ms 20 to 60 there, 0 to 40 here"),
+    ("camera", {"missing": 0.2, "missing_run": (1, 3)}, "camera.missing 0.05 there, 0.2 here; camera.missing_run 1"),
+    ("commands", {"delay_ms": (30.0, 30.0)}, "commands.delay_ms 0 to 20 there, 30 here"),
+]
+"""What a hand has in the place of `field`, and what the text says of it."""
+
+
+@pytest.mark.parametrize(("part", "changed", "text"), OTHERS)
+def test_senses_that_were_not_trained_are_refused(part: str, changed: dict[str, Any], text: str) -> None:
+    mine = replace(FIELD, name="my hand", **{part: replace(getattr(FIELD, part), **changed)})
+    with pytest.raises(InputError, match=rf"with other senses than 'my hand' has: .*{re.escape(text)}.*inhand train"):
+        check_senses(contract_of(HAND, FIELD), mine)
+
+
+def test_senses_within_what_was_trained_are_taken() -> None:
+    camera = replace(FIELD.camera, rate_hz=29.97, delay_ms=(30.0, 40.0), noise_mm=0.5, missing=0.0, missing_run=(2, 5))
+    fine = replace(FIELD, encoders=replace(FIELD.encoders, resolution_deg=0.01), camera=camera)
+    check_senses(contract_of(HAND, FIELD), fine)
+    check_senses(contract_of(HAND, None), replace(FIELD, encoders=Encoders(), camera=Camera(50.0), commands=Commands()))
 
 
 def test_a_policy_has_finished_once_nothing_is_gained_for_a_while() -> None:

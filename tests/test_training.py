@@ -17,8 +17,10 @@ pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'i
 
 import jax
 
+from inhand.control.contract import contract_of
 from inhand.control.policy import ACTOR, load_policy
 from inhand.errors import InputError
+from inhand.hands.files import load_hand
 from inhand.hands.sides import rough_plan
 from inhand.learning import worlds
 from inhand.learning.collect import Collector
@@ -35,6 +37,7 @@ from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.starts import gripped
 from inhand.learning.training import Trainer, compile_ahead
 from inhand.records import table_of
+from inhand.sim.disturbance import FIELD
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.tasks.primitives import UNSEEN
@@ -178,6 +181,9 @@ def test_what_a_run_leaves(prepared: Path, tmp_path: Path) -> None:
     best = _trainer(prepared, tmp_path / "run", told=found.append).run()
     policy = load_policy(best)
     assert policy.observation == "grip"
+    assert policy.contract == contract_of(load_hand(SMALL.hand), None)
+    other = _trainer(prepared, tmp_path / "other", replace(SMALL, disturb="field")).actor().contract
+    assert other == contract_of(load_hand(SMALL.hand), FIELD)
     assert found[0].counters.episodes == 0
     assert found[-1].counters.episodes >= SMALL.episodes
     lines = [json.loads(line) for line in (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()]

@@ -46,7 +46,8 @@ class IkSensedController:
             self._estimator.take(seen)
         self._taken = False
         self._state = self._estimator.state(seen)
-        if not self._carrying and bool((seen.time - self._began >= WAIT - 1e-9).all()):
+        # Time stands still in a world whose episode has ended: it holds up no other.
+        if not self._carrying and bool((seen.time - self._began >= WAIT - 1e-9).any()):
             self._carrying = True
             self._law.begin(self._state)
         return (self._law if self._carrying else self._waiting).act(self._state)

@@ -12,6 +12,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load_file, save
 
 from inhand.archives import check_shapes
+from inhand.control.contract import Contract, check_rate
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
@@ -59,10 +60,12 @@ class Policy:
     """Layout of its observations."""
     actions: Actions
     """What its actions mean."""
-    grasp: Literal["planned", "rough"]
-    """How it was held when it learned: planned or rough."""
+    grasp: Literal["planned", "rough", "sensed"]
+    """How it is given the object: planned, rough, or sensed, planned for worlds that are not known."""
     trained: dict[str, Any]
     """What it was trained with and by: hand, object, seed, versions; for people."""
+    contract: Contract | None = None
+    """Hand, joints, rate and senses that it learned with; None of one that no training made."""
 
     @property
     def task(self) -> str:
@@ -92,8 +95,9 @@ class _Card:
     observation: str
     interface: InterfaceCard
     actions: Actions
-    grasp: Literal["planned", "rough"]
+    grasp: Literal["planned", "rough", "sensed"]
     trained: dict[str, Any]
+    contract: Contract | None = None
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
@@ -103,7 +107,8 @@ def save_policy(policy: Policy, folder: Path) -> None:
         for name, array in zip(PARTS, layer, strict=True):
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
     interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
-    card = _Card(FORMAT, count, policy.observation, interface, policy.actions, policy.grasp, policy.trained)
+    named = policy.observation, interface, policy.actions, policy.grasp, policy.trained
+    card = _Card(FORMAT, count, *named, policy.contract)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
         with in_place(folder / file) as temporary:
@@ -127,7 +132,7 @@ def load_policy(folder: Path) -> Policy:
         ) from error
     except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
         raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
-    return Policy(weights, biases, card.observation, card.actions, card.grasp, card.trained)
+    return Policy(weights, biases, card.observation, card.actions, card.grasp, card.trained, card.contract)
 
 
 def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -151,6 +156,8 @@ def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...]
             f"it has {inputs} inputs and {outputs} outputs; layout {card.interface.layout} has {needed} numbers with a"
             f" hand of {outputs} joints"
         )
+    if card.contract is not None and card.contract.hand.n_joints != outputs:
+        raise InputError(f"it has {outputs} outputs, and the hand of its contract {card.contract.hand.n_joints} joints")
     weights, biases = (tuple(arrays[f"{k}.{part}"].astype(float) for k in range(count)) for part in PARTS)
     return weights, biases
 
@@ -162,13 +169,14 @@ class PolicyController:
         """Move objects along the task's directions.
 
         Raises:
-            InputError: paths that turn or bend, or a hand with another number of joints than the policy knows.
+            InputError: paths that turn or bend, a hand with another number of joints than the policy knows, or another
+                rate than its contract's.
         """
         self._task, self._policy, self._period = task, policy, task.control_period
         self._angle = straight_angles(task.path.poses)
         self._layout = find_layout(policy.observation)
         if isinstance(policy, Policy):
-            check_joints(policy, task.hand)
+            check_task(policy, task)
         self._scene = Scene(task.hand, task.objects)
 
     def begin(self, state: State) -> None:
@@ -210,9 +218,9 @@ class RouteController:
         """Follow the task's paths.
 
         Raises:
-            InputError: a hand with another number of joints than the policy knows.
+            InputError: a hand with another number of joints than the policy knows, or another rate than its contract's.
         """
-        check_joints(policy, task.hand)
+        check_task(policy, task)
         self._task, self._policy, self._period = task, policy, task.control_period
         self._layout = find_layout(policy.observation)
         self._scene = Scene(task.hand, task.objects)
@@ -274,6 +282,17 @@ def aims_of(paths: Array) -> tuple[Array, Array]:
     turning = np.abs(paths[..., :2]).max(axis=(1, 2)) <= BENT
     side = np.where(turning, np.sign(paths[:, -1, 2]), 0.0)
     return straight_angles(np.where(turning[:, None, None], 0.0, paths)), side
+
+
+def check_task(policy: Policy, task: Task) -> None:
+    """Refuse a hand that a policy has no inputs for, and another rate than its contract's.
+
+    Raises:
+        InputError: another number of joints, or another rate.
+    """
+    check_joints(policy, task.hand)
+    if policy.contract is not None:
+        check_rate(policy.contract, task.control_period)
 
 
 def check_joints(policy: Policy, hand: HandSpec) -> None:

@@ -1,18 +1,20 @@
 """Grasps and ways for worlds that are not known: planned before the episode, for a range of frictions and starts.
 
-The contact search gives candidates for several shares of the friction. Each is closed and carried by `ik-sensed` in
+The contact search gives candidates for several shares of the friction. Each is closed and carried by the
+controller itself in
 worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to reach. How
 far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every object lost
 before. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on disk.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from inhand.caches import cached
-from inhand.control.controller import Task
+from inhand.control.controller import Controller, Task
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
@@ -64,18 +66,41 @@ class Candidate:
     """How far it went in each world that it was tried in [m]; negative where it never held the object."""
 
 
+@dataclass(frozen=True)
+class Carrier:
+    """Who carries objects where grasps are tried, and where."""
+
+    make: Callable[[Task], Controller] = IkSensedController
+    """Makes the controller."""
+    digest: str = "ik-sensed"
+    """What tells it from others."""
+    engine: str = ENGINE
+
+
 def sensed_grasp(
-    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = ENGINE
+    hand: HandSpec,
+    spec: ObjectSpec,
+    poses: Array,
+    starts: Array | None = None,
+    carrier: Carrier | None = None,
+    *,
+    engine: str = ENGINE,
 ) -> Grasp:
-    """Return the grasp of each path of object poses `(P, S, 3)`, with the way that is to be gone.
+    """Return the grasp of each path of object poses `(P, S, 3)`, with the way that is to be gone by a carrier.
 
     Where objects really stand is not known: `starts` is not looked at.
     """
     del starts
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     parts = [distinct[path : path + PATHS] for path in range(0, len(distinct), PATHS)]
+    by = replace(carrier or Carrier(), engine=engine)
     found = [
-        cached("sensed-plan", (hand, spec, part, engine), __name__, partial(_planned, Held(hand, spec), part, engine))
+        cached(
+            "sensed-plan",
+            (hand, spec, part, by.digest, engine),
+            __name__,
+            partial(_planned, Held(hand, spec), part, by),
+        )
         for part in parts
     ]
     opened, closed, way = (np.concatenate([each[name] for each in found])[index] for name in PLAN)
@@ -94,7 +119,7 @@ def told_way(ways: Array) -> tuple[float, float]:
     return max(float(ends[best]) - MARGIN, 0.0), float(worth[best])
 
 
-def _planned(held: Held, poses: Array, engine: str) -> dict[str, Array]:
+def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
     some = poses[:, ::PLAN_EVERY]
     searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
@@ -107,9 +132,9 @@ def _planned(held: Held, poses: Array, engine: str) -> dict[str, Array]:
     way, reach = way_along(some), np.zeros(len(poses))
     for each in found:
         reach[each.path] = max(reach[each.path], way[each.path, each.plan.reach - 1])
-    tried = _tried(held, (poses, reach), found, engine, range(DRAWS[0]))
+    tried = _tried(held, (poses, reach), found, by, range(DRAWS[0]))
     finalists = [each for path in range(len(poses)) for each in _best(tried, path)[:BEST]]
-    tried = _tried(held, (poses, reach), finalists, engine, range(DRAWS[0], sum(DRAWS)))
+    tried = _tried(held, (poses, reach), finalists, by, range(DRAWS[0], sum(DRAWS)))
     chosen = [_best(tried, path)[0] for path in range(len(poses))]
     grasp = closing_joints(*held, [each.plan for each in chosen], poses[:, 0], poses[:, 0], squeeze=SQUEEZE)
     told = np.array([told_way(np.array(each.ways))[0] for each in chosen])
@@ -123,7 +148,7 @@ def _best(candidates: list[Candidate], path: int) -> list[Candidate]:
 
 
 def _tried(
-    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], engine: str, draws: range
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
     """Return candidates with the ways that they went in further worlds, the same for all.
 
@@ -137,7 +162,7 @@ def _tried(
     grasp = Grasp(*(np.repeat(part, len(draws), axis=0) for part in (grasp.opened, grasp.closed)))
     worlds = [draw(WORLDS, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
     task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
-    _, found = simulate(task, grasp, starts, IkSensedController, Bench(engine), disturbed=worlds)
+    _, found = simulate(task, grasp, starts, by.make, Bench(by.engine), disturbed=worlds)
     ways = _ways(found, task.path).reshape(len(candidates), len(draws))
     return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
 

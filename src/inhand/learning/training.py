@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.control.contract import contract_of
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, save_policy
 from inhand.errors import InputError
@@ -28,7 +29,7 @@ from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Row
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
-from inhand.sim.disturbance_files import NONE
+from inhand.sim.disturbance_files import NONE, load_disturbance
 
 LEARNING = "learning"
 """What progress is told while the agent's episodes run."""
@@ -94,6 +95,7 @@ class Trainer:
         """
         self.config, self._ready, self._folder, self._told = config, ready, folder, told
         self._progress = progress
+        self._contract = contract_of(ready.held.hand, load_disturbance(config.disturb))
         self.counters = Counters()
         self._rng = np.random.default_rng((config.seed, 1))
         worlds = ManipulationWorlds(
@@ -299,4 +301,5 @@ class Trainer:
             {"preset": config.preset, "hand": config.hand, "object": config.object, "seed": config.seed}
             | ({"task": config.task} if config.task else {})
             | ({"disturb": config.disturb} if config.disturb != NONE else {}),
+            self._contract,
         )

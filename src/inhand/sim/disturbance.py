@@ -169,7 +169,7 @@ def told(spec: Disturbance) -> str:
     for part in PARTS:
         own = getattr(spec, part)
         changed = [each.name for each in fields(own) if getattr(own, each.name) != getattr(type(own)(), each.name)]
-        words += [f"{part}.{name} {_shown(getattr(own, name))}" for name in changed]
+        words += [f"{part}.{name} {told_value(getattr(own, name))}" for name in changed]
     return f"{spec.name}: {', '.join(words) or 'nothing'}"
 
 
@@ -181,7 +181,8 @@ def disturbance_of(settings: dict[str, Any]) -> dict[str, str]:
     return {"disturb": given.name if given in LEVELS else DISTURBANCES.name_of(given)}
 
 
-def _shown(value: object) -> str:
+def told_value(value: object) -> str:
+    """Return a quantity of a disturbance as texts have it, a range as from its lowest to its highest."""
     if isinstance(value, tuple):
         return f"{value[0]:g}" if value[0] == value[1] else f"{value[0]:g} to {value[1]:g}"
     return f"{value:g}"

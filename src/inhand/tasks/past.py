@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
-from inhand.tasks.observations import Aim, Layout, Part, Scene
+from inhand.tasks.observations import Aim, Layout, Part, Scene, by_rank
 
 LAGS = (0, 1, 2, 4, 8)
 """Decisions back that are remembered, the present one first: 160 ms, in which a camera of 30 Hz takes five frames."""
@@ -63,9 +63,9 @@ class Past:
         return replace(aim, start=self.start, distance=np.where(self.waiting, 0.0, aim.distance))
 
 
-def _joined(lags: Array) -> Array:
-    """Return numbers of each lag `(L, B, k)` side by side `(B, L k)`."""
-    return np.concatenate(list(lags), axis=-1)
+def _ranked(lags: Array, scene: Scene) -> Array:
+    """Return numbers of all joints at each lag `(L, B, n)` side by side `(B, L n)`, each lag's in the order of ranks."""
+    return np.concatenate(list(lags[..., by_rank(scene.hand)]), axis=-1)
 
 
 def _each(given: Array | float, past: Past) -> Array:
@@ -87,17 +87,22 @@ SENSES = Layout(
         Part("direction, unit vector; 0 of a turn", lambda _past, aim, _scene: aim.heading, 1.0, fixed=2),
         Part("side of a turn", lambda past, aim, _scene: _each(aim.turn, past), 1.0, fixed=1),
         Part("way to go in all [m]", lambda past, aim, _scene: _each(aim.distance, past), 0.1, fixed=1),
-        Part("encoders at the start [rad]", lambda past, _aim, _scene: past.first, np.pi, for_joint=1),
-        Part("encoders [rad]", lambda past, _aim, _scene: _joined(past.joints), np.pi, for_joint=len(LAGS)),
+        Part(
+            "encoders at the start [rad]",
+            lambda past, _aim, scene: past.first[:, by_rank(scene.hand)],
+            np.pi,
+            for_joint=1,
+        ),
+        Part("encoders [rad]", lambda past, _aim, scene: _ranked(past.joints, scene), np.pi, for_joint=len(LAGS)),
         Part(
             "encoders since then [rad]",
-            lambda past, _aim, _scene: _joined(past.joints[0] - past.joints[1:]),
+            lambda past, _aim, scene: _ranked(past.joints[0] - past.joints[1:], scene),
             1 / 30,
             for_joint=len(LAGS) - 1,
         ),
         Part(
             "commands ahead of the encoders [rad]",
-            lambda past, _aim, _scene: _joined(past.commands - past.joints),
+            lambda past, _aim, scene: _ranked(past.commands - past.joints, scene),
             0.2,
             for_joint=len(LAGS),
         ),

@@ -255,10 +255,9 @@ def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
     """
     if entry.policy is not None:
         check_joints(entry.policy, hand)
-        if entry.reads == SENSED:
-            return
         if not entry.policy.task:
-            straight_angles(paths)
+            turning = entry.reads == SENSED
+            straight_angles(paths * (1.0, 1.0, 0.0) if turning else paths)
 
 
 def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:

@@ -61,6 +61,11 @@ class Memory:
         self._waiting = self._waiting & (seen.time - self._began < WAIT - SOON)
 
     @property
+    def waiting(self) -> NDArray[np.bool_]:
+        """Which hands wait for frames `(B,)`."""
+        return self._waiting
+
+    @property
     def past(self) -> Past:
         """What is remembered now."""
         n, rows = self._joints, self._rows[[(self._head - lag) % len(self._rows) for lag in LAGS]]

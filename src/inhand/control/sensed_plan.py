@@ -107,6 +107,22 @@ def sensed_grasp(
     return Grasp(opened, closed, way)
 
 
+def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
+    """Return grasps of paths `(P, S, 3)`, searched for each share of the friction, and farthest reaches `(P,)` [m]."""
+    some = poses[:, ::PLAN_EVERY]
+    searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
+    found = [
+        Candidate(path, plan)
+        for search in searches
+        for path, plans in enumerate(plan_grasps(*held, some, search))
+        for plan in plans
+    ]
+    way, reach = way_along(some), np.zeros(len(poses))
+    for each in found:
+        reach[each.path] = max(reach[each.path], way[each.path, each.plan.reach - 1])
+    return found, reach
+
+
 def told_way(ways: Array) -> tuple[float, float]:
     """Return how far to go [m], and what that is worth, where worlds were lost after ways `(N,)` [m].
 
@@ -121,17 +137,7 @@ def told_way(ways: Array) -> tuple[float, float]:
 
 def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
-    some = poses[:, ::PLAN_EVERY]
-    searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
-    found = [
-        Candidate(path, plan)
-        for search in searches
-        for path, plans in enumerate(plan_grasps(*held, some, search))
-        for plan in plans
-    ]
-    way, reach = way_along(some), np.zeros(len(poses))
-    for each in found:
-        reach[each.path] = max(reach[each.path], way[each.path, each.plan.reach - 1])
+    found, reach = candidates(held, poses)
     tried = _tried(held, (poses, reach), found, by, range(DRAWS[0]))
     finalists = [each for path in range(len(poses)) for each in _best(tried, path)[:BEST]]
     tried = _tried(held, (poses, reach), finalists, by, range(DRAWS[0], sum(DRAWS)))

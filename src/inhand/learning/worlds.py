@@ -1,5 +1,6 @@
 """Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -15,10 +16,13 @@ from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
+from inhand.hands.hand import HandSpec
 from inhand.learning.starts import Starts
 from inhand.records import Config
-from inhand.sim.drawn import Disturbed, truths
+from inhand.sim.disturbance import FACTORS
+from inhand.sim.drawn import Disturbed, Drawn, truths
 from inhand.sim.engines import make_simulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
@@ -42,6 +46,8 @@ class Interface(Config):
     """Reward: thesis (3.3.3), progress or gain."""
     horizon: int = 250
     """Decisions after which an episode is cut off; one takes 20 ms."""
+    truth: str = ""
+    """Layout of what critics alone see, beside: truth, where the actor's is of what is sensed; none by default."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +55,9 @@ class Step:
     """What one decision of B worlds led to."""
 
     observation: Array
-    """Observations to decide on next `(B, d)`: of the new episode where one has ended."""
+    """Observations to decide on next `(B, d + c)`: of the new episode where one has ended; c are what critics see."""
     successor: Array
-    """Observations of the states the decision led to `(B, d)`."""
+    """Observations of the states the decision led to `(B, d + c)`."""
     reward: Array
     """Rewards `(B,)`."""
     terms: dict[str, Array]
@@ -90,6 +96,7 @@ class ManipulationWorlds:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
         self.hand, spec = held
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
+        self._truth = find_layout(self.interface.truth) if self.interface.truth else None
         if starts.disturbed is None:
             self.simulator = make_simulator(starts.engine, self.hand, [spec] * count, threads=threads)
         else:
@@ -103,7 +110,10 @@ class ManipulationWorlds:
         self._pool = _asked(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
-        self._observation = np.empty((count, self.layout.size(self.hand)))
+        self._drawn = (
+            None if starts.disturbed is None else np.stack([_numbers(each.drawn) for each in starts.disturbed])
+        )
+        self._observation = np.empty((count, size_of(self.interface, self.hand)))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
@@ -113,6 +123,11 @@ class ManipulationWorlds:
     def state(self) -> State:
         """The state as it is."""
         return self._state
+
+    @property
+    def between(self) -> Between | None:
+        """What stands between controllers and the worlds, where they are disturbed."""
+        return self._between
 
     @property
     def reads(self) -> Reads:
@@ -128,6 +143,13 @@ class ManipulationWorlds:
     def aim(self) -> Aim:
         """What is asked of each world."""
         return self._aim
+
+    @property
+    def asked(self) -> Aim:
+        """The same at this decision: while a hand waits for frames, to stay."""
+        if self._memory is None:
+            return self._aim
+        return replace(self._aim, distance=np.where(self._memory.waiting, 0.0, self._aim.distance))
 
     def reset(self, rows: NDArray[np.int64] | None = None) -> Array:
         """Start every world's episode anew, from rows `(B,)` of the pool if given; return the observations `(B, d)`."""
@@ -200,9 +222,13 @@ class ManipulationWorlds:
         self._lost[worlds] = 0
 
     def _observed(self) -> Array:
-        """Return what all worlds see `(B, d)`."""
+        """Return what all worlds see, and beside it what critics do `(B, d + c)`."""
         view = self.seen if self._memory is None else self._memory.past
-        return observe(self.layout, view, self._seen_aim(), self.scene)
+        found = observe(self.layout, view, self._seen_aim(), self.scene)
+        if self._truth is None:
+            return found
+        scene = self.scene if self._drawn is None else replace(self.scene, drawn=self._drawn[self._row])
+        return np.concatenate([found, observe(self._truth, self._state, self.asked, scene)], axis=-1)
 
     def _look(self, worlds: NDArray[np.int64]) -> None:
         """Begin the senses and the memory of episodes that begin in some worlds."""
@@ -262,6 +288,19 @@ class ManipulationWorlds:
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
         self.rng.bit_generator.state = kept["rng"]
+
+
+def size_of(interface: Interface, hand: HandSpec) -> int:
+    """Return how many numbers an actor sees with a hand, and critics beside."""
+    names = [interface.observation, *([interface.truth] if interface.truth else [])]
+    return sum(find_layout(name).size(hand) for name in names)
+
+
+def _numbers(drawn: Drawn) -> Array:
+    """Return what holding depends on of what was drawn for a world `(DRAWN,)`."""
+    late = drawn.command_s, drawn.camera_s
+    factors = [math.log(getattr(drawn, name)) for name in FACTORS]
+    return np.array([*factors, *(each / (SUBSTEPS * SceneSpec.timestep) for each in late)])
 
 
 def _asked(starts: Starts) -> Aim:

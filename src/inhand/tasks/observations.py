@@ -20,6 +20,8 @@ from inhand.sim.state import State
 
 View: TypeAlias = Any
 """What a layout is of: a `State`, or a `Past` where it is of what is sensed."""
+DRAWN = 9
+"""Numbers that are drawn of a world and that holding depends on."""
 LARGEST_SIZE = 0.12
 """Object sizes are normalised over 0 to this [m], guessed: more than the catalogue's hands can hold."""
 
@@ -87,6 +89,8 @@ class Scene:
     hand: HandSpec
     objects: tuple[ObjectSpec, ...]
     """The object of each world."""
+    drawn: Array | None = None
+    """What is drawn of each world, as numbers `(B, DRAWN)`; None where nothing is."""
 
 
 OfHand = float | tuple[float, ...] | Callable[[HandSpec], Array | float]
@@ -265,6 +269,20 @@ _HELD = (
 
 GRIP = Layout("grip-1", (_AIMED[0], *_LEFT, *_AIMED[1:], *_HELD))
 """31 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""
+
+TRUTH = Layout(
+    "truth-1",
+    (
+        *GRIP.parts,
+        Part(
+            "the world as it is drawn: logarithms of factors, and delays in decisions",
+            lambda state, _aim, scene: np.zeros((state.n_worlds, DRAWN)) if scene.drawn is None else scene.drawn,
+            3.0,
+            fixed=DRAWN,
+        ),
+    ),
+)
+"""The same with what differs between worlds: what critics may see of worlds of which an actor has its senses alone."""
 
 OPEN = Layout("grip-open-1", (*_AIMED, *_HELD))
 """The same without the way left to go: a policy must learn by itself how far each grip carries."""

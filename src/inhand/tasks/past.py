@@ -64,7 +64,7 @@ class Past:
 
 
 def _ranked(lags: Array, scene: Scene) -> Array:
-    """Return numbers of all joints at each lag `(L, B, n)` side by side `(B, L n)`, each lag's in the order of ranks."""
+    """Return numbers of all joints at each lag `(L, B, n)`, in the order of `by_rank`, side by side `(B, L n)`."""
     return np.concatenate(list(lags[..., by_rank(scene.hand)]), axis=-1)
 
 

@@ -8,7 +8,7 @@ from inhand.control.estimator import Estimator
 from inhand.control.follow import follow_limit
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.memory import Memory
-from inhand.control.policy import Policy, aims_of, check_joints
+from inhand.control.policy import Policy, aims_of, check_task
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
 from inhand.hands.fit import Held
@@ -33,7 +33,7 @@ class SensedPolicyController:
         Raises:
             InputError: other paths, or a hand with another number of joints than the policy knows.
         """
-        check_joints(policy, task.hand)
+        check_task(policy, task)
         self._task, self._policy = task, policy
         self._angle, self._turn = aims_of(task.path.poses)
         self._layout, self._scene = find_layout(policy.observation), Scene(task.hand, task.objects)

@@ -5,7 +5,7 @@ from typing import Literal
 
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.learning.demonstrations import Recipe, Recording
+from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config

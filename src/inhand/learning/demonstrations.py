@@ -8,7 +8,7 @@ Datasets and training record by the same lines; one writes episodes to a folder,
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,9 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
 from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.recipe import Recording
 from inhand.learning.starts import (
     Noise,
     Plans,
@@ -35,13 +34,11 @@ from inhand.learning.starts import (
     taken,
     varied_plans,
 )
-from inhand.learning.worlds import Interface, ManipulationWorlds
-from inhand.records import Config
+from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.decisions import actions_of, largest_step
 from inhand.tasks.paths import stacked
-from inhand.tasks.primitives import UNSEEN
 from inhand.tasks.routes import Routes, routes_of
 from inhand.tracing.tasks import find_task
 
@@ -59,74 +56,6 @@ CORRELATION = 0.9
 """How much of the noise of one decision is left in the next."""
 EARLIEST = 20
 """Decisions after which a state of an episode may start another."""
-
-
-@dataclass(frozen=True)
-class Recipe(Config):
-    """How demonstrations are made."""
-
-    episodes: int = 5000
-    """Number of episodes (thesis 3.3.4 keeps 5,000 of the expert)."""
-    expert: str = "ik"
-    """Who demonstrates: ik, ik-cautious, thesis-ik, or teacher, which knows every world as it was drawn."""
-    push: float = 0.01
-    """Largest standard deviation of the noise added to joint targets [rad]; each episode draws its own up to it."""
-    midway: float = 0.25
-    """Share of the episodes that start where an earlier one was under way, in a new direction."""
-    grasp: Literal["planned", "rough", "sensed"] = "planned"
-    """Grip of the starts: planned for each direction; rough, on the middle of the object's sides (thesis 3.2); or
-    sensed, one of several for each direction that are planned for less friction than is told too."""
-    whole: float = 1.0
-    """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
-    grip_spread: float = 0.0
-    """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
-    steered: float = 0.15
-    """Share of the episodes that the expert steers where it labels those of an actor."""
-
-
-@dataclass(frozen=True)
-class Recording:
-    """What is to be recorded."""
-
-    hand: HandSpec
-    object: ObjectSpec
-    angles_deg: tuple[float, ...]
-    """Directions, drawn evenly [deg]."""
-    recipe: Recipe
-    interface: Interface
-    """What is seen, done and rewarded."""
-    noise: Noise
-    seed: int
-    engine: Engine = ENGINE
-    continuous: bool = False
-    """Whether half of the directions are drawn anywhere on the circle but near the 8 unseen ones."""
-    held_out: float = 5.0
-    """Half width of the sectors about those that are left out [deg]."""
-    task: str = ""
-    """Whole task to show instead of directions."""
-    disturb: Disturbance | None = None
-    """What disturbs the worlds, each of which an episode has for itself."""
-
-    @property
-    def held(self) -> Held:
-        """The hand and the object."""
-        return Held(self.hand, self.object)
-
-    @property
-    def grid(self) -> tuple[float, ...]:
-        """Directions that grasps are planned for [deg]."""
-        anywhere = self.continuous or self.recipe.grip_spread > 0
-        return grid_of(np.arange(0.0, 360.0) if anywhere else np.array(self.angles_deg))
-
-    def draw(self, rng: np.random.Generator, count: int) -> Array:
-        """Return drawn directions `(count,)` [deg]."""
-        named = np.asarray(rng.choice(np.array(self.angles_deg), count))
-        if not self.continuous:
-            return named
-        anywhere = 360.0 * rng.random((20, count))
-        allowed = from_unseen(anywhere) >= self.held_out
-        found = np.where(allowed.any(axis=0), anywhere[allowed.argmax(axis=0), np.arange(count)], named)
-        return np.where(rng.random(count) < 0.5, named, found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,12 +119,6 @@ def check_episodes(count: int, given: str) -> None:
             f"{given}: they would take about {count * EPISODE_MB / 1e3:.0f} GB of disk and"
             f" {count * EPISODE_S / 3600:.0f} hours of two cores; at most {MOST_EPISODES} are recorded at a time"
         )
-
-
-def from_unseen(angle_deg: Array) -> Array:
-    """Return how far directions [deg] are from the nearest of the 8 unseen ones [deg]."""
-    unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
-    return np.asarray(np.abs((angle_deg[..., None] - unseen + 180.0) % 360.0 - 180.0).min(axis=-1))
 
 
 def demonstrations(
@@ -312,9 +235,7 @@ def recorded(
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
     expert, size = expert_of(recipe.expert, held, starts, worlds), worlds.layout.size(held.hand)
-    steered = (
-        np.full((len(starts), 1), fill_value=True) if actor is None else rng.random((len(starts), 1)) < recipe.steered
-    )
+    does = _doing(recording, actor, len(starts), rng)
     push = np.zeros(worlds.state.targets.shape)
     strength = recipe.push * rng.random((len(starts), 1))
     pick = rng.integers(EARLIEST, max(interface.horizon, EARLIEST + 1), size=len(starts))
@@ -331,9 +252,7 @@ def recorded(
         wanted, action = (
             actions_of(t, interface.actions, held.hand, worlds.seen) for t in (targets, targets + strength * push)
         )
-        if actor is not None:
-            own = actor(seen[-1][:, :size]) + strength * push / largest_step(interface.actions)
-            action = np.where(steered, action, np.clip(own, -1.0, 1.0))
+        action = does(action, seen[-1][:, :size], strength * push)
         step = worlds.step(action)
         for name, value in zip(rows, (action, wanted, step.reward, running), strict=True):
             rows[name].append(value)
@@ -345,3 +264,17 @@ def recorded(
     ends = {"terminated": terminated, "angle_deg": starts.angle_deg, "distance": distance}
     midway = joined(parts) if parts else starts.take(np.arange(0), np.zeros(0))
     return Episodes(np.stack(seen), **stacks, **ends, starts=starts), midway
+
+
+def _doing(
+    recording: Recording, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
+) -> Callable[[Array, Array, Array], Array]:
+    """Return what is done where an expert acts so, so much is seen and a push comes: that, or what an actor does."""
+    if actor is None:
+        return lambda expert, _seen, _push: expert
+    steered, largest = rng.random((count, 1)) < recording.recipe.steered, largest_step(recording.interface.actions)
+
+    def does(expert: Array, seen: Array, push: Array) -> Array:
+        return np.where(steered, expert, np.clip(actor(seen) + push / largest, -1.0, 1.0))
+
+    return does

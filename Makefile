@@ -4,7 +4,10 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 INPUTS := pyproject.toml requirements/build.in
 
-.PHONY: demo test fuzz sweep bench learn ship study compare lock
+# What `make robustness` compares.
+CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
+
+.PHONY: demo test fuzz sweep robustness bench learn ship study compare lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -22,6 +25,11 @@ fuzz: .venv/.dev
 
 sweep: .venv/.run
 	$(BIN)/inhand sweep
+
+# 1,008 trials a level and strength, 192 a single quantity, in starts and worlds that no plan has seen: half an hour.
+robustness: .venv/.run
+	$(BIN)/inhand robustness --controllers $(CONTROLLERS) --disturbances levels --trials 63 --seed 11 --out results/levels
+	$(BIN)/inhand robustness --controllers $(CONTROLLERS) --disturbances singles --curves --trials 12 --seed 11 --out results/singles
 
 bench: .venv/.dev
 	$(BIN)/python benchmarks/stepping.py

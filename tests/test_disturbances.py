@@ -351,9 +351,10 @@ def test_commands_are_late_and_pushes_come_as_drawn() -> None:
     assert abs(np.exp(1j * angles).mean()) < 0.3
 
 
-def test_what_is_seen_of_a_world_is_the_same_alone() -> None:
-    whole, _ = watched(HARD, 6, 150)
-    alone, _ = watched(HARD, 1, 150, first=4)
+@pytest.mark.parametrize("spec", [FIELD, HARD], ids=lambda spec: spec.name)
+def test_what_is_seen_of_a_world_is_the_same_alone(spec: Disturbance) -> None:
+    whole, _ = watched(spec, 6, 150)
+    alone, _ = watched(spec, 1, 150, first=4)
     for together, apart in zip(whole, alone, strict=True):
         for name, values in vars(apart).items():
             np.testing.assert_array_equal(getattr(together, name)[4:5], values)
@@ -394,6 +395,9 @@ def test_a_file_changes_a_level(tmp_path: Path) -> None:
     differs = replace(FIELD.differs, friction=(0.7, 0.7), mass=(1.0, 2.0))
     camera = replace(FIELD.camera, delay_ms=(40.0, 40.0), missing_run=(2, 3))
     assert spec == replace(FIELD, name="mine", differs=differs, camera=camera)
+    assert load_disturbance(str(file)) is spec  # read once
+    file.write_text(TOML.replace("0.7", "0.75"), encoding="utf-8")
+    assert load_disturbance(str(file)) == replace(spec, differs=replace(differs, friction=(0.75, 0.75)))
     assert load_disturbance("none") is None
     assert load_disturbance("hard") is HARD
 

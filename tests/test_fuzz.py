@@ -28,10 +28,11 @@ from safetensors.numpy import load_file, save
 import damage
 from commands import Call
 from inhand import folders
+from inhand.asterisk_test import spread
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
 from inhand.asterisk_test.people.human import read_human_file
 from inhand.asterisk_test.results import result_of_human, result_of_trial
-from inhand.asterisk_test.sweep import sweep
+from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.control.contract import contract_of
 from inhand.control.policy import ACTOR, CARD, Policy, load_policy, save_policy
@@ -280,6 +281,7 @@ CONFIGS = {
     "trace": TraceConfig,
     "reach": ReachCommand,
     "sweep": SweepConfig,
+    "robustness": RobustnessConfig,
     "record": RecordConfig,
     "train": TrainConfig,
     "evaluate": EvaluateConfig,
@@ -310,7 +312,7 @@ def test_a_command_says_what_it_cannot_do(tmp_path: Path, monkeypatch: pytest.Mo
         raise Begun
 
     monkeypatch.chdir(tmp_path)
-    for place in (folders, sweep):
+    for place in (folders, spread):
         monkeypatch.setattr(place, "alone", begin)
     if RL:
         from inhand.learning import runs as training

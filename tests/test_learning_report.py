@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 
 from inhand.asterisk_test.comparison import HEADER, ControllerTrials, lost, rows, with_more
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.failures import Failure, failure_of, failures_figure
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.trial import LOST_CONTACT, NO_GRASP, TIME_OUT, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.learning.commands import EvaluateConfig
-from inhand.learning.failures import Failure, failure_of, failures_figure
 from inhand.learning.figures import (
     MOST_POINTS,
     directions_figure,

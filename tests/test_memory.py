@@ -123,7 +123,9 @@ def test_a_policy_on_senses_holds_while_it_waits_then_is_told_its_way_and_ends(s
             told.append(observation[:, 3].copy())
             return np.zeros((len(observation), HAND.n_joints))
 
-    policy = Listens((np.zeros((find_layout("senses").size(HAND), 4)),), (np.zeros(4),), "senses", "steps", "sensed", {}, None)
+    policy = Listens(
+        (np.zeros((find_layout("senses").size(HAND), 4)),), (np.zeros(4),), "senses", "steps", "sensed", {}, None
+    )
     path = Path(np.tile(np.linspace(0.0, 0.05, 3)[:, None] * [1.0, 0.0, 0.0], (4, 1, 1)))
     entry = learned("senses", policy)
     assert entry.reads == "sensed"

@@ -16,12 +16,13 @@ import pytest
 from safetensors.numpy import load_file, save_file
 
 from inhand import geometry
+from inhand.asterisk_test.cells import job_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.asterisk_test.sweep.cells import job_of
 from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
 from inhand.control.contract import ANGLES, check_senses, contract_of
 from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.draws import disturbance_notes
 from inhand.control.policy import (
     ACTOR,
     CARD,
@@ -32,6 +33,7 @@ from inhand.control.policy import (
     load_policy,
     save_policy,
 )
+from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.hands.files import assumed
 from inhand.hands.names import parse_hand_name
@@ -102,11 +104,12 @@ def test_a_policy_comes_back_as_it_was_and_as_the_same_bytes(tmp_path: Path) -> 
 
 @pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="needs the extra `rl`: pip install 'inhand[rl]'")
 def test_a_cell_of_a_sweep_knows_its_policy_by_what_it_is_not_by_its_place(folder: Path, tmp_path: Path) -> None:
+    names = "a", "with", "b"
     config = AsteriskConfig(controller=str(folder))
-    before, again = (job_of(config, HAND, CUBE, {}, tmp_path).settings for _ in range(2))
+    before, again = (job_of(config, (HAND, CUBE), {}, tmp_path, names).settings for _ in range(2))
     assert before == again
     save_policy(a_policy(strength=0.9), folder / "best")
-    after = job_of(config, HAND, CUBE, {}, tmp_path).settings
+    after = job_of(config, (HAND, CUBE), {}, tmp_path, names).settings
     assert [key for key in after if after[key] != before[key]] == ["policy"]
 
 
@@ -263,6 +266,18 @@ def test_senses_within_what_was_trained_are_taken() -> None:
     fine = replace(FIELD, encoders=replace(FIELD.encoders, resolution_deg=0.01), camera=camera)
     check_senses(contract_of(HAND, FIELD), fine)
     check_senses(contract_of(HAND, None), replace(FIELD, encoders=Encoders(), camera=Camera(50.0), commands=Commands()))
+
+
+def test_a_disturbed_run_says_which_senses_its_policy_was_not_trained_with() -> None:
+    contract = contract_of(HAND, FIELD)
+    first, *others = disturbance_notes(RunConfig(disturb="hard"), "sensed", contract)
+    assert "reads what is sensed" in first
+    assert [note.split(": ")[0] for note in others] == ["The policy was trained with other senses"]
+    assert "camera.rate_hz 30 there, 25 here; " in others[0]
+    assert len(disturbance_notes(RunConfig(disturb="field"), "sensed", contract)) == 1
+    assert disturbance_notes(RunConfig(), "sensed", contract) == ()
+    assert find_controller("rl").contract == contract_of(HAND, None)
+    assert find_controller("ik").contract is None
 
 
 def test_a_policy_has_finished_once_nothing_is_gained_for_a_while() -> None:

@@ -89,7 +89,7 @@ def test_every_public_name_is_there_and_none_is_a_room() -> None:
 
 
 def test_a_folder_that_holds_no_run_is_refused_with_what_it_holds(tmp_path: Path) -> None:
-    marks = r"give a trial's .npz file, or a folder with one of sweep.json \(inhand sweep\), trace.json"
+    marks = r"give a trial's .npz file, or a folder with one of sweep.json \(inhand sweep\), robustness.json"
     with pytest.raises(InputError, match=f"none is not there: {marks}"):
         front.load(tmp_path / "none")
     with pytest.raises(InputError, match="None is no place: give the folder of a run"):

@@ -13,6 +13,7 @@ import pytest
 
 import inhand
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
@@ -32,6 +33,7 @@ KINDS: dict[type[Config], dict[str, Any]] = {
     ReachCommand: {},
     TraceConfig: {},
     SweepConfig: {},
+    RobustnessConfig: {},
     RecordConfig: {},
     TrainConfig: {},
     EvaluateConfig: {},

@@ -10,8 +10,8 @@ from commands import in_a_process
 from inhand.cli import COMMANDS
 
 HEAVY = (
-    "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "optax", "pandas",
-    "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
+    "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "onnx", "optax",
+    "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
 )  # fmt: skip
 EACH = """
 import contextlib, io, json, sys
@@ -28,17 +28,23 @@ for line in lines:
     print(json.dumps([line, code, sorted(heavy & set(sys.modules))]))
 """
 WRONG = (
-    *(f"{command} --{what} {name}" for command in ("asterisk", "trace", "reach", "record", "train", "evaluate")
+    *(f"{command} --{what} {name}"
+      for command in ("asterisk", "trace", "reach", "robustness", "record", "train", "evaluate")
       for what in ("hand", "object") for name in ("nonsense", "missing.toml")),
-    *(f"{command} --engine nonsense" for command in ("asterisk", "trace", "sweep", "record", "train", "evaluate")),
+    *(f"{command} --engine nonsense"
+      for command in ("asterisk", "trace", "sweep", "robustness", "record", "train", "evaluate")),
     *(f"{command} --controller nonsense" for command in ("asterisk", "trace", "sweep")),
-    *(f"{command} --directions nonsense" for command in ("asterisk", "reach", "sweep", "record", "train")),
+    *(f"{command} --directions nonsense"
+      for command in ("asterisk", "reach", "sweep", "robustness", "record", "train")),
     "asterisk --human missing", "asterisk --beside missing", "asterisk --metrics nonsense",
     "asterisk --phases nonsense",
     "trace --path nonsense", "trace --path missing.svg", "trace --path missing.csv", "trace --path missing.dxf",
-    "sweep --hands nonsense", "sweep --objects nonsense", "train --preset nonsense", "train --out missing --resume",
-    "evaluate nonsense", "metrics missing.npz", "metrics missing.csv", "metrics missing", "view missing.npz",
-    "nonsense", "asterisk --nonsense",
+    "sweep --hands nonsense", "sweep --objects nonsense", "robustness --controllers nonsense",
+    "robustness --disturbances nonsense", "robustness --curves nonsense", "robustness --strengths nan",
+    "train --preset nonsense", "train --out missing --resume",
+    "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
+    "metrics missing.npz", "metrics missing.csv", "metrics missing",
+    "view missing.npz", "nonsense", "asterisk --nonsense",
 )  # fmt: skip
 
 

@@ -19,10 +19,11 @@ from PIL import Image
 
 import inhand
 from inhand import cli
+from inhand.asterisk_test.cells import CellFile, read_cell
+from inhand.asterisk_test.study import command
 from inhand.asterisk_test.sweep import tables
-from inhand.asterisk_test.sweep.cells import CellFile, read_cell
 from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
-from inhand.asterisk_test.sweep.page import KINDS, OVER, command, figure_of, page
+from inhand.asterisk_test.sweep.page import KINDS, OVER, figure_of, page
 from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
@@ -74,7 +75,7 @@ async def killed_after_a_cell(out: Path) -> None:
 
 WORKER = """
 import os, time
-from inhand.asterisk_test.sweep.cells import end_with
+from inhand.asterisk_test.cells import end_with
 end_with(os.getppid())
 print(os.getpid(), flush=True)
 time.sleep(60)
@@ -127,7 +128,7 @@ def test_only_the_cell_that_is_missing_is_computed(
         stepped.append(engine)
         return make_simulator(engine, *given, **more)
 
-    monkeypatch.setattr("inhand.asterisk_test.sweep.sweep.make_simulator", made)
+    monkeypatch.setattr("inhand.asterisk_test.spread.make_simulator", made)
     before = stamps(out)
     gone = next(name for name in before if "400" in name)
     (out / "cells" / gone).unlink()
@@ -212,7 +213,7 @@ def test_a_folder_of_other_files_and_a_damaged_cell_are_refused(tmp_path: Path) 
         plan(config)
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / f"{STANDARD}__{CUBE}.json").write_text("{")
-    with pytest.raises(InputError, match="is no cell of a sweep"):
+    with pytest.raises(InputError, match="is no cell of a study"):
         plan(config)
 
 
@@ -251,7 +252,7 @@ def test_a_cell_says_which_field_is_wrong(tmp_path: Path, change: dict[str, Any]
     path.write_text(text_of(cell("a", "x", entry("In", 1.0))))
     assert read_cell(path) == cell("a", "x", entry("In", 1.0))
     path.write_text(text_of(table_of(cell("a", "x")) | change))
-    with pytest.raises(InputError, match=rf"is no cell of a sweep: {re.escape(text)}.*; remove it"):
+    with pytest.raises(InputError, match=rf"is no cell of a study: {re.escape(text)}.*; remove it"):
         read_cell(path)
 
 
@@ -390,5 +391,5 @@ def test_the_default_sweep_is_wide_and_its_command_short(tmp_path: Path) -> None
     assert len(OBJECTS) >= 10
     assert len(plan(SweepConfig(out=tmp_path / "sweep")).waiting) == len(HANDS) * len(OBJECTS)
     config = SweepConfig(hands=("a", "b"), seed=3)
-    assert command(config) == "inhand sweep --seed 3 --hands a b"
-    assert command(SweepConfig()) == "inhand sweep"
+    assert command("sweep", config) == "inhand sweep --seed 3 --hands a b"
+    assert command("sweep", SweepConfig()) == "inhand sweep"

@@ -17,7 +17,12 @@ if TYPE_CHECKING:
     from inhand import register as register
     from inhand.asterisk_test.asterisk import asterisk as asterisk
     from inhand.asterisk_test.reach import reach as reach
+    from inhand.asterisk_test.robustness.run import robustness as robustness
     from inhand.asterisk_test.sweep.run import sweep as sweep
+    from inhand.control.drive import drive as drive
+    from inhand.control.onnx_export import export as export
+    from inhand.control.readings import Frame as Frame
+    from inhand.control.readings import Reading as Reading
     from inhand.control.user_policy import user_policy as policy
     from inhand.errors import InputError as InputError
     from inhand.hands.files import load_hand as hand
@@ -38,9 +43,14 @@ NAMES = {
     "asterisk": "asterisk_test.asterisk:asterisk",
     "trace": "tracing.tracing:trace",
     "sweep": "asterisk_test.sweep.run:sweep",
+    "robustness": "asterisk_test.robustness.run:robustness",
     "record": "learning.record:record",
     "train": "learning.train:train",
     "evaluate": "learning.evaluate:evaluate",
+    "drive": "control.drive:drive",
+    "Reading": "control.readings:Reading",
+    "Frame": "control.readings:Frame",
+    "export": "control.onnx_export:export",
     "load": "loading:load",
     "make": "learning.make:make",
     "policy": "control.user_policy:user_policy",
@@ -49,9 +59,13 @@ NAMES = {
 }
 """Where each public name is: a module, and the name in it."""
 __all__ = [
+    "Frame",
     "InputError",
+    "Reading",
     "asterisk",
+    "drive",
     "evaluate",
+    "export",
     "hand",
     "load",
     "make",
@@ -60,6 +74,7 @@ __all__ = [
     "reach",
     "record",
     "register",
+    "robustness",
     "sweep",
     "trace",
     "train",

@@ -10,6 +10,8 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.reach import load_reach
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
+from inhand.asterisk_test.robustness import run as robust
+from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import SweepRun, run_sweep
 from inhand.control.trial import Trial, load_trial, load_trials
@@ -70,6 +72,10 @@ def _sweep(folder: Path) -> SweepRun:
     return run_sweep(saved(folder, "sweep.json", SweepConfig, engine=UNTOLD)[0])
 
 
+def _robustness(folder: Path) -> robust.RobustnessRun:
+    return robust.run_robustness(saved(folder, robust.MARK, RobustnessConfig)[0])
+
+
 def _place(trial: Trial, order: list[str]) -> int:
     """Return where a trial's direction stands in a run; those that hold a twist stand as they were saved."""
     name = trial.passport.primitive
@@ -93,6 +99,7 @@ def _one(path: Path) -> Run:
 
 LOADERS: dict[str, tuple[str, Callable[[Path], Shown]]] = {
     "sweep.json": ("inhand sweep", _sweep),
+    "robustness.json": ("inhand robustness", _robustness),
     "trace.json": ("inhand trace", load_trace),
     "reach.json": ("inhand reach", load_reach),
     "metrics.json": ("inhand asterisk, inhand evaluate", _tested),

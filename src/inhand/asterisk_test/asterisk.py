@@ -113,7 +113,11 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Ru
     from inhand.asterisk_test.report import Run
 
     entry = known.setup.controller
-    notes = (*known.people.notes, *notes_of(entry, config.hand, config.object), *disturbance_notes(config, entry.reads))
+    notes = (
+        *known.people.notes,
+        *notes_of(entry, config.hand, config.object),
+        *disturbance_notes(config, entry.reads, entry.contract),
+    )
     trials = run(config, known.setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     for sentence in metric_faults(results):

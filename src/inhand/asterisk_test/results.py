@@ -30,7 +30,8 @@ BENT_MM = 0.1
 REACHED, LIMIT = ("distance_mm", "rotation_final_deg"), ("limit_mm", "limit_deg")
 """How an entry calls what was reached and what could be, along a direction and where it only turns."""
 MAY_LACK = (
-    "fraction_of_limit", "contact_fraction", "longest_gap_s", "path_max_mm", "force_max_n", "penetration_max_mm",
+    "fraction_of_limit", "contact_fraction", "longest_gap_s", "path_max_mm", "force_max_n", "torque_max_nmm",
+    "penetration_max_mm", "penetration_mean_mm", "penetration_share",
 )  # fmt: skip
 """Numbers of an entry that people's trials, or runs without a limit, do not have."""
 RECORDED = "recorded"
@@ -65,6 +66,12 @@ class Result:
     """Largest force of a finger on the object in any row of the trial [N]; None for people."""
     penetration_max_mm: float | None = None
     """Deepest overlap of a link and the object in any row of the trial [mm]; None for people."""
+    torque_max_nmm: float | None = None
+    """Largest torque of a finger about the object's middle in any row of the trial [N mm],"""
+    penetration_mean_mm: float | None = None
+    """mean of the deepest overlap over the time of manipulation [mm],"""
+    penetration_share: float | None = None
+    """and share of that time in which it is more than half a millimetre; None for people."""
     unseen: Unseen = ALL_SEEN
     """Frames of a recording in which the camera did not see the object."""
     more: dict[str, float] = field(default_factory=dict)
@@ -124,6 +131,9 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
         _limit(passport),
         trial.force_max_n,
         trial.penetration_max_mm,
+        trial.torque_max_nmm,
+        trial.penetration_mean_mm,
+        trial.penetration_share,
         more=more,
         wrong=wrong,
         bent=angle is not None and np.abs(progress(reference, angle)[:, 1]).max() > BENT_MM,
@@ -196,7 +206,10 @@ def as_entry(result: Result) -> dict[str, Any]:
         **_limit_entry(result),
         "fraction_of_limit": result.fraction,
         "force_max_n": result.force_max_n,
+        "torque_max_nmm": result.torque_max_nmm,
         "penetration_max_mm": result.penetration_max_mm,
+        "penetration_mean_mm": result.penetration_mean_mm,
+        "penetration_share": result.penetration_share,
         "first_lost": result.first_lost,
         "labels": None if result.labels is None else list(result.labels),
         "source": result.source,

@@ -23,6 +23,8 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.drawn import check_drawn
 from inhand.sim.engines import check_engine
 from inhand.tasks.paths import ReferencePath, path_of, stacked, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name
@@ -69,6 +71,9 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
     check_fit(hand, spec)
     check_engine(config.engine)
+    disturbance = load_disturbance(config.disturb)
+    if disturbance is not None:
+        check_drawn(disturbance, hand, spec)
     for name in config.phases:
         PHASES.known(name)
     assignments = []

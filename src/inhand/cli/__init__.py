@@ -1,6 +1,7 @@
 """The command line: `inhand` and a command.
 
-The commands: asterisk, trace, reach, sweep, record, train, evaluate, metrics, view, hands and objects.
+The commands: asterisk, trace, reach, sweep, robustness, record, train, evaluate, export, metrics, view, hands and
+objects.
 `inhand help` and `inhand help trace` are other words for `--help`; `inhand --version` tells the version.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -16,6 +17,7 @@ import tyro
 
 from inhand import __version__
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
@@ -45,6 +47,18 @@ class EvaluateCommand(EvaluateConfig):
 
 
 @dataclass(frozen=True)
+class ExportConfig(Config):
+    """Write a learned policy as an ONNX model, with its contract in the metadata (extra `onnx`)."""
+
+    policy: tyro.conf.Positional[str]
+    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
+    out: Path = Path("policy.onnx")
+    """The file to write."""
+    overwrite: bool = False
+    """Replace a file of that name."""
+
+
+@dataclass(frozen=True)
 class ViewConfig(Config):
     """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
 
@@ -69,9 +83,11 @@ COMMANDS: dict[str, type[Config]] = {
     "trace": TraceConfig,
     "reach": ReachCommand,
     "sweep": SweepConfig,
+    "robustness": RobustnessConfig,
     "record": RecordConfig,
     "train": TrainConfig,
     "evaluate": EvaluateCommand,
+    "export": ExportConfig,
     "metrics": MetricsConfig,
     "view": ViewConfig,
     "hands": HandsConfig,
@@ -129,6 +145,7 @@ RUNS = {
     TraceConfig: "trace",
     ReachCommand: "reach",
     SweepConfig: "sweep",
+    RobustnessConfig: "robustness",
     RecordConfig: "record",
     TrainConfig: "train",
     EvaluateCommand: "evaluate",
@@ -144,6 +161,10 @@ def _run(config: object) -> None:
         from inhand.cli.metrics import run_metrics
 
         run_metrics(config.files, config.json, config.gaps)
+    elif isinstance(config, ExportConfig):
+        from inhand.cli.export import run_export
+
+        run_export(config.policy, config.out, overwrite=config.overwrite)
     elif isinstance(config, ViewConfig):
         from inhand.cli.view import run_view
 

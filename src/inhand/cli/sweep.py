@@ -1,12 +1,9 @@
 """`inhand sweep`: every hand with every object, and which hand is best at what."""
 
-from collections.abc import Iterator
-
 from inhand.asterisk_test.sweep import run
-from inhand.asterisk_test.sweep.cells import Job
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.sweep import Plan, computed
-from inhand.cli.terminal import print_table, progress, say
+from inhand.cli.cells import shown
+from inhand.cli.terminal import print_table, say
 
 SPARE = (
     "Least",
@@ -20,19 +17,11 @@ SPARE = (
     "Limit [mm]",
 )
 """Columns that a narrow terminal does without, the first first."""
-SPEED_OVER_S = 3600.0
-"""The time left is told from the cells of the last hour [s]: a cell can take longer than rich's half minute."""
 
 
 def run_sweep(config: SweepConfig) -> None:
     """Compute what the folder does not hold yet, write report and heat maps, and print the answer."""
-
-    def compute(found: Plan, at_a_time: int) -> Iterator[Job]:
-        total, waiting = len(found.jobs), len(found.waiting)
-        say(f"{total} cells, {total - waiting} of them already in {config.out}, {waiting} to compute")
-        return _shown(found, at_a_time)
-
-    done = run.run_sweep(config, compute)
+    done = run.run_sweep(config, shown(config.out))
     done.save(config.out)
     from inhand.asterisk_test.sweep import tables
 
@@ -44,18 +33,3 @@ def run_sweep(config: SweepConfig) -> None:
     for sentence in tables.beyond(done.sweep):
         say(f"Beyond the limit: {sentence}")
     say(f"Report: {config.out / 'report.md'}")
-
-
-def _shown(found: Plan, at_a_time: int) -> Iterator[Job]:
-    """Compute the waiting cells and show how far it is; where nobody watches, one line for each cell."""
-    total, done = len(found.jobs), len(found.jobs) - len(found.waiting)
-    with progress(spoken=True, over_s=SPEED_OVER_S) as tell:
-        tell("cells", done, total)
-        try:
-            for job in computed(found.waiting, at_a_time):
-                done += 1
-                tell(" with ".join(job.names), done, total)
-                yield job
-        except KeyboardInterrupt:
-            say(f"{done} of {total} cells are computed; the same command goes on from there")
-            raise

@@ -1,1 +1,1 @@
-"""Who decides, the one loop, and what it leaves."""
+"""Control and senses: who decides, the one loop, and what it leaves."""

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from inhand.control.kept import Remembered, remember, remembered
 from inhand.control.noise import Noise
 from inhand.control.seen import SENSED, Reads, View
-from inhand.control.senses import SOON, Encoded, Filmed, History, Senses, decisions_of
-from inhand.geometry import Array, unit
+from inhand.control.sense_kernels import Line, Pushes, plan, push, send
+from inhand.control.senses import PARTS, Senses, decisions_of
+from inhand.geometry import Array
 from inhand.sim.drawn import Disturbed
 from inhand.sim.engine import Simulator
 from inhand.sim.state import State
 
-MEMORIES = (Senses, Encoded, Filmed, History)
+MEMORIES = (Senses, Line, Pushes, *PARTS)
 """What holds a part of the memory."""
 PUSHES = 4
 """What tells the generator of a world's pushes from others of it."""
@@ -41,35 +42,32 @@ class Between:
         n_worlds, n_joints = state.targets.shape
         self._senses = Senses(self.spec, state, self._period)
         latest = decisions_of(self.spec.commands.delay_ms[1] / 1e3, self._period)
-        self._line = np.zeros((latest + 2, n_worlds, n_joints))
-        self._head = 0
-        self._worlds = np.arange(n_worlds)
-        self._whole, self._zero = np.zeros(n_worlds, dtype=np.int64), np.zeros((n_worlds, n_joints))
+        ring, zero = np.zeros((latest + 2, n_worlds, n_joints)), np.zeros((n_worlds, n_joints))
+        whole, self._lag, come = np.zeros((3, n_worlds), dtype=np.int64)
+        self._line, self._head = Line(ring, zero, whole), 0
         self._noise = Noise(n_worlds, PUSHES, 0, 2)
-        self._pushed, self._next, self._angle = (
-            np.zeros(n_worlds, dtype=np.int64),
-            np.zeros(n_worlds),
-            np.zeros(n_worlds),
-        )
-        self._held, self._lag = np.zeros(n_worlds), np.zeros(n_worlds, dtype=np.int64)
+        pushes = self.spec.pushes
+        law = pushes.push_mns / 1e3, float(pushes.per_s), pushes.most
+        held, following, angle = np.zeros((3, n_worlds))
+        self._pushes = Pushes(self._noise.drawn, come, held, following, angle, law)
         self._state, self._commands = state, state.targets
         self._shown: dict[Reads, View] = {}
         self.pushing = False
         """Whether objects are pushed now: only where they are held and carried, by the loop's word."""
-        self.begin(self._worlds, disturbed, state)
+        self.begin(np.arange(n_worlds), disturbed, state)
 
     def begin(self, worlds: NDArray[np.int64], disturbed: Sequence[Disturbed], state: State) -> None:
         """Begin episodes in some worlds `(K,)`, from a state of all; nothing is on its way to them."""
-        drawn = [each.drawn for each in disturbed]
-        self._zero[worlds] = [each.zero for each in drawn]
+        drawn, line = [each.drawn for each in disturbed], self._line
+        line.zero[worlds] = [each.zero for each in drawn]
         steps = np.rint([each.command_s / self._period * self._substeps for each in drawn]).astype(np.int64)
-        self._whole[worlds], self._lag[worlds] = np.divmod(steps, self._substeps)
-        self._line[:, worlds] = state.targets[worlds]
+        line.whole[worlds], self._lag[worlds] = np.divmod(steps, self._substeps)
+        line.ring[:, worlds] = state.targets[worlds]
         commands = self._commands.copy()
-        commands[worlds] = state.targets[worlds] + self._zero[worlds]
+        commands[worlds] = state.targets[worlds] + line.zero[worlds]
         self._noise.begin(worlds, [each.key for each in drawn])
-        self._held[worlds], self._pushed[worlds], self._next[worlds] = 0.0, 0, 0.0
-        self._plan_pushes(worlds)
+        while not plan(self._pushes, worlds):
+            self._noise.draw(np.zeros(len(line.whole), dtype=np.int64))
         self._senses.begin(worlds, disturbed, state)
         self._state, self._commands, self._shown = state, commands, {}
 
@@ -79,12 +77,13 @@ class Between:
         A command is told to the servo, whose zero may be another than the joint's.
         """
         self._commands = commands
-        self._head = (self._head + 1) % len(self._line)
-        self._line[self._head] = commands - self._zero
+        self._head = (self._head + 1) % len(self._line.ring)
         simulator.lag = self._lag
         if self.pushing and self.spec.pushes.push_mns:
             self._push(simulator)
-        return np.asarray(self._line[(self._head - self._whole) % len(self._line), self._worlds])
+        arriving = np.empty(commands.shape)
+        send(self._line, self._head, commands, arriving)
+        return arriving
 
     def state_dict(self) -> Remembered:
         """Return everything that `load_state_dict` needs beside the worlds' draws and their keys, arrays by name."""
@@ -109,23 +108,8 @@ class Between:
         return self._shown[reads]
 
     def _push(self, simulator: Simulator) -> None:
-        due = np.flatnonzero(self._next <= self._held + SOON)
-        self._held += self._period
-        if len(due):
-            away = np.zeros((len(due), 3))
-            away[:, :2] = self.spec.pushes.push_mns / 1e3 * unit(self._angle[due])
-            simulator.push(due, away)
-            self._pushed[due] += 1
-            self._plan_pushes(due)
-
-    def _plan_pushes(self, worlds: NDArray[np.int64]) -> None:
-        """Draw when, counted from the push before, and in which direction the next push of some worlds comes."""
-        pushes = self.spec.pushes
-        if not pushes.per_s:
-            self._next[worlds] = np.inf
-            return
-        share, turn = self._noise.rows(self._pushed[worlds], worlds).T
-        self._next[worlds] -= np.log1p(-share) / pushes.per_s
-        self._angle[worlds] = 2 * np.pi * turn
-        if pushes.most:
-            self._next[worlds[self._pushed[worlds] >= pushes.most]] = np.inf
+        impulse, due = np.zeros((len(self._lag), 3)), np.zeros(len(self._lag), dtype=bool)
+        while not push(self._pushes, self._period, impulse, due):
+            self._noise.draw(self._pushes.come + 1)
+        if due.any():
+            simulator.push(np.flatnonzero(due), impulse[due])

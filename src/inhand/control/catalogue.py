@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from inhand.control.checked import maker
+from inhand.control.contract import Contract
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import IkSensedController
@@ -73,6 +74,11 @@ class ControllerEntry:
     """The learned policy that it is, if it is one."""
     reads: Reads = PRIVILEGED
     """What it reads: all that is measured, or what a hand can know."""
+
+    @property
+    def contract(self) -> Contract | None:
+        """What it was trained to drive and to sense, if it is a learned policy."""
+        return None if self.policy is None else self.policy.contract
 
 
 def planned_grasp(

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from inhand.control.contract import Contract, other_senses
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -81,12 +82,17 @@ def disturbed_worlds(
     return tuple(draw(spec, key, n_joints) for key in keys)
 
 
-def disturbance_notes(config: RunConfig, reads: str) -> tuple[str, ...]:
-    """Return what a reader should know of a disturbed run whose controller reads so, a sentence; nothing of another."""
+def disturbance_notes(config: RunConfig, reads: str, contract: Contract | None = None) -> tuple[str, ...]:
+    """Return what a reader should know of a disturbed run, a sentence each; nothing of another.
+
+    Its controller reads so, and learned by a contract if it did.
+    """
     spec = load_disturbance(config.disturb)
     if spec is None:
         return ()
-    return (f"Disturbed by {told(spec)}. The controller is told none of it; it reads what is {reads}.",)
+    notes = (f"Disturbed by {told(spec)}. The controller is told none of it; it reads what is {reads}.",)
+    others = () if contract is None else tuple(other_senses(contract, spec))
+    return (*notes, f"The policy was trained with other senses: {'; '.join(others)}.") if others else notes
 
 
 def _numbers(angle_deg: float | None, rotation_deg: float) -> tuple[int, int]:

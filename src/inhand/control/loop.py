@@ -1,12 +1,14 @@
 """The one loop: decide, simulate, measure, judge; every episode of a batch runs through it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.between import Between
 from inhand.control.controller import Controller, Task
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.seen import PRIVILEGED, Reads, View, exact, reads_of
@@ -18,6 +20,9 @@ from inhand.sim.engines import make_simulator
 from inhand.sim.names import ENGINE
 from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
+
+if TYPE_CHECKING:
+    from inhand.control.between import Between
 
 Told = Callable[[str, int, int], None]
 """Told what is being done, and two numbers that say how far it is."""
@@ -66,6 +71,16 @@ def sense(state: State, between: Between | None = None, reads: Reads = PRIVILEGE
     if between is not None:
         return between.seen(reads)
     return state if reads == PRIVILEGED else exact(state)
+
+
+def stand_between(disturbed: Sequence[Disturbed], state: State, timestep: float, substeps: int) -> Between:
+    """Return what stands between controllers and disturbed worlds, whose episodes begin in a state.
+
+    It is made of compiled functions, which are imported where worlds are disturbed.
+    """
+    from inhand.control.between import Between
+
+    return Between(disturbed, state, timestep, substeps)
 
 
 def control_step(
@@ -141,7 +156,7 @@ def simulate(
         starts = starts + [each.drawn.start for each in disturbed]
     start = simulator.reset(starts, placed_joints(hand, grasp))
     phases = standard_phases(grasp, manipulate, twists, longest, between)
-    way = None if disturbed is None else Between(disturbed, start, task.timestep, task.substeps)
+    way = None if disturbed is None else stand_between(disturbed, start, task.timestep, task.substeps)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress, between=way)
 
 

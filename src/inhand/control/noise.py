@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import Array
+from inhand.control.sense_kernels import Drawn
 from inhand.sim.drawn import Key
 
 BLOCK = 128
@@ -19,24 +19,27 @@ class Noise:
         """Draw rows of `normal` standard normal numbers, then of `even` ones from 0 to 1, apart from other streams."""
         self._stream, self._normal, self._even = stream, normal, even
         self._keys: list[Key] = [()] * n_worlds
-        self._block = np.full(n_worlds, -1)
-        self._numbers = np.zeros((n_worlds, BLOCK, normal + even))
+        self.rows = np.zeros((n_worlds, BLOCK, normal + even))
+        """A block of rows of each world `(B, BLOCK, normal + even)`,"""
+        self.block = np.full(n_worlds, -1)
+        """and which block this is `(B,)`: row r is in block r // BLOCK; -1 where none has been drawn."""
+
+    @property
+    def drawn(self) -> Drawn:
+        """Both, as they will ever be: compiled functions take them."""
+        return Drawn(self.rows, self.block)
 
     def begin(self, worlds: NDArray[np.int64], keys: Sequence[Key]) -> None:
         """Give some worlds new keys."""
         for world, key in zip(worlds.tolist(), keys, strict=True):
             self._keys[world] = key
-        self._block[worlds] = -1
+        self.block[worlds] = -1
 
-    def rows(self, numbers: NDArray[np.int64], worlds: NDArray[np.int64]) -> Array:
-        """Return a row of some worlds `(K,)` each, `(K, normal + even)`, by its number `(K,)`, 0 or more."""
-        block, row = np.divmod(numbers, BLOCK)
-        stale = block != self._block[worlds]
-        if stale.any():
-            for place in np.flatnonzero(stale).tolist():
-                world, now = worlds[place], int(block[place])
-                rng = np.random.default_rng((*self._keys[world], self._stream, now))
-                self._numbers[world, :, : self._normal] = rng.standard_normal((BLOCK, self._normal))
-                self._numbers[world, :, self._normal :] = rng.random((BLOCK, self._even))
-                self._block[world] = now
-        return np.asarray(self._numbers[worlds, row])
+    def draw(self, numbers: NDArray[np.int64]) -> None:
+        """Draw the blocks that hold a row of each world by its number `(B,)`, 0 or more, where they are not there."""
+        blocks = numbers // BLOCK
+        for world in np.flatnonzero(blocks != self.block).tolist():
+            rng = np.random.default_rng((*self._keys[world], self._stream, int(blocks[world])))
+            self.rows[world, :, : self._normal] = rng.standard_normal((BLOCK, self._normal))
+            self.rows[world, :, self._normal :] = rng.random((BLOCK, self._even))
+        self.block[:] = blocks

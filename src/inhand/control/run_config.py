@@ -18,8 +18,8 @@ class HeldConfig(Config):
 
 
 @dataclass(frozen=True)
-class RunConfig(Config):
-    """What every run is simulated in, and what is drawn in it."""
+class DrawConfig(Config):
+    """In what is simulated, and how starts are drawn."""
 
     engine: Engine = ENGINE
     """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow),
@@ -30,9 +30,15 @@ class RunConfig(Config):
     """Standard deviation of the object's start in x and y [mm]."""
     noise_deg: float = 1.0
     """Standard deviation of the object's start rotation [deg]."""
+
+
+@dataclass(frozen=True)
+class RunConfig(DrawConfig):
+    """What every run is simulated in, and what is drawn in it."""
+
     disturb: str = "none"
-    """What disturbs worlds, senses and commands, unknown to the controller: none, bench, field, hard, or a TOML file
-    (docs/disturbances.md)."""
+    """What disturbs worlds, senses and commands, unknown to the controller: none, bench, field, hard, one quantity such
+    as friction-0.6, or a TOML file (docs/disturbances.md); field@0.5 is half as strong."""
 
 
 @dataclass(frozen=True)

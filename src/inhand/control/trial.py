@@ -42,6 +42,9 @@ KEPT = (REACHED, GRIP_END)
 LOST = (LOST_CONTACT, NO_GRASP, DIVERGED)
 """Those without the object in the hand."""
 
+DEEP_MM = 0.5
+"""Overlap above which a contact is softer than a hand's is [mm]: guessed, where reports of simulated hands draw it."""
+
 
 @dataclass(frozen=True)
 class Passport:
@@ -157,6 +160,24 @@ class Trial:
     def penetration_max_mm(self) -> float:
         """Deepest overlap of a link and the object in any row [mm]."""
         return 1e3 * float(self.penetration.max())
+
+    @property
+    def torque_max_nmm(self) -> float:
+        """Largest torque of a finger's contact about the object's middle, round the upright axis, in any row [N mm]."""
+        arm = self.object_points - self.object_pose[:, None, :3]
+        return 1e3 * float(np.abs(np.cross(arm, self.forces)[..., 2]).max())
+
+    @property
+    def penetration_mean_mm(self) -> float:
+        """Mean over time of the deepest overlap while the object is manipulated [mm]; 0 where it never was."""
+        held = self.penetration[self.manipulation]
+        return 1e3 * float(held.mean()) if len(held) else 0.0
+
+    @property
+    def penetration_share(self) -> float:
+        """Share of that time in which it is more than `DEEP_MM`."""
+        held = self.penetration[self.manipulation]
+        return float((1e3 * held > DEEP_MM).mean()) if len(held) else 0.0
 
     def manipulated_path(self) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Return positions `(M, 2)` [mm] from the start of manipulation, rotation `(M,)` [deg], and contact.

@@ -113,7 +113,11 @@ def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simu
         _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
         for setup in (known.setup, known.expert)
     ]
-    notes = (*known.people.notes, *notes_of(entry, test.hand, test.object), *disturbance_notes(config, entry.reads))
+    notes = (
+        *known.people.notes,
+        *notes_of(entry, test.hand, test.object),
+        *disturbance_notes(config, entry.reads, entry.contract),
+    )
     trained = entry.policy.trained if entry.policy else {}
     return Compared(config, test, both[0], both[1], trained, known.people.trials, notes, _learned(config.run))
 

@@ -13,13 +13,13 @@ from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.comparison import GROUPS, ControllerTrials, lost, rows
 from inhand.asterisk_test.comparison import HEADER as BOTH
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.report import Run, both_radars, only, people_told, side_by_side
 from inhand.asterisk_test.results import as_entry, summary_of
 from inhand.asterisk_test.table import failures
 from inhand.control.trial import write_json, write_trials
 from inhand.learning.commands import EXPERT, EvaluateConfig
-from inhand.learning.failures import MOST_FAILURES, failure_of, failures_figure
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
 from inhand.pages import again, listed, options, page_of, table_of

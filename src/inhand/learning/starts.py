@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
-from inhand.control.between import Between
 from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
@@ -120,7 +119,7 @@ def reach_of(held: Held, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
     task, between = straight_task(held, starts.angle_deg), None
     if starts.disturbed is not None and len(starts):
-        between = Between(starts.disturbed, starts.state, task.timestep, task.substeps)
+        between = loop.stand_between(starts.disturbed, starts.state, task.timestep, task.substeps)
     return carried_by(task, loop.sense(starts.state, between))
 
 

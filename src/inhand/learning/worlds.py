@@ -2,13 +2,12 @@
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
-from inhand.control.between import Between
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
 from inhand.control.memory import Memory
@@ -28,6 +27,9 @@ from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
+
+if TYPE_CHECKING:
+    from inhand.control.between import Between
 
 _AIMED = ("angle", "start", "distance")
 _KEPT = ("observation", "steps", "lost", "last", "row", "come", "key", "seen_start")
@@ -117,6 +119,7 @@ class ManipulationWorlds:
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
+        self._told = self._aim
         self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
 
     @property
@@ -235,12 +238,14 @@ class ManipulationWorlds:
         if self._starts.disturbed is not None:
             self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
             if self._between is None:
-                self._between = Between(self._disturbed(worlds), self._state, self.simulator.timestep, SUBSTEPS)
+                disturbed = self._disturbed(worlds)
+                self._between = loop.stand_between(disturbed, self._state, self.simulator.timestep, SUBSTEPS)
                 self._between.pushing = True
             else:
                 self._between.begin(worlds, self._disturbed(worlds), self._state)
         if not self.layout.sensed:
             self._seen_start = _put(self._seen_start, worlds, self.seen.pose[worlds])
+            self._told = replace(self._aim, start=self._seen_start)
         elif self._memory is None:
             self._memory = Memory(self._held, self.seen)
         else:
@@ -257,7 +262,7 @@ class ManipulationWorlds:
             return self._memory.past.aimed(self._aim)
         if self._between is None or self._starts.routes is not None:
             return self._aim
-        return replace(self._aim, start=self._seen_start)
+        return self._told
 
     def state_dict(self) -> dict[str, Any]:
         """Return everything that `load_state_dict` needs, arrays by name and the random generator's state as `rng`."""
@@ -287,6 +292,7 @@ class ManipulationWorlds:
         self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
+        self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
 
 

@@ -19,6 +19,8 @@ LONGEST_DELAY_MS = 500.0
 """What comes later than this comes after the shortest episode of training, 25 decisions [ms]."""
 LONGEST_RUN = 1000
 """Frames that are missing in a row at most."""
+SOON = 1e-6
+"""Shares of a frame or of a decision that are nothing: what is due now has arrived."""
 FASTEST_HZ = 1000.0
 """Rate of a camera at most: of so many frames several arrive in a physics step [Hz]."""
 
@@ -178,7 +180,13 @@ def disturbance_of(settings: dict[str, Any]) -> dict[str, str]:
     if "disturb" not in settings:
         return {}
     given = settings["disturb"]
-    return {"disturb": given.name if given in LEVELS else DISTURBANCES.name_of(given)}
+    return {"disturb": name_of(given)}
+
+
+def name_of(given: object) -> str:
+    """Return the name of a disturbance that was given as a spec; a name or a file as it is."""
+    own = [each.name for each in (*LEVELS, *SINGLES) if each == given]
+    return own[0] if own else DISTURBANCES.name_of(given)
 
 
 def told_value(value: object) -> str:
@@ -253,6 +261,27 @@ HARD = Disturbance(
 )
 """A cheap hand, seen badly, with objects that are hardly known."""
 LEVELS = (BENCH, FIELD, HARD)
-"""The package's own."""
-DISTURBANCES: Registry[Disturbance] = Registry("disturbance", {each.name: each for each in LEVELS}, _made)
+"""All that differs at once."""
+SINGLES = (
+    *(Disturbance(f"friction-{factor:g}", Differences(friction=(factor, factor))) for factor in (0.7, 0.6, 0.5)),
+    *(Disturbance(f"mass-{factor:g}", Differences(mass=(factor, factor))) for factor in (2.0, 4.0)),
+    *(Disturbance(f"size-{factor:g}", Differences(size=(factor, factor))) for factor in (0.95, 1.05)),
+    Disturbance("centre-5mm", Differences(centre_mm=5.0)),
+    *(Disturbance(f"floor-{factor:g}", Differences(floor=(factor, factor))) for factor in (0.5, 2.0)),
+    *(Disturbance(f"stiffness-{factor:g}", Differences(stiffness=(factor, factor))) for factor in (0.7, 1.5)),
+    *(Disturbance(f"damping-{factor:g}", Differences(damping=(factor, factor))) for factor in (0.5, 2.0)),
+    Disturbance("torque-0.5", Differences(torque=(0.5, 0.5))),
+    Disturbance("zero-0.5deg", Differences(zero_deg=0.5)),
+    Disturbance("start-3mm-5deg", Differences(start_mm=3.0, start_deg=5.0)),
+    Disturbance("encoder-noise-0.3deg", encoders=Encoders(0.09, 0.3)),
+    *(Disturbance(f"pose-noise-{size:g}mm", camera=Camera(noise_mm=size)) for size in (0.5, 1.0, 2.0)),
+    Disturbance("pose-bias-2mm", camera=Camera(bias_mm=2.0)),
+    Disturbance("pose-bias-3deg", camera=Camera(bias_deg=3.0)),
+    *(Disturbance(f"pose-late-{late:g}ms", camera=Camera(delay_ms=(late, late))) for late in (20.0, 40.0, 60.0)),
+    Disturbance("frames-missing", camera=Camera(missing=0.15, missing_run=(2, 5))),
+    *(Disturbance(f"commands-late-{late:g}ms", commands=Commands((late, late))) for late in (20.0, 40.0)),
+    *(Disturbance(f"push-{push:g}mns", pushes=Pushes(push, 1.0, 1)) for push in (10.0, 20.0)),
+)
+"""One quantity at a time, the others undisturbed; of `start` and `frames` those that belong together."""
+DISTURBANCES: Registry[Disturbance] = Registry("disturbance", {each.name: each for each in (*LEVELS, *SINGLES)}, _made)
 """Disturbances by name."""

@@ -1,35 +1,63 @@
-"""Disturbances by name or from TOML files."""
+"""Disturbances by name or from TOML files, at a strength where one is given."""
 
 import tomllib
 from dataclasses import fields, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, get_type_hints
 
 from inhand.errors import InputError, near_matches
 from inhand.records import checked
-from inhand.sim.disturbance import DISTURBANCES, PARTS, Disturbance
+from inhand.registry import IN_FILE
+from inhand.sim.disturbance import DISTURBANCES, PARTS, SINGLES, Disturbance
+from inhand.sim.strengths import scaled
 
 NONE = "none"
 """The word for undisturbed worlds."""
 
 
 def load_disturbance(name_or_file: str) -> Disturbance | None:
-    """Return the disturbance of a name, a TOML file or `FILE.py:NAME`; None for the word none.
+    """Return the disturbance of a name, a TOML file or `FILE.py:NAME`, or of one of these `@STRENGTH`.
+
+    It is None where nothing is disturbed: for the word none and at strength 0.
 
     Raises:
-        InputError: there is none of that name, or a file that says what cannot be.
+        InputError: there is none of that name, a file that says what cannot be, or no such strength.
     """
-    if name_or_file == NONE:
-        return None
+    base, strength = parted(name_or_file)
+    spec = None if base == NONE else _of_a_name(base)
+    found = None if spec is None else scaled(spec, strength)
+    return None if strength == 0 else found
+
+
+def parted(text: str) -> tuple[str, float]:
+    """Return name or file of a disturbance, and the strength that stands behind an @, 1 without.
+
+    Raises:
+        InputError: what stands there is no number.
+    """
+    base, at, word = text.rpartition("@")
+    if not at or Path(text).suffix.lower() == ".toml" or IN_FILE.fullmatch(text):
+        return text, 1.0
+    try:
+        return base, float(word)
+    except ValueError as error:
+        raise InputError(
+            f"strength {word!r} of disturbance {base!r} is no number: give one, as in field@0.5"
+        ) from error
+
+
+def _of_a_name(name_or_file: str) -> Disturbance:
     path = Path(name_or_file)
     if path.suffix.lower() == ".toml":
         return _from_file(path)
     found = DISTURBANCES.find(name_or_file)
     if found is None:
-        known = (NONE, *DISTURBANCES)
+        first = ", ".join(name for name in (NONE, *DISTURBANCES) if name not in {each.name for each in SINGLES})
         raise InputError(
-            f"unknown disturbance {name_or_file!r}{near_matches(name_or_file, known)}; allowed are {', '.join(known)},"
-            " a TOML file and FILE.py:NAME"
+            f"unknown disturbance {name_or_file!r}{near_matches(name_or_file, (NONE, *DISTURBANCES))}; allowed are"
+            f" {first}, those of one quantity such as {SINGLES[0].name} (docs/disturbances.md), a TOML file and"
+            " FILE.py:NAME"
         )
     return found
 
@@ -42,9 +70,19 @@ def disturbance_name(name_or_file: str) -> str:
 
 def _from_file(path: Path) -> Disturbance:
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        now = path.stat()
     except FileNotFoundError as error:
         raise InputError(f"no disturbance file {path}: give the path of a TOML file, or a name") from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
+    return _read(path, now.st_ino, now.st_mtime_ns, now.st_size)
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, *_written: int) -> Disturbance:
+    """Return what a file says, which a run asks for several times: read once, until it is written again."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
     try:

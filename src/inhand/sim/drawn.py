@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance import FACTORS, Disturbance, Range
@@ -112,6 +113,20 @@ def truth(drawn: Drawn, hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> t
         replace(spec, mass=spec.mass * drawn.mass, size=size, centre=centre),
         replace(scene, floor_friction=scene.floor_friction * drawn.floor),
     )
+
+
+def check_drawn(spec: Disturbance, hand: HandSpec, thing: ObjectSpec) -> None:
+    """Refuse a disturbance at whose ends a hand or an object is not one that can be.
+
+    Raises:
+        InputError: the text names the disturbance and what cannot be.
+    """
+    for end in (0, 1):
+        ends = {name: getattr(spec.differs, name)[end] for name in FACTORS}
+        try:
+            truth(Drawn((), **ends), hand, thing, SceneSpec())
+        except InputError as error:
+            raise InputError(f"disturbance {spec.name!r} cannot be drawn: {error}") from error
 
 
 def truths(

@@ -86,7 +86,7 @@ def check_indices(indices: NDArray[np.int64], count: int, what: str) -> None:
     Raises:
         InputError: the text names the first bad one.
     """
-    if indices.ndim != 1 or not np.issubdtype(indices.dtype, np.integer):
+    if indices.ndim != 1 or indices.dtype.kind not in "iu":
         raise InputError(
             f"{what}s of shape {indices.shape} and type {indices.dtype}; give one axis of whole numbers (of a mask,"
             " np.flatnonzero)"

@@ -99,6 +99,14 @@ def ran_away(*parts: Array) -> NDArray[np.bool_]:
     return np.asarray(~np.logical_and.reduce([np.abs(part).max(axis=1) <= LARGEST for part in parts]))
 
 
+def seen_at(pose: Array, state: State) -> State:
+    """Return a state whose planar view of the object's pose is known already `(B, 3)`: it takes a while to find."""
+    view = pose.view()
+    view.setflags(write=False)
+    vars(state)["pose"] = view
+    return state
+
+
 def select(state: State, worlds: NDArray[np.int64] | NDArray[np.bool_] | slice) -> State:
     """Return the state of some worlds alone; arrays are copied unless `worlds` is a slice."""
     return State(**{field.name: getattr(state, field.name)[worlds] for field in fields(State)})

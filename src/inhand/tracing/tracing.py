@@ -72,6 +72,10 @@ def run_trace(
     from inhand.tracing.report import TraceRun
 
     entry = setup.controller
-    notes = (*setup.notes, *notes_of(entry, config.hand, config.object), *disturbance_notes(config, entry.reads))
+    notes = (
+        *setup.notes,
+        *notes_of(entry, config.hand, config.object),
+        *disturbance_notes(config, entry.reads, entry.contract),
+    )
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

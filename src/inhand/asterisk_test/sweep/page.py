@@ -1,8 +1,7 @@
 """The folder of a sweep: `sweep.json`, `trials.csv`, the heat maps and the Markdown page."""
 
-import shlex
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from math import isfinite, nan
 from typing import Any
 
@@ -10,12 +9,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from inhand.asterisk_test.study import command, write_texts
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
-from inhand.folders import in_place
-from inhand.pages import again, counted, listed, options, page_of, table_of
+from inhand.pages import again, counted, listed, page_of, table_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
 from inhand.versions import versions
@@ -50,10 +49,8 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
         "versions": versions(),
     }
     write_json(content, config.out / "sweep.json")
-    texts = {"trials.csv": sweep.trials.to_csv(index=False), "report.md": page(config, sweep, wall_s, pictures, notes)}
-    for name, text in texts.items():
-        with in_place(config.out / name) as part:
-            part.write_text(text, encoding="utf-8")
+    told = page(config, sweep, wall_s, pictures, notes)
+    write_texts({"trials.csv": sweep.trials.to_csv(index=False), "report.md": told}, config.out)
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
@@ -102,15 +99,8 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[st
         listed(tables.poor(sweep), "Kept, but below half of the limit", "None."),
         listed(tables.beyond(sweep), "Beyond the limit", "None."),
         shown[-1],
-        again(command(config)),
+        again(command("sweep", config)),
     )
-
-
-def command(config: SweepConfig) -> str:
-    """Return the command line that repeats a sweep, quoted for a shell; what is as by default is left out."""
-    plain = SweepConfig()
-    usual = [field.name for field in fields(config) if getattr(config, field.name) == getattr(plain, field.name)]
-    return shlex.join(["inhand", "sweep", *options(config, [*usual, "overwrite"])])
 
 
 def _trials(config: SweepConfig) -> str:

@@ -5,25 +5,25 @@ What counts and draws is imported once all cells are there.
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from inhand.asterisk_test.sweep.cells import Job, read_cell
+from inhand.asterisk_test.cells import read_cell
+from inhand.asterisk_test.spread import Compute, computed
+from inhand.asterisk_test.study import Study
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.sweep import CELLS, Plan, computed, plan
+from inhand.asterisk_test.sweep.sweep import CELLS, plan
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.draws import disturbance_notes
-from inhand.folders import check_folder
 from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
-from inhand.shown import Shown, listed, path_of, several
+from inhand.shown import listed, path_of, several
 from inhand.sim.disturbance import disturbance_of
 from inhand.tasks.primitives import parse_directions
 
@@ -33,23 +33,21 @@ if TYPE_CHECKING:
 
     from inhand.asterisk_test.sweep.summary import Sweep
 
+MARK = "sweep.json"
+"""The file that marks a folder as a finished sweep's."""
 DEFAULT = SweepConfig()
 """What is run where nothing else is asked for."""
-Compute = Callable[[Plan, int], Iterable[Job]]
-"""Computes the waiting cells, so many at a time; the command line shows how far it is."""
 
 
 @dataclass(frozen=True, eq=False)
-class SweepRun(Shown):
+class SweepRun(Study):
     """A finished sweep; its cells lie in its folder."""
 
     config: SweepConfig
     """What was run; `out` is where its cells are."""
     sweep: Sweep
-    seconds: float
-    """How long this call took [s]."""
-    notes: tuple[str, ...] = ()
-    """What a reader should know, a sentence each."""
+    mark: ClassVar[str] = MARK
+    cells: ClassVar[str] = CELLS
 
     def table(self) -> DataFrame:
         """Return a row for each trial: hand, object, direction, what was reached, the limit, every metric."""
@@ -61,20 +59,11 @@ class SweepRun(Shown):
 
         return figure_of(self.config, self.sweep, "distance", "object")
 
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write cells, numbers, heat maps and report, as `inhand sweep` does, and return the folder.
-
-        Raises:
-            InputError: the folder holds something, or another sweep and `overwrite` is off.
-        """
+    def write(self, folder: Path) -> None:
+        """Write numbers, heat maps and report into the folder that holds the cells."""
         from inhand.asterisk_test.sweep.page import write_sweep
 
-        out = Path(folder)
-        if out.resolve() != self.config.out.resolve():
-            check_folder(out, overwrite=overwrite, mark="sweep.json")
-            shutil.copytree(self.config.out / CELLS, out / CELLS, dirs_exist_ok=True)
-        write_sweep(replace(self.config, out=out), self.sweep, self.seconds, self.notes)
-        return out
+        write_sweep(replace(self.config, out=folder), self.sweep, self.seconds, self.notes)
 
 
 def sweep(
@@ -110,7 +99,7 @@ def sweep(
     return run_sweep(configured(SweepConfig, settings))
 
 
-def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: computed(found.waiting, jobs)) -> SweepRun:
+def run_sweep(config: SweepConfig, compute: Compute = computed) -> SweepRun:
     """Return the finished sweep of a configuration; what its folder holds is not computed again.
 
     Raises:
@@ -118,11 +107,12 @@ def run_sweep(config: SweepConfig, compute: Compute = lambda found, jobs: comput
     """
     began = time.perf_counter()
     found = plan(config)
-    notes = (*assumed(config.hands), *disturbance_notes(config, find_controller(config.controller).reads))
+    entry = find_controller(config.controller)
+    notes = (*assumed(config.hands), *disturbance_notes(config, entry.reads, entry.contract))
     for _ in compute(found, config.jobs):
         pass
     from inhand.asterisk_test.sweep.summary import sweep_of
 
     cells = (read_cell(job.path) for job in found.jobs)
     swept = sweep_of(cells, parse_directions(config.directions))
-    return SweepRun(config, swept, time.perf_counter() - began, notes)
+    return SweepRun(config, time.perf_counter() - began, notes, swept)

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from inhand.asterisk_test.beside import SETTINGS
+from inhand.asterisk_test.cells import CellFile
 from inhand.asterisk_test.results import tidy
-from inhand.asterisk_test.sweep.cells import CellFile
 from inhand.control.trial import KEPT
 from inhand.hands.hand import HandSpec
 from inhand.records import read_record

@@ -1,12 +1,12 @@
 """The tables of a sweep, for the terminal and the report alike: hands compared, the best of them, what failed."""
 
 import math
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import pandas as pd
 
+from inhand.asterisk_test.study import Table
 from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared
 from inhand.pages import NOTHING, spread
 
@@ -14,15 +14,6 @@ POOR = 0.5
 """Share of the limit below which a case is listed as poor although nothing was lost."""
 BEYOND = 1.02
 """Share of the limit above which a case is listed: start noise explains a little more than 1, not this."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of texts."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 def hands_table(sweep: Sweep) -> Table:

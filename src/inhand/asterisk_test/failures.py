@@ -1,7 +1,7 @@
 """Trials that lost their object: the path, and where and why it ended (thesis figures 4.2, 4.5 and 4.6)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -85,8 +85,12 @@ def failure_of(trial: Trial, result: Result) -> Failure:
     )
 
 
-def failures_figure(failures: Sequence[Failure], title: str = "", subtitle: str = "") -> Figure:
+def failures_figure(
+    failures: Sequence[Failure], title: str = "", subtitle: str = "", names: Sequence[str] = ()
+) -> Figure:
     """Return the figure of one to twelve trials that failed, each with the hand and object at its end.
+
+    Above each stands its name, or another of `names`.
 
     Raises:
         InputError: none, or more than a figure holds.
@@ -97,7 +101,7 @@ def failures_figure(failures: Sequence[Failure], title: str = "", subtitle: str 
     rows, extent = [[(SIDE_IN, SIDE_IN)] * count for count in counts], _extent(failures)
     with sheet(rows, title, subtitle, gap=(0.25, 0.62), below=[_handles(failures)]) as (figure, axes):
         for number, (ax, failure) in enumerate(zip(axes, failures, strict=True)):
-            draw_failure(ax, failure, extent)
+            draw_failure(ax, failure if not names else replace(failure, name=names[number]), extent)
             left, lowest = number % COLUMNS == 0, number + COLUMNS >= len(failures)
             ax.set(xlabel="x [mm]" if lowest else "", ylabel="y [mm]" if left else "")
             ax.tick_params(labelleft=left, labelbottom=lowest)

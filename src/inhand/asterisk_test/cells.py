@@ -1,12 +1,13 @@
-"""A cell of a sweep, one hand with one object: what it is computed from, its file, and its computation."""
+"""A cell of a study, one run of the Asterisk Test: what it is computed from, its file, and its computation."""
 
 import os
 import re
+import shutil
 import signal
 import threading
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from inhand.asterisk_test.results import as_entry, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import find_controller
 from inhand.control.run_config import TrialsConfig
-from inhand.control.trial import write_json
+from inhand.control.trial import LOST, Trial, file_name, save_trial, write_json
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -24,7 +25,9 @@ from inhand.sim.disturbance_files import load_disturbance
 from inhand.tasks.primitives import parse_directions
 
 WATCH = "end with the parent"
-"""Name of the thread that ends a process that computes for a sweep which is gone."""
+"""Name of the thread that ends a process that computes for a study which is gone."""
+LOST_KEPT = 4
+"""Trials of a cell that lost their object and are kept to be shown again; one takes some 100 kB."""
 LONGEST = 60
 """Characters of a value that the text about other settings shows."""
 
@@ -35,8 +38,8 @@ class Job:
 
     config: AsteriskConfig
     """The run of its directions and trials."""
-    names: tuple[str, str]
-    """Names of hand and object."""
+    label: str
+    """What texts call it."""
     settings: dict[str, Any]
     """Everything its numbers depend on, as JSON holds it."""
     path: Path
@@ -56,12 +59,22 @@ class CellFile:
     cpu_seconds: float
     """Processor time it took [s]."""
     trials: list[dict[str, Any]]
-    """Its trials, as `as_entry` gives them."""
+    """Its trials, as `as_entry` gives them, with what was drawn for their worlds where these are disturbed."""
     settings: dict[str, Any]
 
 
-def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: Mapping[str, str], folder: Path) -> Job:
-    """Return the job of a run of one hand with one object, whose file lies in a folder."""
+def job_of(
+    config: AsteriskConfig,
+    held: tuple[HandSpec, ObjectSpec],
+    versions: Mapping[str, str],
+    folder: Path,
+    names: tuple[str, str, str],
+) -> Job:
+    """Return the job of a run of a hand with an object, whose file lies in a folder.
+
+    Its `names` are what tells it from the others of its study, and the word between the two: A with B, A under B.
+    """
+    hand, spec = held
     settings: dict[str, Any] = {
         "hand": hand,
         "object": spec,
@@ -73,14 +86,29 @@ def job_of(config: AsteriskConfig, hand: HandSpec, spec: ObjectSpec, versions: M
     policy = find_controller(config.controller).policy
     if policy is not None:
         settings["policy"] = policy.digest
-    path = folder / f"{_plain(hand.name)}__{_plain(spec.name)}.json"
-    return Job(config, (hand.name, spec.name), table_of(settings), path)
+    return Job(config, " ".join(names), table_of(settings), cell_path(folder, names[0], names[2]))
+
+
+def cell_path(folder: Path, first: str, second: str) -> Path:
+    """Return the file in a folder of the cell that two names tell from the others."""
+    return folder / f"{_plain(first)}__{_plain(second)}.json"
+
+
+def kept_lost(folder: Path, first: str, second: str) -> list[Path]:
+    """Return the files of a cell's trials that lost their object and were kept."""
+    return sorted(_beside(cell_path(folder, first, second)).glob("*.npz"))
+
+
+def _beside(cell: Path) -> Path:
+    """Return the folder of the trials of a cell that are kept."""
+    return cell.with_name(cell.name.removesuffix(".json"))
 
 
 def compute(job: Job, parent: int) -> Job:
     """Run a cell on one thread and write its file; a cell that cannot be run leaves the reason in it.
 
-    Once the process `parent`, which leads the sweep, is gone, so is the one that computes for it.
+    Some trials that lost their object are kept beside it, in a folder of its name. Once the process `parent`, which
+    leads the study, is gone, so is the one that computes for it.
     """
     end_with(parent)
     clock, cpu = time.perf_counter(), time.process_time()
@@ -88,12 +116,28 @@ def compute(job: Job, parent: int) -> Job:
     reason = None
     try:
         trials = simulate(job.config, prepare(job.config), threads=1)
-        entries = [as_entry(result_of_trial(trial)) for trial in trials]
+        entries = [as_entry(result_of_trial(trial)) | _drawn(trial) for trial in trials]
+        _keep_lost(trials, _beside(job.path))
     except (InputError, RuntimeError) as error:  # RuntimeError: the engine itself gave up
         reason = str(error)
     times = time.perf_counter() - clock, time.process_time() - cpu
-    write_json(CellFile(*job.names, reason, *times, entries, job.settings), job.path)
+    names = job.settings["hand"]["name"], job.settings["object"]["name"]
+    write_json(CellFile(*names, reason, *times, entries, job.settings), job.path)
     return job
+
+
+def _drawn(trial: Trial) -> dict[str, Any]:
+    """Return what was drawn for a trial's world, as a part of its entry; nothing where it was undisturbed."""
+    disturbed = trial.passport.disturbed
+    return {} if disturbed is None else {"drawn": asdict(disturbed.drawn)}
+
+
+def _keep_lost(trials: Sequence[Trial], folder: Path) -> None:
+    """Write some of the trials that lost their object to a folder, of as many directions as there are."""
+    shutil.rmtree(folder, ignore_errors=True)
+    lost = sorted((trial for trial in trials if trial.outcome in LOST), key=lambda trial: trial.passport.trial)
+    for trial in lost[:LOST_KEPT]:
+        save_trial(trial, folder / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")
 
 
 def end_with(parent: int) -> None:
@@ -117,7 +161,7 @@ def read_cell(path: Path) -> CellFile:
     try:
         return read_record(read_json(path.read_bytes()), CellFile)
     except (OSError, InputError) as error:
-        raise InputError(f"{path} is no cell of a sweep: {error}; remove it to have it computed again") from error
+        raise InputError(f"{path} is no cell of a study: {error}; remove it to have it computed again") from error
 
 
 def differences(there: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:

@@ -1,0 +1,109 @@
+"""Cells of a study over cores: which its folder holds, which are to compute, and their computation."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from inhand.asterisk_test.cells import Job, compute, differences, read_cell
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.control.loop import control_step
+from inhand.errors import InputError
+from inhand.folders import alone, check_folder, place_of, writing
+from inhand.hands.files import load_hand, load_object
+from inhand.sim.engines import make_simulator
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A study's cells."""
+
+    jobs: tuple[Job, ...]
+    """All cells, in the order in which they are computed."""
+    waiting: tuple[Job, ...]
+    """Those to compute."""
+
+
+Compute = Callable[[Plan, int], Iterable[Job]]
+"""Computes the waiting cells, so many at a time; the command line shows how far it is."""
+
+
+def check_jobs(at_a_time: int) -> None:
+    """Refuse a number of cells at a time that is none.
+
+    Raises:
+        InputError: it is below 0.
+    """
+    if at_a_time < 0:
+        raise InputError(f"--jobs {at_a_time}: give how many cells to compute at a time, or 0 for one on each core")
+
+
+def planned(jobs: Sequence[Job], *, overwrite: bool) -> Plan:
+    """Return the cells of a study and which of them its folder does not hold yet; the folder is made.
+
+    Raises:
+        InputError: two cells of one name, a folder that holds something else, or cells of other settings where
+            `overwrite` is off.
+    """
+    labels: dict[Path, str] = {}
+    for job in jobs:
+        if job.path in labels:
+            raise InputError(f"{job.label} is asked for twice: give each a name of its own")
+        labels[job.path] = job.label
+    cells = jobs[0].path.parent
+    out = cells.parent
+    _make_folder(cells)
+    there = [job for job in jobs if job.path.is_file()]
+    other = {job: found for job in there if (found := differences(read_cell(job.path).settings, job.settings))}
+    if other and not overwrite:
+        job, found = next(iter(other.items()))
+        raise InputError(
+            f"--out {out} holds {len(other)} cells of other settings; of {job.label} {'; '.join(found)}: give another"
+            " folder, or --overwrite to compute them again"
+        )
+    kept = set(there) - set(other)
+    return Plan(tuple(jobs), tuple(job for job in jobs if job not in kept))
+
+
+def computed(found: Plan, at_a_time: int) -> Iterator[Job]:
+    """Compute the cells of a plan that wait and give each once its file is written, in the order in which they end.
+
+    So many run at a time, each on one core; 0 takes every core.
+
+    Raises:
+        InputError: a process that computed a cell was killed, or another study computes into the same folder.
+    """
+    if not found.waiting:
+        return
+    from joblib import Parallel, delayed, parallel_config
+
+    cells = found.waiting[0].path.parent
+    _step_once(found.waiting[0].config)
+    with alone(cells, cells.parent), parallel_config("loky", inner_max_num_threads=1):
+        workers = Parallel(n_jobs=at_a_time or -1, batch_size=1, return_as="generator_unordered")
+        try:
+            yield from workers(delayed(compute)(job, os.getpid()) for job in found.waiting)
+        except BrokenProcessPool as error:
+            raise InputError(
+                "a process that computed a cell was killed, perhaps for want of memory: the same command goes on where"
+                " this one stopped, and a smaller --jobs needs less memory"
+            ) from error
+
+
+def _step_once(config: AsteriskConfig) -> None:
+    """Step a world, so that what its engine has to compile is compiled and told here, not in every process."""
+    hand, spec = load_hand(config.hand), load_object(config.object)
+    simulator = make_simulator(config.engine, hand, [spec], threads=1)
+    start = simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints)))
+    control_step(simulator, start.targets, np.zeros(1, dtype=np.int64), 1)
+
+
+def _make_folder(cells: Path) -> None:
+    """Make the folder of a study's cells; a folder that holds anything but such a study is refused."""
+    if not place_of(cells).is_dir():
+        check_folder(cells.parent, overwrite=False, mark=cells.name)
+    with writing(cells.parent):
+        cells.mkdir(parents=True, exist_ok=True)

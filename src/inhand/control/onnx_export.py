@@ -1,0 +1,166 @@
+"""A learned policy as an ONNX model: its network, the scaling of what it sees in front, its contract in the metadata.
+
+The model takes numbers as they are measured, in SI units and radians, and gives actions; what an action does to the
+joint targets, and in which order and unit every number comes, stands in the metadata. An observation's memory of
+earlier decisions, where its layout has one, is put together outside.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from inhand.control.catalogue import find_controller
+from inhand.control.contract import Contract
+from inhand.control.policy import Policy
+from inhand.errors import InputError, needs_extra
+from inhand.folders import in_place, writing
+from inhand.geometry import Array
+from inhand.records import text_of
+from inhand.tasks.decisions import Actions, largest_step
+from inhand.tasks.observations import find_layout, numbers_for
+
+if TYPE_CHECKING:
+    import onnx
+
+OPSET, IR = 17, 8
+"""Versions of the operators and of the file, both of 2022: runtimes since then read them."""
+CARD = "inhand"
+"""Key of the metadata under which the card stands."""
+NAMES = ("observation", "action")
+"""The model's input `(N, d)` and output `(N, n)`, numbers of 32 bits."""
+
+
+@dataclass(frozen=True)
+class InputCard:
+    """Neighbouring numbers of a model's input."""
+
+    name: str
+    """What they are, and their unit."""
+    first: int
+    """Place of the first."""
+    count: int
+    middle: tuple[float, ...]
+    """What becomes 0 inside of the model,"""
+    half: tuple[float, ...]
+    """and how far from it becomes 1; what lies beyond -1 and 1 is cut."""
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """What a model says of itself."""
+
+    layout: str
+    """Name of the layout of its observations, with its version (`tasks/observations.py`)."""
+    inputs: tuple[InputCard, ...]
+    """All numbers of an observation, in their order."""
+    actions: Actions
+    """What actions mean: steps of the joint targets, or angles over the joints' ranges; cut to the hand's limits."""
+    largest_step: float
+    """What an action of 1 moves a joint target in a decision, where they are steps [rad]."""
+    contract: Contract
+    """Hand, joints, rate and senses."""
+    trained: dict[str, Any]
+    """What it was trained with."""
+
+
+def export(policy: str | Path | Policy, out: str | Path, *, overwrite: bool = False) -> Path:
+    """Write a learned policy as an ONNX model, and return its place.
+
+    Args:
+        policy: the folder of a training run or of a policy, `rl` for the package's, or a `Policy`.
+        out: the file, which ends with .onnx.
+        overwrite: whether a file may be replaced.
+
+    Raises:
+        InputError: no policy, one without a contract, a file that is there or of another ending, or no extra `onnx`.
+    """
+    place = Path(out)
+    if place.suffix.lower() != ".onnx":
+        raise InputError(f"--out {place} does not end with .onnx: give the name of an ONNX file")
+    if place.exists() and not overwrite:
+        raise InputError(f"--out {place} exists; give another name, or --overwrite to replace it")
+    found = policy if isinstance(policy, Policy) else find_controller(str(policy)).policy
+    if found is None:
+        raise InputError(f"{policy} is no learned policy: give the folder of a run of `inhand train`, or rl")
+    content = model_of(found).SerializeToString()
+    with writing(place), in_place(place) as temporary:
+        temporary.write_bytes(content)
+    return place
+
+
+def model_of(policy: Policy) -> "onnx.ModelProto":
+    """Return a policy as an ONNX model.
+
+    Raises:
+        InputError: it has no contract, or the extra `onnx` is missing.
+    """
+    card = card_of(policy)
+    try:
+        from onnx import TensorProto, checker, helper, numpy_helper
+    except ImportError as error:
+        raise needs_extra("onnx", "an ONNX model") from error
+    size, joints = len(policy.weights[0]), len(policy.biases[-1])
+    nodes, arrays = _parts(policy, card)
+    ends = [
+        helper.make_tensor_value_info(name, TensorProto.FLOAT, ["N", count])
+        for name, count in zip(NAMES, (size, joints), strict=True)
+    ]
+    constants = [numpy_helper.from_array(array.astype(np.float32), name) for name, array in arrays.items()]
+    steps = [helper.make_node(kind, list(given), [made]) for kind, given, made in nodes]
+    graph = helper.make_graph(steps, "policy", ends[:1], ends[1:], constants)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR, producer_name=CARD)
+    helper.set_model_props(model, {CARD: text_of(card)})
+    checker.check_model(model)
+    return model
+
+
+def card_of(policy: Policy) -> ModelCard:
+    """Return what a policy's model says of itself.
+
+    Raises:
+        InputError: it has no contract.
+    """
+    if policy.contract is None:
+        raise InputError("the policy has no contract, so that nobody knows what its numbers are: train it again")
+    layout, hand = find_layout(policy.observation), policy.contract.hand
+    inputs, first = [], 0
+    for part in layout.parts:
+        count = part.size(hand)
+        middle, half = (
+            tuple(np.broadcast_to(numbers_for(given, hand), count).tolist()) for given in (part.middle, part.half)
+        )
+        inputs.append(InputCard(part.name, first, count, middle, half))
+        first += count
+    step = largest_step(policy.actions)
+    return ModelCard(layout.name, tuple(inputs), policy.actions, step, policy.contract, policy.trained)
+
+
+Node = tuple[str, tuple[str, ...], str]
+"""An operator, the names of what it takes, and the name of what it gives."""
+
+
+def _parts(policy: Policy, card: ModelCard) -> tuple[list[Node], dict[str, Array]]:
+    """Return the operators of a model in their order, and its numbers by name."""
+    arrays = {
+        "middle": np.concatenate([part.middle for part in card.inputs]),
+        "half": np.concatenate([part.half for part in card.inputs]),
+        "least": np.array(-1.0),
+        "most": np.array(1.0),
+    }
+    nodes: list[Node] = [
+        ("Sub", (NAMES[0], "middle"), "shifted"),
+        ("Div", ("shifted", "half"), "scaled"),
+        ("Clip", ("scaled", "least", "most"), "0"),
+    ]
+    last = len(policy.weights) - 1
+    for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        arrays |= {f"{k}.weight": weight, f"{k}.bias": bias}
+        made = ("Tanh", NAMES[1]) if k == last else ("Relu", f"{k + 1}")
+        nodes += [
+            ("MatMul", (f"{k}", f"{k}.weight"), f"{k}.product"),
+            ("Add", (f"{k}.product", f"{k}.bias"), f"{k}.sum"),
+            (made[0], (f"{k}.sum",), made[1]),
+        ]
+    return nodes, arrays

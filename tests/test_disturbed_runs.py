@@ -138,11 +138,6 @@ def test_a_controller_that_reads_what_is_sensed_gets_no_more(disturb: str | Dist
     assert isinstance(error.value, AttributeError)
 
 
-def test_a_sequence_refuses_a_controller_that_reads_what_is_sensed() -> None:
-    with pytest.raises(InputError, match="'Holder' reads what is sensed"):
-        inhand.trace("square", controller=Holder, size=10.0, trials=1, engine="planar")
-
-
 def test_another_word_for_what_a_controller_reads_is_refused() -> None:
     class Odd(Holder):
         reads = "everything"

@@ -90,6 +90,13 @@ def test_how_far_is_told_weighs_way_against_losses() -> None:
     assert told_way(np.full(10, -1.0))[0] == 0.0
 
 
+def test_a_path_is_gone_whole_where_most_worlds_come_to_its_end() -> None:
+    even = [0.1] * 18
+    assert told_way(np.array([0.09] * 2 + even), 0.1)[0] == 0.1
+    assert told_way(np.array([0.09] * 2 + even))[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(np.array([0.09] * 6 + even), 0.1)[0] == pytest.approx(0.09 - MARGIN)
+
+
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan in few worlds."""
@@ -104,7 +111,7 @@ def test_a_plan_looks_at_no_start_and_is_kept(monkeypatch: pytest.MonkeyPatch) -
     first = sensed_grasp(HAND, CUBE, np.concatenate([poses, poses]), np.concatenate([poses[:, 0], away]))
     np.testing.assert_array_equal(first.closed[0], first.closed[1])
     assert first.way is not None
-    assert 0.02 < first.way[0] < 0.05
+    assert first.way.tolist() == [0.05, 0.05]  # a path that can be gone to its end is
     monkeypatch.setattr(sensed_plan, "_planned", lambda *_: pytest.fail("computed once more"))
     again = sensed_grasp(HAND, CUBE, poses)
     np.testing.assert_array_equal(again.opened[0], first.opened[0])
@@ -118,6 +125,15 @@ def test_a_world_that_was_not_gripped_holds_up_no_other() -> None:
     _, found = loop.simulate(task, sensed_grasp(HAND, CUBE, poses), starts, IkSensedController, loop.Bench())
     assert found.outcomes == ("reached", "no grasp")
     assert found.states[-1].pose[0, 1] - starts[0, 1] > 0.028
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_path_that_comes_back_is_planned_to_its_end() -> None:
+    out = straight_path(primitive_at(90.0), 0.02).poses
+    poses = HAND.start_pose + np.concatenate([out, out[::-1]])[None]
+    way = sensed_grasp(HAND, CUBE, poses).way
+    assert way is not None
+    assert way[0] == pytest.approx(0.04)
 
 
 @pytest.mark.usefixtures("quick")

@@ -16,7 +16,7 @@ from inhand.control.checked import maker
 from inhand.control.contract import Contract
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.ik_sensed import IkSensedController
+from inhand.control.ik_sensed import SENSED_IK, IkSensedController
 from inhand.control.phases import Grasp
 from inhand.control.policy import (
     ACTOR,
@@ -74,6 +74,9 @@ class ControllerEntry:
     """The learned policy that it is, if it is one."""
     reads: Reads = PRIVILEGED
     """What it reads: all that is measured, or what a hand can know."""
+    primitive: Callable[[Task], Controller] | None = None
+    """Makes what carries out a primitive of a sequence on real senses, from states that are believed; None for what
+    `manipulate` makes, from what is sensed."""
 
     @property
     def contract(self) -> Contract | None:
@@ -181,6 +184,7 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
                 sensed_grasp,
                 IkSensedController,
                 reads=SENSED,
+                primitive=partial(IkController, config=SENSED_IK),
             ),
         )
     },

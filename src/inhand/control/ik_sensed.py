@@ -52,6 +52,11 @@ class IkSensedController:
             self._law.begin(self._state)
         return (self._law if self._carrying else self._waiting).act(self._state)
 
+    @property
+    def progress(self) -> Array:
+        """How far the set point has gone along each path `(B,)` [m]."""
+        return (self._law if self._carrying else self._waiting).progress
+
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
         """Return which worlds have held the end of their way for a while `(B,)`."""
         if not self._carrying:

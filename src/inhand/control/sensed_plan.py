@@ -10,8 +10,10 @@ before. A hand looks at nothing for that, so it is the same for every trial of a
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.caches import cached
 from inhand.control.controller import Controller, Task
@@ -19,7 +21,8 @@ from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import PLAN_EVERY, closing_joints
-from inhand.geometry import TURN_ARM, Array, Path, way_along, wrap_angle
+from inhand.control.seen import SENSED, Seen
+from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import HandSpec
@@ -38,6 +41,8 @@ BEST = 3
 """Candidates of a path that are tried in further worlds."""
 PRICE = 12.0
 """What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 12 % longer."""
+ENOUGH = 0.85
+"""A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
 ASTRAY = 0.008
 """An object that is farther than this from its path counts as lost [m]; 18 deg at `TURN_ARM`."""
 OFTEN = 3
@@ -46,6 +51,10 @@ SQUEEZE = 0.0035
 """How far inside the object fingers aim when they close [m]: it may be smaller, and joints stand elsewhere."""
 MARGIN = 0.002
 """Distance kept from where the first would be lost [m]."""
+BEHIND, AHEAD = 16, 3
+"""Poses of a path behind the set point and ahead of it at which an object may be."""
+LEAST, SLOWEST = 8.0, 0.02
+"""Time that carrying may take at least [s], and the speed at which long paths are followed at least [m/s]."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
 PLAN = ("opened", "closed", "way")
@@ -62,15 +71,25 @@ class Candidate:
 
     path: int
     plan: GraspPlan
+    reach: float
+    """Way that the search promises [m]."""
     ways: tuple[float, ...] = ()
     """How far it went in each world that it was tried in [m]; negative where it never held the object."""
+
+
+class Carries(Controller, Protocol):
+    """A controller that tells how far it has come."""
+
+    @property
+    def progress(self) -> Array:
+        """How far along its path each world was to be at the last decision `(B,)` [m]."""
 
 
 @dataclass(frozen=True)
 class Carrier:
     """Who carries objects where grasps are tried, and where."""
 
-    make: Callable[[Task], Controller] = IkSensedController
+    make: Callable[[Task], Carries] = IkSensedController
     """Makes the controller."""
     digest: str = "ik-sensed"
     """What tells it from others."""
@@ -109,48 +128,55 @@ def sensed_grasp(
 
 def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
     """Return grasps of paths `(P, S, 3)`, searched for each share of the friction, and farthest reaches `(P,)` [m]."""
-    some = poses[:, ::PLAN_EVERY]
+    last = poses.shape[1] - 1
+    looked = np.append(np.arange(0, last, PLAN_EVERY), last)
+    some, way = poses[:, looked], way_along(poses)[:, looked]
     searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
     found = [
-        Candidate(path, plan)
+        Candidate(path, plan, float(way[path, plan.reach - 1]))
         for search in searches
         for path, plans in enumerate(plan_grasps(*held, some, search))
         for plan in plans
     ]
-    way, reach = way_along(some), np.zeros(len(poses))
+    reach = np.zeros(len(poses))
     for each in found:
-        reach[each.path] = max(reach[each.path], way[each.path, each.plan.reach - 1])
+        reach[each.path] = max(reach[each.path], each.reach)
     return found, reach
 
 
-def told_way(ways: Array) -> tuple[float, float]:
+def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
     """Return how far to go [m], and what that is worth, where worlds were lost after ways `(N,)` [m].
 
-    A way is worth itself less `PRICE` times itself for the share of worlds that are lost before its end.
+    A way is worth itself less `PRICE` times itself for the share of worlds that are lost before its end. Of a `whole`
+    path [m] nothing is kept, and its end is worth more than any way before it where `ENOUGH` of the worlds come there.
     """
     ends = np.unique(np.maximum(ways, 0.0))
     lost = (ways[None] < ends[:, None]).sum(axis=1)
     worth = ends * (1 - PRICE * (lost + 0.5) / (len(ways) + 1))
+    come, done = 1 - lost / len(ways), ends >= whole - SAME
+    worth = np.where(done & (come >= ENOUGH), ends * (1 + come), worth)
     best = int(worth.argmax())
-    return max(float(ends[best]) - MARGIN, 0.0), float(worth[best])
+    kept = 0.0 if done[best] else MARGIN
+    return max(float(ends[best]) - kept, 0.0), float(worth[best])
 
 
 def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
     found, reach = candidates(held, poses)
+    whole = way_along(poses)[:, -1]
     tried = _tried(held, (poses, reach), found, by, range(DRAWS[0]))
-    finalists = [each for path in range(len(poses)) for each in _best(tried, path)[:BEST]]
+    finalists = [each for path in range(len(poses)) for each in _best(tried, path, whole[path])[:BEST]]
     tried = _tried(held, (poses, reach), finalists, by, range(DRAWS[0], sum(DRAWS)))
-    chosen = [_best(tried, path)[0] for path in range(len(poses))]
+    chosen = [_best(tried, path, whole[path])[0] for path in range(len(poses))]
     grasp = closing_joints(*held, [each.plan for each in chosen], poses[:, 0], poses[:, 0], squeeze=SQUEEZE)
-    told = np.array([told_way(np.array(each.ways))[0] for each in chosen])
+    told = np.array([told_way(np.array(each.ways), whole[each.path])[0] for each in chosen])
     return {"opened": grasp.opened, "closed": grasp.closed, "way": told}
 
 
-def _best(candidates: list[Candidate], path: int) -> list[Candidate]:
-    """Return the candidates of a path, the one that is worth most first."""
+def _best(candidates: list[Candidate], path: int, whole: float) -> list[Candidate]:
+    """Return the candidates of a path, so long in all [m], the one that is worth most first."""
     own = [each for each in candidates if each.path == path]
-    return sorted(own, key=lambda each: -told_way(np.array(each.ways))[1])
+    return sorted(own, key=lambda each: -told_way(np.array(each.ways), whole)[1])
 
 
 def _tried(
@@ -168,28 +194,62 @@ def _tried(
     grasp = Grasp(*(np.repeat(part, len(draws), axis=0) for part in (grasp.opened, grasp.closed)))
     worlds = [draw(WORLDS, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
     task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
-    _, found = simulate(task, grasp, starts, by.make, Bench(by.engine), disturbed=worlds)
-    ways = _ways(found, task.path).reshape(len(candidates), len(draws))
+    watched = list[_Watched]()
+
+    def carrying(task: Task) -> _Watched:
+        watched.append(_Watched(by.make(task)))
+        return watched[-1]
+
+    longest = LEAST + float(reach.max()) / SLOWEST
+    _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
+    ways = _ways(found, task.path, watched[0].ways).reshape(len(candidates), len(draws))
     return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
 
 
-def _ways(found: Recording, path: Path) -> Array:
+class _Watched:
+    """A controller with how far it had come after every decision."""
+
+    reads = SENSED
+
+    def __init__(self, controller: Carries) -> None:
+        self._inner, self.ways = controller, list[Array]()
+
+    def begin(self, seen: Seen) -> None:
+        self._inner.begin(seen)
+
+    def act(self, seen: Seen) -> Array:
+        targets = self._inner.act(seen)
+        self.ways.append(self._inner.progress)
+        return targets
+
+    def finished(self, seen: Seen) -> NDArray[np.bool_]:
+        return self._inner.finished(seen)
+
+
+def _ways(found: Recording, path: Path, aimed: list[Array]) -> Array:
     """Return how far along its path each world carried its object `(B,)` [m], held and not astray.
 
-    It is -1 where it never was carried.
+    It is -1 where it never was carried. A path may cross itself: an object is on its part near to where the set point
+    was `aimed` in each decision `(B,)` [m].
     """
     carried = int(np.flatnonzero(found.phase == found.phase.max())[0])
     begin, scale = found.states[carried].pose, np.array([1.0, 1.0, TURN_ARM])
     going, ways = found.last >= carried, np.full(len(found.last), -1.0)
     aims, worlds = path.poses * scale, np.arange(len(going))
+    window = np.arange(-BEHIND, AHEAD + 1)
     for number in range(carried, len(found.states), OFTEN):
         state = found.states[number]
         moved = state.pose - begin
         moved[:, 2] = wrap_angle(moved[:, 2])
-        away = np.linalg.norm(aims - (scale * moved)[:, None], axis=-1)
-        place = away.argmin(axis=1)
+        come = aimed[number - carried]
+        place = (path.way < come[:, None]).sum(axis=1)
+        near = np.clip(place[:, None] + window, 0, aims.shape[1] - 1)
+        off = np.linalg.norm(aims[worlds[:, None], near] - (scale * moved)[:, None], axis=-1)
+        closest = off.argmin(axis=1)
+        place, away = near[worlds, closest], off[worlds, closest]
         # What is lost for a few decisions may be caught again, what is astray stays so.
-        going = going & (number <= found.last) & (away[worlds, place] <= ASTRAY)
+        going = going & (number <= found.last) & (away <= ASTRAY)
         here = going & state.touching.all(axis=-1)
-        ways[here] = np.maximum(ways[here], path.way[worlds, place][here])
+        gone = np.where(come >= path.length - SAME, path.length, path.way[worlds, place])
+        ways[here] = np.maximum(ways[here], gone[here])
     return ways

@@ -43,6 +43,8 @@ class SensedPolicyController:
         held = Held(self._task.hand, self._task.objects[0])
         self._memory, self._taken = Memory(held, seen), True
         self._asked = Aim(self._angle, seen.frame_pose, self._way(held, seen), turn=self._turn)
+        self.progress = np.zeros(seen.n_worlds)
+        """How far each object is believed to have come along its path `(B,)` [m]."""
         self._best = np.zeros(seen.n_worlds)
         self._still = np.zeros(seen.n_worlds)
 
@@ -53,16 +55,15 @@ class SensedPolicyController:
         self._taken = False
         self._past = self._memory.past
         aim = self._past.aimed(self._asked)
+        self.progress = aim.come(self._past.shift(aim))
         action = self._policy(observe(self._layout, self._past, aim, self._scene))
         return targets_of(action, self._policy.actions, self._task.hand, self._past)
 
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
         """Return which worlds have gained nothing on their way for a while `(B,)`."""
         del seen
-        past = self._past
-        come = self._asked.come(past.shift(self._asked))
-        gained = (come > self._best + GAINED) | past.waiting
-        self._best = np.where(gained, come, self._best)
+        gained = (self.progress > self._best + GAINED) | self._past.waiting
+        self._best = np.where(gained, self.progress, self._best)
         self._still = np.where(gained, 0.0, self._still + self._task.control_period)
         return np.asarray(self._still >= STILL_TIME)
 

@@ -18,11 +18,11 @@ from inhand.control.catalogue import direction_plans
 from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import carried_by
-from inhand.control.rehearsal import PLAN_EVERY, closing_joints
+from inhand.control.rehearsal import closing_joints
 from inhand.control.sensed_plan import SQUEEZE, candidates
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
-from inhand.geometry import Array, Path, way_along
+from inhand.geometry import Array, Path
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
@@ -142,10 +142,9 @@ def varied_plans(hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float]) 
     """Return grasps of each direction [deg] that are searched for several shares of the friction, all that go far."""
     poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
     found, reach = candidates(Held(hand, spec), poses)
-    way = way_along(poses[:, ::PLAN_EVERY])
     plans: dict[float, list[GraspPlan]] = {angle: [] for angle in angles_deg}
     for each in found:
-        if way[each.path, each.plan.reach - 1] >= FAR * reach[each.path]:
+        if each.reach >= FAR * reach[each.path]:
             plans[angles_deg[each.path]].append(each.plan)
     return plans
 

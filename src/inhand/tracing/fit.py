@@ -6,8 +6,9 @@ the best single grip whose contacts roll, which is what controllers carry an obj
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from inhand.hands.shapes import link_outline
 from inhand.tracing.drawing import Drawing, larger_side
 from inhand.tracing.plan import Plan
 
+Carries: TypeAlias = Callable[[Held, Plan], float]
+"""Gives the way along a plan up to which a controller plans to carry the object [m], looking at nothing."""
 LOOK = 0.004
 """Spacing at which a path that has left the reach is looked at for where it comes back [m]."""
 LONGEST = 20.0
@@ -109,8 +112,12 @@ def carried(held: Held, plan: Plan) -> float:
     return float(plan.path.way[looked[reach - 1]])
 
 
-def fit_of(held: Held, plan: Plan, told: Callable[[float], None] = lambda _: None) -> Fit:
+def fit_of(
+    held: Held, plan: Plan, told: Callable[[float], None] = lambda _: None, carries: Carries | None = None
+) -> Fit:
     """Return what a hand can do of a plan; `told` is told the way [m] that has been looked at.
+
+    Where a grip carries the object along all of it and something says how far a controller `carries` it, that counts.
 
     Raises:
         InputError: no grip holds the object at the start.
@@ -121,7 +128,8 @@ def fit_of(held: Held, plan: Plan, told: Callable[[float], None] = lambda _: Non
         return {"outside": outside, "grip": np.array(carried(held, plan))}
 
     known = cached("fit", (held, plan.path.poses), __name__, compute)
-    return Fit(float(plan.way[-1]), tuple((start, end) for start, end in known["outside"]), float(known["grip"]))
+    fit = Fit(float(plan.way[-1]), tuple((start, end) for start, end in known["outside"]), float(known["grip"]))
+    return replace(fit, grip=carries(held, plan)) if fit.fits and carries is not None else fit
 
 
 def largest(fits: Callable[[float], bool], progress: Callable[[float], None] | None = None) -> float:

@@ -7,25 +7,26 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import CONTROLLERS, ControllerEntry
+from inhand.control.catalogue import ControllerEntry
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
+from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
 from inhand.control.seen import SENSED
 from inhand.control.trial import REACHED, STOPPED, Trial
-from inhand.errors import InputError
 from inhand.geometry import Array, Path, planar
 from inhand.hands.fit import Held
 from inhand.sim.drawn import Disturbed
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import Plan
+from inhand.tracing.sensed import SensedSequencer
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
 from inhand.tracing.walk import Event, SequenceConfig
 
-PUSH, GRIP = 0.8, 1.5
-"""Force of a push against a wall, and of the grip meanwhile [N]."""
+PUSH = 0.8
+"""Force of a push against a wall [N]."""
 SLOWEST = 0.008
 """Speed below which no plan is waited for [m/s]."""
 SPARE = 3.0
@@ -54,14 +55,14 @@ def repertoire_of(entry: ControllerEntry) -> Repertoire:
     """Return what a controller's primitives are carried out by.
 
     A learned policy knows straight primitives only, so twists are the expert's; so is closing the grip after a failure,
-    and pushing, where a force is commanded and not a place.
+    and pushing, where a force is commanded and not a place. On real senses its numbers are those of `ik-sensed`.
     """
-    expert = CONTROLLERS["ik"].manipulate
-    turn = entry.manipulate if entry.policy is None else expert
+    config = SENSED_IK if entry.reads == SENSED else IkConfig()
+    expert, own = partial(IkController, config=config), entry.primitive or entry.manipulate
     return {
-        "move": entry.manipulate,
-        "turn": turn,
-        "press": partial(IkController, config=IkConfig(push=PUSH, grip=GRIP)),
+        "move": own,
+        "turn": own if entry.policy is None else expert,
+        "press": partial(IkController, config=replace(config, push=PUSH)),
         "hold": expert,
     }
 
@@ -80,14 +81,15 @@ def follow(
     """Take one object for each plan through it and return what each world left.
 
     Plans begin where objects are placed, in the palm frame; really they stand at `starts` `(B, 3)` [m, m, rad]. The
-    low-level controller chooses the grasp for the whole plan; a policy that was trained on a whole task follows it
-    without a sequence. `config` says when primitives have arrived or failed; `disturbed` how each world is disturbed.
+    low-level controller chooses the grasp for the whole plan, and how far to go where it plans that; a policy that was
+    trained on a whole task follows it without a sequence. `config` says when primitives have arrived or failed;
+    `disturbed` how each world is disturbed.
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
     grasp = entry.grasp(hand, spec, poses, starts, engine=bench.engine)
     task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
-    driver = _driver(replace(task, start=poses[:, 0]), plans, entry, config)
+    driver = _driver(replace(task, start=poses[:, 0], distance=grasp.way), plans, entry, config)
     longest = max(map(_longest, plans))
     _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
     signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
@@ -102,34 +104,32 @@ def follow(
 
 def _driver(
     task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
-) -> Sequencer | RouteController:
+) -> Sequencer | SensedSequencer | RouteController:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
     if entry.reads == SENSED:
-        raise InputError(
-            f"controller {entry.name!r} reads what is sensed, and sequences judge primitives by what is privileged: use"
-            " another controller"
-        )
+        return SensedSequencer(task, plans, repertoire_of(entry), config)
     if entry.policy is not None and entry.policy.task:
         return RouteController(task, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)
 
 
-def _followed(plan: Plan, trial: Trial, driver: Sequencer | RouteController, world: int) -> Followed:
+def _followed(plan: Plan, trial: Trial, driver: Sequencer | SensedSequencer | RouteController, world: int) -> Followed:
     """Return what one world left, up to its last row."""
     rows = trial.manipulation
     if rows.stop <= rows.start:
         return Followed(plan, trial, np.zeros(0, dtype=np.int64), (), 0.0)
-    if isinstance(driver, Sequencer):
+    sequence, count = driver.sequence if isinstance(driver, SensedSequencer) else driver, rows.stop - rows.start
+    if isinstance(sequence, Sequencer):
         x, y, theta = planar(trial.object_pose[-1]).tolist()
-        legs, end = np.array(driver.legs)[:, world], driver.end_of(world, (x, y, theta))
+        legs, end = np.array(sequence.legs)[:, world], sequence.end_of(world, count, (x, y, theta))
     else:
-        came, whole = np.array(driver.came)[:, world], float(plan.way[-1])
+        came, whole = np.array(sequence.came)[:, world], float(plan.way[-1])
         legs = np.minimum(np.searchsorted(plan.way, came, side="right"), len(plan.legs)) - 1
         done = bool(came[-1] >= whole - ARRIVED)
         end = End(done, whole if done else float(came[-1]), ())
     if trial.outcome == REACHED and not end.done:
         trial = replace(trial, outcome=STOPPED)
-    return Followed(plan, trial, legs[: rows.stop - rows.start], end.events, end.come)
+    return Followed(plan, trial, legs[:count], end.events, end.come)
 
 
 def _longest(plan: Plan) -> float:

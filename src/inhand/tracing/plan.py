@@ -77,6 +77,15 @@ class Plan:
                 found.append(start + shares[:, None] * (end - start))
         return Path(np.concatenate(found))
 
+    def come(self, number: int, pose: tuple[float, float, float]) -> float:
+        """Return the way that an object at a pose has come [m], which is on a leg, or past the last."""
+        if number >= len(self.legs):
+            return float(self.way[-1])
+        leg = self.legs[number]
+        here, start, end = (np.array(each) * (1.0, 1.0, TURN_ARM) for each in (pose, leg.start, leg.end))
+        come = float((here - start) @ (end - start)) / max(leg.length, SAME)
+        return float(self.way[number] + min(max(come, 0.0), leg.length))
+
     def measured(self) -> Plan:
         """Return the plan without its approach."""
         return Plan(self.name, self.legs[self.approach :])

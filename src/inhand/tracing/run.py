@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from inhand.control.catalogue import ControllerEntry, find_controller
 from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
 from inhand.control.loop import Bench, Told
 from inhand.control.policy import check_joints
+from inhand.control.seen import SENSED
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held, check_fit
@@ -21,7 +23,7 @@ from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.drawings import SHAPES, find_drawing
-from inhand.tracing.fit import carried, check_extent, fit_of, largest, reached, refusal
+from inhand.tracing.fit import Carries, carried, check_extent, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import Plan, plan_along
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
@@ -99,9 +101,10 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
         draws = [
             (np.random.default_rng((config.seed, k)), f"task {asked.name}, trial {k + 1}") for k in range(config.trials)
         ]
-        plans = tuple(fitting_plan(asked, held, rng, name, told) for rng, name in draws)
+        carries = _planned(config, entry)
+        plans = tuple(fitting_plan(asked, held, rng, name, told=told, carries=carries) for rng, name in draws)
         return TraceSetup(*held, entry, plans, asked, None, notes)
-    drawing, more = _sized(config, held, asked, told)
+    drawing, more = _sized(config, (held, entry), asked, told)
     plan = plan_of(held, drawing)
     return TraceSetup(*held, entry, (plan,) * config.trials, None, larger_side(drawing), (*notes, *more))
 
@@ -158,8 +161,11 @@ def simulate_trace(
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 
-def _sized(config: TraceConfig, held: Held, drawing: Drawing, told: Told | None) -> tuple[Drawing, tuple[str, ...]]:
+def _sized(
+    config: TraceConfig, by: tuple[Held, ControllerEntry], drawing: Drawing, told: Told | None
+) -> tuple[Drawing, tuple[str, ...]]:
     """Return the drawing at the size that is to be traced, and what a reader should know of that."""
+    (held, entry), carries = by, _planned(config, by[1])
     if not drawing.sized:
         most = reachable_size(held, drawing, told)
         if most == 0:
@@ -176,10 +182,11 @@ def _sized(config: TraceConfig, held: Held, drawing: Drawing, told: Told | None)
         if told is not None:
             told(f"whether {drawing.name} fits, mm", round(1e3 * way), whole)
 
-    fit = fit_of(held, plan, followed)
+    fit = fit_of(held, plan, followed, carries)
     if fit.fits:
         return drawing, ()
-    most = _largest("grip", held, drawing, _fits, told)
+    what = "grip" if carries is None else f"grip of {entry.name} in {config.engine}"
+    most = _largest(what, held, drawing, partial(_fits, carries=carries), told)
     if config.scale and most > 0:
         return scaled(drawing, most), (
             f"Scaled from {1e3 * larger_side(drawing):.0f} to {1e3 * most:.0f} mm, the largest that fits.",
@@ -191,5 +198,19 @@ def _sized(config: TraceConfig, held: Held, drawing: Drawing, told: Told | None)
     raise refusal(name, fit, held.start, fits if most > 0 else none)
 
 
-def _fits(held: Held, plan: Plan) -> bool:
-    return carried(held, plan) >= plan.way[-1] - 1e-9 and reached(held, plan)
+def _fits(held: Held, plan: Plan, carries: Carries | None) -> bool:
+    whole = plan.way[-1] - 1e-9
+    return carried(held, plan) >= whole and reached(held, plan) and (carries is None or carries(held, plan) >= whole)
+
+
+def _planned(config: TraceConfig, entry: ControllerEntry) -> Carries | None:
+    """Return what gives how far a controller that reads what is sensed plans to carry an object; None of another."""
+    if entry.reads != SENSED:
+        return None
+
+    def carries(held: Held, plan: Plan) -> float:
+        poses = plan.path.poses[None]
+        way = entry.grasp(*held, poses, poses[:, 0], engine=config.engine).way
+        return float(plan.way[-1] if way is None else way[0])
+
+    return carries

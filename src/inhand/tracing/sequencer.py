@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from inhand.control.controller import Controller, Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
+from inhand.control.seen import SENSED, Seen, View, reads_of
 from inhand.geometry import Array, Path, wrap_angle
 from inhand.sim.state import State, select
 from inhand.tasks.paths import stacked
@@ -43,16 +44,26 @@ class _Group:
 
 
 class Sequencer:
-    """Takes every world through its plan."""
+    """Takes every world through its plan, on states as they are, or as they are believed to be."""
 
     def __init__(
         self, task: Task, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
     ) -> None:
-        """Take worlds through plans, one each, given in the palm frame."""
-        self._task, self._repertoire = task, repertoire
+        """Take worlds through plans, one each, given in the palm frame.
+
+        Each goes as far as the task says; where it says nothing, as far as its grip is predicted to carry: the whole
+        way on real senses, since nothing is predicted from a noisy look.
+        """
+        self._task, self._repertoire, self._period = replace(task, distance=None), repertoire, task.control_period
+        self._planned = task.distance is not None
+        ways = np.full(len(plans), np.inf) if task.distance is None else task.distance
         config = config or SequenceConfig()
-        self.walks = [Walk(plan, config, task.control_period) for plan in plans]
+        self.walks = [Walk(plan, config, self._period) for plan in plans]
         """The way of each world through its plan."""
+        for walk, way in zip(self.walks, ways.tolist(), strict=True):
+            walk.limit = np.inf if way >= walk.plan.way[-1] - STEP / 10 else way
+        self.seen: Seen | None = None
+        """What is sensed now, for low-level controllers that read that."""
         self.legs: list[NDArray[np.int64]] = []
         """The primitive that each world was on, at every decision `(T, B)`."""
 
@@ -63,6 +74,8 @@ class Sequencer:
         self._group = np.full(state.n_worlds, -1)
         self._made = 0
         self._predict(state, every)
+        for walk in self.walks:
+            walk.time = self._period * len(self.legs)
         poses = _poses(state)
         self._start(state, {world: walk.begin(poses[world]) for world, walk in enumerate(self.walks)})
 
@@ -81,7 +94,7 @@ class Sequencer:
         targets = np.empty_like(state.targets)
         for number, group in self._groups.items():
             mine = self._group[group.worlds] == number
-            targets[group.worlds[mine]] = group.controller.act(select(state, group.worlds))[mine]
+            targets[group.worlds[mine]] = group.controller.act(self._view(group.controller, state, group.worlds))[mine]
         return targets
 
     def finished(self, state: State) -> NDArray[np.bool_]:
@@ -89,13 +102,19 @@ class Sequencer:
         del state
         return np.array([walk.ended for walk in self.walks])
 
-    def end_of(self, world: int, pose: Pose) -> End:
-        """Return how one world's plan ended, its object last seen at a pose."""
-        walk = self.walks[world]
-        return End(walk.mode == "done", walk.come(pose), tuple(walk.events))
+    def end_of(self, world: int, decisions: int, pose: Pose) -> End:
+        """Return how one world's plan ended after some decisions, its object last at a pose.
+
+        What was decided later, while other worlds went on, was decided on nothing.
+        """
+        plan, leg = self.walks[world].plan, int(self.legs[decisions - 1][world])
+        events = [event for event in self.walks[world].events if event.time < (decisions + 0.5) * self._period]
+        return End(leg == len(plan.legs), plan.come(leg, pose), tuple(events))
 
     def _predict(self, state: State, worlds: NDArray[np.int64]) -> None:
         """Predict how far along the rest of its plan the grip of each of some worlds will carry its object."""
+        if self._planned or self.seen is not None:
+            return
         poses, rest, begins = _poses(state), [], []
         for world in worlds.tolist():
             walk, pose = self.walks[world], poses[world]
@@ -117,7 +136,7 @@ class Sequencer:
                 continue
             task = self._primitive(worlds, [requests[world] for world in worlds.tolist()])
             controller = self._repertoire[what](task)
-            controller.begin(select(state, worlds))
+            controller.begin(self._view(controller, state, worlds))
             self._groups[self._made] = _Group(controller, worlds)
             self._group[worlds] = self._made
             self._made += 1
@@ -133,6 +152,12 @@ class Sequencer:
         shares = np.linspace(0.0, 1.0, max(int(np.ceil(longest / STEP)), 1) + 1)
         path = Path(shares[:, None] * relative[:, None])
         return replace(self._part(worlds, path), distance=path.length, start=start)
+
+    def _view(self, controller: Controller, state: State, worlds: NDArray[np.int64]) -> View:
+        """Return what a low-level controller of some worlds sees."""
+        if self.seen is not None and reads_of(controller) == SENSED:
+            return self.seen.select(worlds)
+        return select(state, worlds)
 
     def _part(self, worlds: NDArray[np.int64], path: Path) -> Task:
         return replace(self._task, objects=tuple(self._task.objects[world] for world in worlds), path=path)

@@ -18,7 +18,7 @@ from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tracing.drawing import scaled
 from inhand.tracing.drawings import find_drawing
-from inhand.tracing.fit import Fit, check_extent, fit_of, refusal
+from inhand.tracing.fit import Carries, Fit, check_extent, fit_of, refusal
 from inhand.tracing.plan import Leg, Plan, plan_along, triple
 
 SHARE = 0.5
@@ -185,11 +185,14 @@ def fitting_plan(
     held: Held,
     rng: np.random.Generator,
     name: str,
+    *,
     told: Callable[[str, int, int], None] | None = None,
+    carries: Carries | None = None,
 ) -> Plan:
     """Return the first drawn plan of a task that a single grip carries the object through; errors call it by a name.
 
-    `told` is told which draw is looked at, how many were, and how many will be at most.
+    `told` is told which draw is looked at, how many were, and how many will be at most; `carries` gives how far a
+    controller does.
 
     Raises:
         InputError: none of `DRAWS` plans fits; the text says which part of the last lies outside.
@@ -199,7 +202,7 @@ def fitting_plan(
         if told is not None:
             told(f"{name}, draw {len(drawn) + 1}", len(drawn), DRAWS)
         drawn.append(task.plan(held, rng))
-        fit = _fit(held, drawn[-1].legs)
+        fit = _fit(held, drawn[-1].legs, carries)
         if fit.fits:
             return drawn[-1]
         if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
@@ -208,6 +211,6 @@ def fitting_plan(
 
 
 @lru_cache(maxsize=128)
-def _fit(held: Held, legs: tuple[Leg, ...]) -> Fit:
+def _fit(held: Held, legs: tuple[Leg, ...], carries: Carries | None) -> Fit:
     """Return what a hand can do of a plan; the same plan of another trial is free."""
-    return fit_of(held, Plan("task", legs))
+    return fit_of(held, Plan("task", legs), carries=carries)

@@ -147,16 +147,7 @@ class Walk:
 
     def come(self, pose: Pose) -> float:
         """Return the way along the plan that an object at a pose has come [m]."""
-        way = self.plan.way
-        if self.leg >= len(self.plan.legs):
-            return float(way[-1])
-        leg = self.now
-        whole = leg.length
-        start, end = _in_metres(leg.start), _in_metres(leg.end)
-        left = whole - sum((p - s) * (e - s) for p, s, e in zip(_in_metres(pose), start, end, strict=True)) / max(
-            whole, 1e-9
-        )
-        return float(way[self.leg] + min(max(whole - left, 0.0), whole))
+        return self.plan.come(self.leg, pose)
 
     def _line(self) -> tuple[Pose, Pose]:
         """Return both ends of the line that the object is to be on; the first one starts where the object stood."""
@@ -251,7 +242,3 @@ def _nearest(pose: Pose, start: Pose, end: Pose) -> tuple[float, float]:
     size = max(dx * dx + dy * dy, 1e-18)
     share = min(max(((pose[0] - start[0]) * dx + (pose[1] - start[1]) * dy) / size, 0.0), 1.0)
     return start[0] + share * dx, start[1] + share * dy
-
-
-def _in_metres(pose: Pose) -> Pose:
-    return pose[0], pose[1], TURN_ARM * pose[2]

@@ -1,0 +1,140 @@
+"""Sequences on what a hand can know: what they decide on, what primitives see, and what is planned before."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import inhand
+from inhand.control import sensed_plan
+from inhand.control.catalogue import CONTROLLERS, rough_grasp
+from inhand.control.controller import Task
+from inhand.control.loop import Bench
+from inhand.control.phases import Grasp
+from inhand.control.seen import Seen
+from inhand.control.trial import LOST_CONTACT, REACHED
+from inhand.errors import InputError
+from inhand.geometry import Array, planar, way_along
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.sim.disturbance import FIELD, Camera, Disturbance
+from inhand.sim.names import ENGINE
+from inhand.sim.state import State
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.follow import follow
+from inhand.tracing.run import prepare_trace
+from inhand.tracing.sequencer import Sequencer
+from test_sequencing import ASIDE, HELD, THREE, plan_of
+
+SEEN = Disturbance("seen", encoders=FIELD.encoders, camera=FIELD.camera, commands=FIELD.commands)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plan in few worlds."""
+    monkeypatch.setattr(sensed_plan, "DRAWS", (1, 3))
+    monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
+
+
+class Watcher:
+    """Stays where it is, sees what is sensed, and counts how often it was made."""
+
+    reads = "sensed"
+    made = 0
+
+    def __init__(self, task: Task) -> None:
+        """Be one more."""
+        Watcher.made += 1
+        del task
+
+    @staticmethod
+    def grasp(
+        hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = ENGINE
+    ) -> Grasp:
+        """Hold the middle of the sides, good for 60 mm of every path."""
+        rough = rough_grasp(hand, spec, poses, starts, engine=engine)
+        return Grasp(rough.opened, rough.closed, np.minimum(way_along(poses)[:, -1], 0.06))
+
+    def begin(self, seen: Seen) -> None:
+        """Take what is sensed."""
+        assert type(seen) is Seen
+
+    def act(self, seen: Seen) -> Array:
+        """Hold on."""
+        assert type(seen) is Seen
+        return seen.targets
+
+    def finished(self, seen: Seen) -> NDArray[np.bool_]:
+        """Never end."""
+        return np.zeros(seen.n_worlds, dtype=bool)
+
+
+def test_a_drawing_is_traced_on_noisy_and_late_senses() -> None:
+    run = inhand.trace("square", size=24.0, trials=2, controller="ik-sensed", disturb=SEEN)
+    for followed, trace in zip(run.followed, run.traces, strict=True):
+        assert (trace.outcome, trace.completion, followed.events) == (REACHED, 1.0, ())
+        assert followed.trial.passport.reads == "sensed"
+        assert trace.rms_mm < 3.0
+        assert trace.end_mm < 3.0
+        # It waits for frames once, and not again before each primitive.
+        poses = followed.trial.object_pose[followed.trial.manipulation, :2][20:]
+        moving = np.linalg.norm(poses[10:] - poses[:-10], axis=-1) > 1e-3
+        assert moving.mean() > 0.95
+
+
+def test_a_sequence_decides_on_what_is_believed_and_metrics_on_what_is_true() -> None:
+    away = Disturbance("biased", camera=Camera(rate_hz=50.0, bias_mm=4.0))
+    run = inhand.trace("square", size=24.0, trials=2, controller="ik-sensed", disturb=away)
+    for followed, trace in zip(run.followed, run.traces, strict=True):
+        assert followed.trial.passport.disturbed is not None
+        bias = 1e3 * np.array(followed.trial.passport.disturbed.drawn.bias[:2])
+        ends = followed.trial.object_pose[-1, :2] - np.array(followed.plan.legs[-1].end[:2])
+        assert (trace.outcome, trace.completion) == (REACHED, 1.0)
+        assert 1e3 * ends @ -bias / np.linalg.norm(bias) > 1.2  # who sees it too far to the right stops too far left
+        assert trace.end_mm > 1.2
+
+
+def test_primitives_of_a_users_controller_see_what_is_sensed_and_go_as_far_as_was_planned() -> None:
+    run = inhand.trace("square", size=10.0, trials=1, controller=Watcher, disturb=SEEN, scale=True)
+    (followed,) = run.followed
+    assert {event.what for event in followed.events} == {"stuck", "gave up"}
+    assert Watcher.made == 4  # once, and three times again
+
+
+def test_what_a_sensed_controller_does_not_plan_to_carry_is_refused_or_scaled() -> None:
+    name = CONTROLLERS.name_of(Watcher)
+    refused = r"the best single grip carries the object only 60 of \d+ mm along it; the largest that fits is 12 mm"
+    with pytest.raises(InputError, match=refused):
+        prepare_trace(TraceConfig(path="square", size=40, controller=name))
+    assert prepare_trace(TraceConfig(path="square", size=40, controller="ik")).size == pytest.approx(0.04)
+    scaled = prepare_trace(TraceConfig(path="square", size=40, controller=name, scale=True))
+    assert scaled.size == pytest.approx(0.012, abs=0.001)
+    with pytest.raises(InputError, match=r"task key, trial 1 .* carries the object only 60 of 66 mm along it"):
+        prepare_trace(TraceConfig(path="key", controller=name, trials=1))
+
+
+def test_nothing_is_told_of_a_world_after_its_object_was_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = list[Sequencer]()
+
+    class Dropping(Sequencer):
+        def act(self, state: State) -> Array:
+            targets = super().act(state)
+            made[:] = [self]
+            for finger, place in zip(HELD.hand.fingers, HELD.hand.slices, strict=True):
+                targets[0, place.start] -= finger.bend * 0.8 * (len(self.legs) > 12)
+            return targets
+
+    monkeypatch.setattr("inhand.tracing.follow.Sequencer", Dropping)
+    far = plan_of((20, 0, 0), (20, 20, 0), (-20, 20, 0))
+    lost, kept = follow(HELD, CONTROLLERS["ik"], [THREE[0], far], ASIDE[:2], Bench())
+    assert (lost.trial.outcome, kept.trial.outcome) == (LOST_CONTACT, REACHED)
+    rows = lost.trial.manipulation
+    assert [event.what for event in lost.events] == ["lost a finger"]
+    assert lost.events[-1].time <= (rows.stop - rows.start) * 0.02
+    made[0].walks[0].leg += 1  # as it might while the other goes on
+    x, y, theta = planar(lost.trial.object_pose[-1]).tolist()
+    assert made[0].end_of(0, rows.stop - rows.start, (x, y, theta)).come == lost.come
+    (alone,) = follow(HELD, CONTROLLERS["ik"], [THREE[0]], ASIDE[:1], Bench())
+    assert alone.events == lost.events
+    assert alone.come == pytest.approx(lost.come)

@@ -128,7 +128,7 @@ class ManipulationWorlds:
         return self._state
 
     @property
-    def between(self) -> Between | None:
+    def between(self) -> "Between | None":
         """What stands between controllers and the worlds, where they are disturbed."""
         return self._between
 

@@ -177,8 +177,7 @@ def gripped(
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
         poses = hand.start_pose + spread * rng.standard_normal((len(waiting), 3))
-        keys = [] if disturb is None else rng.integers(2**62, size=len(waiting)).tolist()
-        worlds = tuple(draw(disturb, (key,), hand.n_joints) for key in keys if disturb is not None) or None
+        worlds = _worlds(hand, disturb, rng, len(waiting))
         own = [plans[k] for k in waiting.tolist()]
         starts = _close(Held(hand, spec), own, (poses, not blind), bench, worlds)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
@@ -205,6 +204,15 @@ def taken(
     snapshot, distance = simulator.snapshot().take(worlds), np.full(len(worlds), np.inf)
     own = None if disturbed is None else tuple(disturbed[world] for world in worlds.tolist())
     return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine, disturbed=own)
+
+
+def _worlds(
+    hand: HandSpec, disturb: Disturbance | None, rng: np.random.Generator, count: int
+) -> tuple[Disturbed, ...] | None:
+    """Return how drawn worlds are disturbed; None where nothing is."""
+    if disturb is None or count == 0:
+        return None
+    return tuple(draw(disturb, (key,), hand.n_joints) for key in rng.integers(2**62, size=count).tolist())
 
 
 def _one_of(plans: GraspPlan | list[GraspPlan], rng: np.random.Generator) -> GraspPlan:

@@ -56,6 +56,11 @@ class Noise(Config):
     rotation: float = float(np.deg2rad(1.0))
     """In theta [rad]."""
 
+    @property
+    def spread(self) -> Array:
+        """Of x, y and theta `(3,)` [m, m, rad]."""
+        return np.array([self.position, self.position, self.rotation])
+
 
 @dataclass(frozen=True, eq=False)
 class Starts:
@@ -172,14 +177,12 @@ def gripped(
     given, angles = grips
     blind = isinstance(given, Mapping) and any(isinstance(each, list) for each in given.values())
     noise, bench = noise or Noise(), Bench(engine, threads=threads)
-    spread = np.array([noise.position, noise.position, noise.rotation])
     plans = [_one_of(given[a], rng) for a in _nearest(given, angles)] if isinstance(given, Mapping) else given
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
-        poses = hand.start_pose + spread * rng.standard_normal((len(waiting), 3))
+        poses = hand.start_pose + noise.spread * rng.standard_normal((len(waiting), 3))
         worlds = _worlds(hand, disturb, rng, len(waiting))
-        own = [plans[k] for k in waiting.tolist()]
-        starts = _close(Held(hand, spec), own, (poses, not blind), bench, worlds)
+        starts = _close(Held(hand, spec), [plans[k] for k in waiting.tolist()], (poses, not blind), bench, worlds)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])

@@ -95,8 +95,7 @@ class Trainer:
             told: told every evaluation.
             progress: told what is being done, how far it is, and how far it has to go.
         """
-        self.config, self._ready, self._folder, self._told = config, ready, folder, told
-        self._progress = progress
+        self.config, self._ready, self._folder, self._told, self._progress = config, ready, folder, told, progress
         self._contract = contract_of(ready.held.hand, load_disturbance(config.disturb))
         self.counters = Counters()
         self._rng = np.random.default_rng((config.seed, 1))

@@ -20,6 +20,7 @@ from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.disturbance import FACTORS
 from inhand.sim.drawn import Disturbed, Drawn, truths
+from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
@@ -99,11 +100,7 @@ class ManipulationWorlds:
         self.hand, spec = held
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
         self._truth = find_layout(self.interface.truth) if self.interface.truth else None
-        if starts.disturbed is None:
-            self.simulator = make_simulator(starts.engine, self.hand, [spec] * count, threads=threads)
-        else:
-            kinds = truths(starts.disturbed, self.hand, [spec] * len(starts), None)
-            self.simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
+        self.simulator, self._drawn = _worlds(held, starts, count, threads)
         self.scene = Scene(self.hand, (spec,) * count)
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts, self._held = starts, held
@@ -112,9 +109,6 @@ class ManipulationWorlds:
         self._pool = _asked(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
-        self._drawn = (
-            None if starts.disturbed is None else np.stack([_numbers(each.drawn) for each in starts.disturbed])
-        )
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
@@ -294,6 +288,15 @@ class ManipulationWorlds:
             self._aim = self._starts.routes.aim(self._row, self._come)
         self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
+
+
+def _worlds(held: Held, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
+    """Return a simulator of `count` worlds and, where they differ, what is drawn of those of the starts `(N, DRAWN)`."""
+    if starts.disturbed is None:
+        return make_simulator(starts.engine, held.hand, [held.object] * count, threads=threads), None
+    kinds = truths(starts.disturbed, held.hand, [held.object] * len(starts), None)
+    simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
+    return simulator, np.array([_numbers(each.drawn) for each in starts.disturbed])
 
 
 def size_of(interface: Interface, hand: HandSpec) -> int:

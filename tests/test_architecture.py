@@ -203,7 +203,7 @@ def test_one_place_steps_simulators() -> None:
     assert found == {("control/loop.py", "simulator")}
 
 
-PLANAR = ("hands/", *(f"control/{name}.py" for name in ("ik", "teacher", "thesis_ik", "follow", "rehearsal")))
+PLANAR = (
     "hands/",
     "control/ik.py",
     "control/teacher.py",

@@ -187,12 +187,12 @@ def _tried(
 
     The paths `(P, S, 3)` come with the way up to which each is followed `(P,)` [m].
     """
-    parts = batches(engine, [len(draws)] * len(candidates))
-    return [each for part in parts for each in _tried_together(held, paths, candidates[part], engine, draws)]
+    parts = batches(by.engine, [len(draws)] * len(candidates))
+    return [each for part in parts for each in _tried_together(held, paths, candidates[part], by, draws)]
 
 
 def _tried_together(
-    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], engine: str, draws: range
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
     poses, reach = paths
     owner = np.repeat([each.path for each in candidates], len(draws))

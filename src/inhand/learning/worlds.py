@@ -291,7 +291,7 @@ class ManipulationWorlds:
 
 
 def _worlds(held: Held, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
-    """Return a simulator of `count` worlds and, where they differ, what is drawn of those of the starts `(N, DRAWN)`."""
+    """Return a simulator of worlds and, where they differ, what is drawn of those of the starts `(N, DRAWN)`."""
     if starts.disturbed is None:
         return make_simulator(starts.engine, held.hand, [held.object] * count, threads=threads), None
     kinds = truths(starts.disturbed, held.hand, [held.object] * len(starts), None)

@@ -227,6 +227,7 @@ def mirrored(state: State) -> State:
 MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, float | tuple[float, ...]], ...] = (
     ("encoders", (-1, 2), 2, -1.0),
     ("frames", (-1, 3), None, (1.0, -1.0, -1.0)),
+    ("object at the start", (-1, 3), None, (-1.0, 1.0, -1.0)),
     ("believed: way along", (-1, 3), None, (1.0, -1.0, -1.0)),
     ("believed: contacts", (-1, 2, 2), 2, (-1.0, 1.0)),
     ("believed: how askew", (-1, 2), 2, -1.0),

@@ -153,7 +153,7 @@ def test_the_teacher_knows_zeros_and_carries_the_object_where_it_is_asked(starts
     assert not lost.any()
     np.testing.assert_allclose(shift[:, 0], 0.02, atol=1e-3)
     assert np.abs(shift[:, 1]).max() < 2e-3
-    assert step.observation.shape == (4, 96 + 40)
+    assert step.observation.shape == (4, 99 + 40)
 
 
 def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> None:

@@ -191,7 +191,7 @@ def sensed() -> Training:
         base,
         preset="sensed",
         disturb="field",
-        interface=Interface("senses", "steps", "progress", horizon=220, truth="truth"),
+        interface=Interface("senses", "steps", "progress", horizon=180, truth="truth"),
         recipe=Recipe(1024, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=8.0, grasp="sensed"),
         imitate=10000,
         rounds=4,

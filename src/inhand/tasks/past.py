@@ -132,4 +132,4 @@ SENSES = Layout(
     ),
     sensed=True,
 )
-"""96 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""
+"""99 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""

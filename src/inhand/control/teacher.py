@@ -46,7 +46,7 @@ class TeacherConfig:
     damping: float = 0.005
     """Damping of the least squares [m/rad]."""
     still: float = 0.0015
-    """Where less than this is left to go, commands stay as they are [m]: corrections lose what friction barely holds."""
+    """Where less than this is left, commands stay as they are [m]: corrections lose what friction barely holds."""
 
 
 class Teacher:

@@ -45,8 +45,6 @@ class TeacherConfig:
     """of which at most so large a share of a joint's largest torque is made."""
     damping: float = 0.005
     """Damping of the least squares [m/rad]."""
-    still: float = 0.0015
-    """Where less than this is left, commands stay as they are [m]: corrections lose what friction barely holds."""
 
 
 class Teacher:
@@ -107,8 +105,7 @@ class Teacher:
             targets[:, place] += (
                 joint_step + (self._damping * joint_speed + torque) / self._stiffness + self._late * joint_speed
             )
-        arrived = np.abs(aim.left(state.pose)) < config.still
-        return np.where(arrived[:, None], state.targets + self._zero, targets)
+        return targets
 
     def _wanted(self, state: State, aim: Aim) -> tuple[Array, Array]:
         """Return the wanted displacement of each object and its velocity, each `(B, 3)` in palm axes."""

@@ -18,7 +18,7 @@ TEACHER = "teacher"
 """Name of the teacher among experts."""
 FARTHEST = 0.2
 """Way that no hand carries an object [m]."""
-LONGEST = 260
+LONGEST = 200
 """Decisions in which the teacher has gone as far as any grip holds."""
 KEPT = 0.004
 """What is kept from where the teacher lost the object [m]: as much as a policy keeps from a predicted end."""

@@ -20,8 +20,13 @@ from inhand.control.controller import Controller, Task
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
+<<<<<<< HEAD
 from inhand.control.rehearsal import PLAN_EVERY, closing_joints
 from inhand.control.seen import SENSED, Seen
+=======
+from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
+from inhand.control.seen import Seen
+>>>>>>> main
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -54,8 +59,6 @@ MARGIN = 0.002
 """Distance kept from where the first would be lost [m]."""
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
-LEAST, SLOWEST = 8.0, 0.02
-"""Time that carrying may take at least [s], and the speed at which long paths are followed at least [m/s]."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
 PLAN = ("opened", "closed", "way")
@@ -208,9 +211,15 @@ def _tried_together(
         watched.append(_Watched(by.make(task)))
         return watched[-1]
 
+<<<<<<< HEAD
     longest = LEAST + float(reach.max()) / SLOWEST
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
     ways = _ways(found, task.path, watched[0].ways).reshape(len(candidates), len(draws))
+=======
+    longest = max(LEAST, float(reach.max()) / SLOWEST)
+    _, found = simulate(task, grasp, starts, carrying, Bench(engine), longest=longest, disturbed=worlds)
+    ways = _ways(found, task.path, carriers[0].ways).reshape(len(candidates), len(draws))
+>>>>>>> main
     return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
 
 

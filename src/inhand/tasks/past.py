@@ -88,6 +88,12 @@ SENSES = Layout(
         Part("side of a turn", lambda past, aim, _scene: _each(aim.turn, past), 1.0, fixed=1),
         Part("way to go in all [m]", lambda past, aim, _scene: _each(aim.distance, past), 0.1, fixed=1),
         Part(
+            "object at the start, from where hands hold it [m, m, rad]",
+            lambda past, _aim, scene: past.start - scene.hand.start_pose,
+            (0.15, 0.15, 1.0),
+            fixed=3,
+        ),
+        Part(
             "encoders at the start [rad]",
             lambda past, _aim, scene: past.first[:, by_rank(scene.hand)],
             np.pi,

@@ -20,13 +20,8 @@ from inhand.control.controller import Controller, Task
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
-<<<<<<< HEAD
-from inhand.control.rehearsal import PLAN_EVERY, closing_joints
-from inhand.control.seen import SENSED, Seen
-=======
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
-from inhand.control.seen import Seen
->>>>>>> main
+from inhand.control.seen import SENSED, Seen
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -211,15 +206,9 @@ def _tried_together(
         watched.append(_Watched(by.make(task)))
         return watched[-1]
 
-<<<<<<< HEAD
-    longest = LEAST + float(reach.max()) / SLOWEST
+    longest = max(LEAST, float(reach.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
     ways = _ways(found, task.path, watched[0].ways).reshape(len(candidates), len(draws))
-=======
-    longest = max(LEAST, float(reach.max()) / SLOWEST)
-    _, found = simulate(task, grasp, starts, carrying, Bench(engine), longest=longest, disturbed=worlds)
-    ways = _ways(found, task.path, carriers[0].ways).reshape(len(candidates), len(draws))
->>>>>>> main
     return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
 
 

@@ -19,11 +19,12 @@ import numpy as np
 import pandas as pd
 
 import inhand
+from inhand.asterisk_test.robustness.summary import wilson
+from inhand.control.trial import LOST
 from inhand.plots.save import save_figure
 from inhand.plots.sheet import sheet
 from inhand.plots.style import MUTED, TICK_POINTS, series_look
 from inhand.sim.names import Engine
-from levels import LOST, wilson
 from timing import environment, verdict
 
 CONTROLLERS = ("ik", "ik-sensed", "rl")

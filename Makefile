@@ -53,7 +53,6 @@ ship: .venv/.dev
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py
-	$(BIN)/python benchmarks/levels.py
 	$(BIN)/python benchmarks/sequences.py
 
 # Structured against end to end: hours.

@@ -12,11 +12,13 @@ from inhand.control.loop import Recording, run_episodes
 from inhand.control.phases import standard_phases
 from inhand.errors import InputError
 from inhand.geometry import Path, turn
+from inhand.hands.grasp_search import moved_along
 from inhand.hands.hand import FINGER_NAMES, HandSpec, lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import build_world, load_pybullet, touching_pairs
+from inhand.sim.bullet_servo import FINER, added_inertia, servos_of
 from inhand.sim.engine import Simulator
 from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
@@ -91,6 +93,75 @@ def test_servos_reach_their_targets_and_stop_at_the_joint_limits() -> None:
     np.testing.assert_allclose(state.joint_angles[0], [1.2, 0.0, -1.2, 0.0], atol=2e-3)
 
 
+@pytest.mark.parametrize("hand", [HAND, THREE_LINKS], ids=lambda hand: hand.name)
+def test_joints_answer_as_in_mujoco(hand: HandSpec) -> None:
+    """Also with other gains. MuJoCo moves joints by the speed at a step's end, so its longer steps run ahead."""
+    ahead = (1 - 1 / FINER) / 2
+    n, away = hand.n_joints, np.array([[0.0, 0.5, 0.0]])
+    hands = [
+        hand,
+        replace(hand, armature=1e-4, damping=0.05),
+        replace(hand, stiffness=1.0, damping=0.4),
+        replace(hand, torque=0.05),
+    ]
+    far = away.repeat(len(hands), axis=0)
+    for step in (0.05 * np.eye(n)[0], 0.05 * np.eye(n)[1], np.where(np.arange(n) % 2, -0.3, 0.3)):
+        ours, witness = (engine(hands, [CUBE] * len(hands)) for engine in (MujocoSimulator, BulletSimulator))
+        start = np.full((len(hands), n), 0.2)
+        gone = []
+        for simulator in (ours, witness):
+            simulator.reset(far, start)
+            states = [simulator.step(start + step, 1) for _ in range(30)]
+            gone.append(np.array([state.joint_angles - start for state in states]) / np.abs(step).max())
+        later = (1 - ahead) * gone[1][:-1] + ahead * gone[1][1:]
+        assert np.abs(gone[0][:-1] - later).max() < 0.03
+        assert np.abs(gone[0][-1]).max() > 0.1
+
+
+def test_a_hand_that_gives_no_way_is_pushed_by_what_its_servos_say() -> None:
+    """Half the stiffness or the torque presses half as hard, and the damping then does nothing; as in MuJoCo."""
+    hands = [HAND, replace(HAND, stiffness=2.5), replace(HAND, damping=0.5), replace(HAND, torque=0.025)]
+    grasp, forces = rough_grasp(HAND, CUBE, ORIGIN[None, None]), []
+    for engine in (MujocoSimulator, BulletSimulator):
+        simulator = engine(hands, [CUBE] * len(hands))
+        simulator.reset(np.tile(ORIGIN, (4, 1)), grasp.opened.repeat(4, axis=0))
+        closed = grasp.closed + 0.4 * (grasp.closed - grasp.opened)
+        for _ in range(40):
+            state = simulator.step(closed.repeat(4, axis=0), 5)
+        forces.append(np.abs(state.forces[:, :, 0]).mean(axis=1))
+    np.testing.assert_allclose(forces[1], forces[0], rtol=0.06)
+    np.testing.assert_allclose(forces[1][1:3] / forces[1][0], [0.5, 1.0], rtol=0.06)
+    assert forces[1][3] < 0.5 * forces[1][0]
+    np.testing.assert_allclose(state.penetration[0], 2.5e-4, atol=1e-4)
+
+
+def test_fingertips_that_slide_rub_with_the_product_of_both_frictions() -> None:
+    simulator = BulletSimulator(HAND, [replace(CUBE, mass=10.0, friction=0.6)], SceneSpec(floor_friction=1.0))
+    grasp = rough_grasp(HAND, CUBE, ORIGIN[None, None])
+    simulator.reset(ORIGIN[None], grasp.opened)
+    joints = (grasp.closed + 0.4 * (grasp.closed - grasp.opened))[0]
+    state = simulator.step(joints[None], 100)
+    for _ in range(15):
+        for place, finger, point in zip(HAND.slices, HAND.fingers, state.finger_points[0, :, :2], strict=True):
+            joints[place] = moved_along(finger, joints[place], point, np.array([0.0, 5e-4]))
+        state = simulator.step(joints[None], 5)
+    np.testing.assert_allclose(state.forces[0, :, 1] / np.abs(state.forces[0, :, 0]), 0.3, rtol=0.05)
+
+
+def test_links_and_servos_share_what_rotors_and_damping_add() -> None:
+    servos, step = servos_of([THREE_LINKS], 0.004), 0.004
+    whole = added_inertia(THREE_LINKS, step)
+    assert whole == pytest.approx(1e-3 + 0.15 * (step + step / FINER) / 2)
+    engine = load_pybullet()
+    client = engine.connect(engine.DIRECT)
+    masses = []
+    for hand in (THREE_LINKS, replace(THREE_LINKS, armature=0.0, damping=0.0)):
+        world = build_world(engine, client, hand, CUBE, SceneSpec())
+        masses.append(np.array(engine.calculateMassMatrix(world.hand, [0.3] * 6, physicsClientId=client)))
+    engine.disconnect(client)
+    np.testing.assert_allclose(masses[0] + servos.missing[0], masses[1] + whole * np.eye(6), atol=1e-12)
+
+
 def test_the_object_rests_on_the_plane() -> None:
     simulator = BulletSimulator(HAND, [CUBE])
     simulator.reset(ORIGIN[None], OPEN[None])
@@ -131,7 +202,7 @@ def test_nothing_but_friction_slows_a_sliding_object() -> None:
         away = [0.0, 0.5, CUBE.height / 2]
         engine.resetBasePositionAndOrientation(world.object, away, [0, 0, 0, 1], physicsClientId=client)
         engine.resetBaseVelocity(world.object, [0.0, 0.5, 0.0], physicsClientId=client)
-        for _ in range(50):
+        for _ in range(50 * FINER):
             engine.stepSimulation(client)
         speeds.append(engine.getBaseVelocity(world.object, physicsClientId=client)[0][1])
     engine.disconnect(client)

@@ -146,6 +146,7 @@ def test_what_was_not_used_for_longest_is_dropped(folder: Path, monkeypatch: pyt
     assert same(look_up(names[0]))  # now used last
     size = (folder / names[0]).stat().st_size
     monkeypatch.setattr(caches, "LARGEST", 3 * size)
+    monkeypatch.setattr(caches, "ROUNDS", 1)
     keep(names[3], RESULT)
     assert {path.name for path in folder.iterdir()} == {names[0], names[2], names[3]}
 

@@ -22,6 +22,7 @@ from inhand.hands.rolling import Starts, roll
 from inhand.hands.shapes import link_polygons
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import build_world, load_pybullet, prism_inertia
+from inhand.sim.bullet_servo import FINER
 from inhand.sim.engine import Simulator
 from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
@@ -262,7 +263,7 @@ def test_the_witness_moves_the_prisms_mass_and_inertia(spec: ObjectSpec) -> None
 
 
 STEP = 0.004
-"""Physics step of a kicked object [s]."""
+"""PyBullet's step of a kicked object [s]."""
 
 
 def kicked(spec: ObjectSpec, centre: Array, force: Array, torque: Array) -> tuple[Array, Array]:
@@ -272,7 +273,7 @@ def kicked(spec: ObjectSpec, centre: Array, force: Array, torque: Array) -> tupl
     """
     engine = load_pybullet()
     client = engine.connect(engine.DIRECT)
-    world = build_world(engine, client, HAND, spec, SceneSpec(timestep=STEP, gravity=0.0))
+    world = build_world(engine, client, HAND, spec, SceneSpec(timestep=FINER * STEP, gravity=0.0))
     origin = np.array([0.0, 0.5, 0.5])
     base = origin + np.array([*world.middle, 0.0])
     engine.resetBasePositionAndOrientation(world.object, base.tolist(), [0, 0, 0, 1], physicsClientId=client)

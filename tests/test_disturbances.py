@@ -191,7 +191,7 @@ def test_an_object_spins_about_where_its_mass_is(engine: str) -> None:
     np.testing.assert_allclose(moved[1], 0.0, atol=1.6e-4)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", [*ENGINES, "bullet"])
 def test_friction_and_the_servos_act(engine: str) -> None:
     simulator = pair(engine, friction=0.3)
     held = grip(HAND, CUBE, 0.004)

@@ -23,6 +23,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.bullet_model import load_pybullet
+from inhand.sim.bullet_servo import FINER
 from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.scene import SceneSpec
@@ -226,13 +227,13 @@ def closed_on(simulator: BulletSimulator) -> list[State]:
 
 
 def spoil_second(monkeypatch: pytest.MonkeyPatch, engine: ModuleType, value: float) -> None:
-    """Give the object of the second world a speed after its 12th physics step."""
+    """Give the object of the second world a speed during its 12th physics step."""
     plain, taken = engine.stepSimulation, dict[int, int]()
 
     def step(client: int) -> None:
         plain(client)
         taken[client] = taken.get(client, 0) + 1
-        if taken[client] == 12 and list(taken).index(client) == 1:
+        if taken[client] == 12 * FINER and list(taken).index(client) == 1:
             bodies = range(engine.getNumBodies(physicsClientId=client))
             masses = [engine.getDynamicsInfo(body, -1, physicsClientId=client)[0] for body in bodies]
             thing = masses.index(pytest.approx(CUBE.mass))

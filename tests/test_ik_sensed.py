@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import inhand
+from inhand import caches
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import loop, sensed_plan
+from inhand.control.catalogue import find_controller
 from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
 from inhand.control.ik_sensed import IkSensedController
@@ -17,7 +21,10 @@ from inhand.control.sensed_plan import MARGIN, PRICE, sensed_grasp, told_way
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
+from inhand.sim import memory
 from inhand.sim.disturbance import FIELD, Disturbance
+from inhand.sim.engine import Simulator
+from inhand.sim.engines import make_simulator
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
 from test_simulator import HAND
@@ -115,6 +122,32 @@ def test_a_plan_looks_at_no_start_and_is_kept(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(sensed_plan, "_planned", lambda *_: pytest.fail("computed once more"))
     again = sensed_grasp(HAND, CUBE, poses)
     np.testing.assert_array_equal(again.opened[0], first.opened[0])
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_plan_that_is_tried_in_parts_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    poses, plans = HAND.start_pose + straight_path(primitive_at(90.0), 0.02).poses[None], []
+    monkeypatch.setenv(caches.PLACE, "off")
+    for most in (memory.REHEARSALS, 1.0):
+        monkeypatch.setattr(memory, "REHEARSALS", most)
+        plans.append(sensed_grasp(HAND, CUBE, poses))
+    np.testing.assert_array_equal(plans[0].closed, plans[1].closed)
+    np.testing.assert_array_equal(plans[0].way, plans[1].way)
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("controller", ["ik", "ik-cautious", "ik-sensed", "rl"])
+def test_grasps_are_rehearsed_in_the_engine_that_runs(controller: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    used = set[str]()
+
+    def noted(engine: str, *rest: Any) -> Simulator:
+        used.add(engine)
+        return make_simulator(engine, *rest)
+
+    monkeypatch.setattr(loop, "make_simulator", noted)
+    poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.02).poses[None]
+    find_controller(controller).grasp(HAND, CUBE, poses, engine="mujoco")
+    assert used == {"mujoco"}
 
 
 @pytest.mark.usefixtures("quick")

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from inhand.hands.reach.parts import ASKED, NONE, REACHED, UNKNOWN, Chain, Postu
 from inhand.hands.shapes import link_outline, link_polygons, palm_outline
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
+from inhand.tasks.reach import limits
 
 HAND = "2v2_50.50_50.50_1.1_53"
 UNEVEN = "2v2_70.30_50.50_0.9.1_53"
@@ -384,3 +386,20 @@ def test_freedom_to_rotate_is_worth_as_much_on_either_side(direction: str) -> No
     assert way(HAND, "rectangle_46x15", direction, config) == pytest.approx(
         way(HAND, "rectangle_46x15", direction.replace("Right", "Left"), config), abs=2e-3
     )
+
+
+def test_a_limit_is_known_again_by_what_it_depends_on_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("INHAND_CACHE", str(tmp_path))
+    hand, cube, out, computed = parse_hand_name(HAND), parse_object_name("cube_39"), parse_directions("Out"), []
+    known = limits(hand, cube, out)
+    monkeypatch.setattr("inhand.tasks.reach.farthest", lambda *given: computed.append(given))
+    heavier = replace(hand, name="another", link_mass=0.1, torque=1.0), replace(cube, name="the same", mass=0.1)
+    smoother = replace(hand, friction=hand.friction / 2), replace(cube, friction=2 * cube.friction)
+    for held in (heavier, smoother):
+        assert limits(*held, out)[0].distance == known[0].distance
+    assert limits(replace(hand, friction=0.1), cube, out, ReachConfig(friction=0.5))[0].distance == known[0].distance
+    assert not computed
+    for other in (replace(hand, link_width=0.021), replace(hand, friction=0.4), replace(hand, tip_length=0.007)):
+        with pytest.raises(InputError, match="no start grasp"):  # nothing is computed here, so that no grip is found
+            limits(other, cube, out)
+    assert len(computed) == 3

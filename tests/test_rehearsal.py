@@ -19,6 +19,7 @@ from inhand.geometry import Array, Path
 from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
+from inhand.sim import memory
 from inhand.sim.engine import Simulator
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
@@ -103,6 +104,22 @@ def test_the_choice_is_that_of_carrying_all(
         np.testing.assert_array_equal(one.joints, other.joints)
         assert one.drawn == other.drawn
     assert counts[0] < 0.6 * counts[1]
+
+
+def test_worlds_are_rehearsed_in_parts_that_hold_whole_groups(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "REHEARSALS", 5 * memory.WORLD_BYTES["bullet"])
+    assert list(memory.batches("bullet", [2, 2, 2, 5, 7, 1])) == [
+        slice(0, 2),
+        slice(2, 3),
+        *map(slice, (3, 4, 5), (4, 5, 6)),
+    ]
+    assert list(memory.batches("planar", [2] * 1000)) == [slice(0, 1000)]
+    held = Held(parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"])
+    poses = held.hand.start_pose + np.stack([straight_path(primitive_at(angle), 0.03).poses for angle in (0.0, 90.0)])
+    whole = best_grasps(held, poses, poses[:, 0])
+    monkeypatch.setattr(memory, "REHEARSALS", 1.0)
+    for one, other in zip(whole, best_grasps(held, poses, poses[:, 0]), strict=True):
+        np.testing.assert_array_equal(one.joints, other.joints)
 
 
 def test_a_grasp_is_worth_how_far_it_goes_and_a_lost_object_costs_more_than_any_way(

@@ -14,9 +14,9 @@ from scipy.stats import binomtest, spearmanr
 
 import inhand
 from commands import Call
-from inhand.asterisk_test.cells import CellFile
+from inhand.asterisk_test.cells import CellFile, _keep_lost
 from inhand.asterisk_test.robustness import tables
-from inhand.asterisk_test.robustness.cases import Case, Contender, cases_of, curves_of, plan
+from inhand.asterisk_test.robustness.cases import Case, Contender, _cost, cases_of, curves_of, plan
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.robustness.figures import strength_figure
 from inhand.asterisk_test.robustness.run import RobustnessRun
@@ -26,14 +26,18 @@ from inhand.control.trial import load_trial
 from inhand.errors import InputError
 from inhand.sim.disturbance import FIELD, LEVELS, SINGLES, Camera, Differences, Disturbance, Pushes
 from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.drawn import Drawn, draw
+from inhand.sim.drawn import Drawn, check_drawn, draw
 from inhand.sim.strengths import scaled
+from test_simulator import CUBE, HAND
+from test_trial import made_trial
 
 SMALL = (
-    "--controllers", "ik", "--disturbances", "pose-late-40ms", "--curves", "friction-0.5", "--jobs", "1",
+    "--controllers", "ik", "--disturbances", "late", "--curves", "friction-0.5", "--jobs", "1",
     "--strengths", "1", "2", "--directions", "In,Out", "--trials", "1",
 )  # fmt: skip
 """Words of the small study."""
+LATE = Disturbance("late", camera=Camera(delay_ms=(40.0, 40.0)))
+"""One of a user's."""
 SLIPPERY = 'name = "slippery"\n[differs]\nfriction = 0.5\n'
 
 
@@ -97,6 +101,12 @@ def test_factors_have_the_strength_as_power_and_sizes_as_factor() -> None:
     assert scaled(Disturbance("still"), 2.0).camera == Camera()
 
 
+@pytest.mark.parametrize("mass", [(1.0, 1e6), (1e-6, 1.0)])
+def test_what_no_object_can_be_at_either_end_cannot_be_drawn(mass: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="disturbance 'own' cannot be drawn: object 'cube_39': its mass"):
+        check_drawn(Disturbance("own", Differences(mass=mass)), HAND, CUBE)
+
+
 def test_singles_change_one_quantity_and_those_that_belong_to_it() -> None:
     for spec in SINGLES:
         world = draw(spec, (1,), 4).drawn
@@ -146,6 +156,20 @@ def test_what_is_kept_is_the_way_over_that_of_the_same_trials_undisturbed(found:
     assert row["penetration_mean_mm"] == pytest.approx(0.15)
     assert row["retention_low"] < row["retention"] < row["retention_high"]
     assert found.row("b", "field") is None
+
+
+def test_a_trial_is_set_against_itself_undisturbed_and_turns_are_no_deviation() -> None:
+    plain = [entry("Out", k + 1, way) for k, way in enumerate((90.0, 70.0, 50.0, 30.0))]
+    turned = entry("cw", 1, 10.0) | {"angle_deg": None, "rotation_final_deg": 50.0, "limit_deg": 100.0}
+    field = [each | {"distance_mm": each["distance_mm"] / 2} for each in reversed(plain)]
+    row = study(cell(*plain, turned), cell(*field, turned | {"rotation_final_deg": 25.0})).row("a", "field")
+    assert row is not None
+    assert (row["retention_low"], row["retention"], row["retention_high"]) == pytest.approx((0.5, 0.5, 0.5))
+    assert row["turn_95_deg"] > 10.0  # of the translations: 6 to 18 deg
+    assert row["turn_median_deg"] == pytest.approx(12.0)
+
+
+def test_what_could_not_be_run_is_told(found: Robustness) -> None:
     assert found.stopped == ("b under field could not be run: too wide",)
 
 
@@ -173,15 +197,20 @@ def test_tables_tell_every_number(found: Robustness) -> None:
     assert tables.contenders_table(found).rows[0] == ("a", "sensed", "no training")
     assert tables.summary(found)[0].startswith("a goes 0.850 of the hand's limit undisturbed and loses 0 of 4 objects.")
     assert "under field 0.441" in tables.summary(found)[0]
+    assert tables.summary(found)[-1] == "1,000 disturbed trials took one core 250 s by the clock, 250 s of its own."
     assert tables.seeds_table(found) is None
 
 
 def test_the_range_over_seeds_is_of_controllers_that_differ_in_their_seed_alone() -> None:
     plain = [entry("Out", 1, 80.0), entry("Out", 2, 80.0)]
     worse, worst = ([entry("Out", 1, way), entry("Out", 2, 40.0, "lost contact")] for way in (80.0, 40.0))
-    seeds = study(*(cell(*part) for part in (plain, plain, worse, worst)), names=("s0", "s1"), kin={"preset": "x"})
+    kin = {"s0": {"preset": "x"}, "s1": {"preset": "x"}, "other": {"preset": "y"}, "ik": None}
+    contenders = [Contender(name, name, "sensed", "not told", trained) for name, trained in kin.items()]
+    cells = [cell(*part) for part in (plain, plain, plain, plain, worse, worst, worst, worst)]
+    seeds = robustness_of(cells, contenders, [Case("none", "none"), Case("field", "field")], 0)
     table = tables.seeds_table(seeds)
     assert table is not None
+    assert len(table.rows) == 2
     assert table.rows[1] == ("s0, s1", "field", "0.375, 0.250 to 0.500", "50.0, 50.0 to 50.0")
 
 
@@ -221,7 +250,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RobustnessRun:
     out = tmp_path_factory.mktemp("results") / "study"
     study = inhand.robustness(
         "ik",
-        "pose-late-40ms",
+        LATE,
         curves="friction-0.5",
         strengths=[1, 2],
         directions=["In", "Out"],
@@ -235,7 +264,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RobustnessRun:
 def test_a_study_is_saved_loaded_and_gone_on_with(run: RobustnessRun, tmp_path: Path, inhand: Call) -> None:
     out = run.config.out
     stamps = {path.name: path.stat().st_mtime_ns for path in (out / "cases").glob("*.json")}
-    names = "none", "pose-late-40ms", "friction-0.5", "friction-0.5-2"
+    names = "none", "late", "friction-0.5", "friction-0.5-2"
     assert set(stamps) == {f"ik__{name}.json" for name in names}
     code, said, _ = inhand("robustness", *SMALL, "--out", out)
     assert code == 0
@@ -250,7 +279,8 @@ def test_a_study_is_saved_loaded_and_gone_on_with(run: RobustnessRun, tmp_path: 
 
 
 def test_the_folder_of_another_study_is_refused(run: RobustnessRun, tmp_path: Path, inhand: Call) -> None:
-    for command, words in (("sweep", ()), ("robustness", SMALL)):
+    sweep = "--hands", HAND.name, "--objects", CUBE.name, "--directions", "In", "--controller", "thesis-ik"
+    for command, words in (("sweep", sweep), ("robustness", SMALL)):
         (tmp_path / command / ("cells" if command == "robustness" else "cases")).mkdir(parents=True)
         code, _, told = inhand(command, *words, "--out", tmp_path / command)
         assert code == 2
@@ -263,8 +293,11 @@ def test_a_saved_study_is_loaded_with_its_tables_and_figure(run: RobustnessRun) 
     again = inhand.load(run.config.out)
     assert isinstance(again, RobustnessRun)
     pd.testing.assert_frame_equal(again.table(), run.table())
-    assert list(run.table().disturb) == ["none", "pose-late-40ms", "friction-0.5", "friction-0.5@2"]
+    assert list(run.table().disturb) == ["none", "late", "friction-0.5", "friction-0.5@2"]
     assert set(run.trials().controller) == {"ik"}
+    late = run.trials().set_index("disturb")["drawn.camera_s"]
+    assert (late["late"] == 0.04).all()
+    assert late["none"].isna().all()
     texts = {text.get_text() for text in run.figure().axes[0].texts}
     assert "1.00" in texts
 
@@ -277,7 +310,7 @@ def test_the_page_and_its_pictures_tell_all(run: RobustnessRun) -> None:
         "| ik | privileged | no training |",
         "## Share of the undisturbed way, and objects lost",
         "* friction-0.5@2: differs.friction 0.25",
-        "--disturbances pose-late-40ms --curves friction-0.5",
+        "--disturbances late --curves friction-0.5",
     ):
         assert part in text
     pictures = re.findall(r"\]\((figures/.*?)\)", text)
@@ -307,9 +340,20 @@ def test_trials_that_lost_their_object_can_be_shown_again(run: RobustnessRun) ->
         assert f"`{folder.relative_to(run.config.out)}`" in (run.config.out / "report.md").read_text()
 
 
-def test_what_training_took_is_told_where_a_folder_or_a_card_says_it(tmp_path: Path) -> None:
-    from inhand.asterisk_test.robustness.cases import _cost
+def test_kept_trials_are_of_as_many_directions_as_there_are_and_take_the_place_of_those_before(tmp_path: Path) -> None:
+    trials = [
+        replace(made_trial(), passport=replace(made_trial().passport, primitive=name, trial=number))
+        for name in ("In", "Left", "Out")
+        for number in (1, 2, 3)
+    ]
+    _keep_lost(trials, tmp_path / "kept")
+    names = ["in_1.npz", "in_2.npz", "left_1.npz", "out_1.npz"]
+    assert sorted(path.name for path in (tmp_path / "kept").iterdir()) == names
+    _keep_lost([trials[4], replace(trials[0], outcome="reached")], tmp_path / "kept")
+    assert [path.name for path in (tmp_path / "kept").iterdir()] == ["left_2.npz"]
 
+
+def test_what_training_took_is_told_where_a_folder_or_a_card_says_it(tmp_path: Path) -> None:
     assert _cost(tmp_path, {}) == "not told"
     assert _cost(tmp_path, {"decisions": 1000}) == "1,000 decisions"
     (tmp_path / "finished.json").write_text('{"decisions": 1200000, "seconds": 480.0}')

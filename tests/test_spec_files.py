@@ -313,3 +313,14 @@ def test_a_spec_is_returned_as_it_is_and_other_things_are_refused() -> None:
     assert load_object(thing) is thing
     with pytest.raises(InputError, match="hand = 3: give a name, the path of a TOML file, or a spec"):
         load_hand(cast("str", 3))
+
+
+def test_a_short_link_is_measured_against_the_cap_that_the_file_gives(tmp_path: Path) -> None:
+    path = tmp_path / "hand.toml"
+    fingers = "[left]\nlinks_mm = [40, 12]\n[right]\nlinks_mm = [40, 40]\n"
+    text = 'name = "short"\npalm_width_mm = 50\ntip_length_mm = {tip}\n' + fingers
+    path.write_text(text.format(tip=4))
+    assert load_hand(path).tip_length == 0.004
+    path.write_text(text.format(tip=8))
+    with pytest.raises(InputError, match=r"hand file .*link 1 of the left finger is 12 mm long.* longer than 13 mm"):
+        load_hand(path)

@@ -11,7 +11,7 @@ from inhand.cli import COMMANDS
 
 HEAVY = (
     "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "onnx", "optax",
-    "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
+    "optuna", "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
 )  # fmt: skip
 EACH = """
 import contextlib, io, json, sys
@@ -39,6 +39,8 @@ WRONG = (
     "asterisk --human missing", "asterisk --beside missing", "asterisk --metrics nonsense",
     "asterisk --phases nonsense",
     "trace --path nonsense", "trace --path missing.svg", "trace --path missing.csv", "trace --path missing.dxf",
+    "design --objects nonsense", "design --directions nonsense", "design --controllers nonsense",
+    "design --aims nonsense",
     "sweep --hands nonsense", "sweep --objects nonsense", "robustness --controllers nonsense",
     "robustness --disturbances nonsense", "robustness --curves nonsense", "robustness --strengths nan",
     "train --preset nonsense", "train --out missing --resume",

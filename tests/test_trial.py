@@ -339,3 +339,20 @@ def test_the_rotation_counts_from_the_grasp_before_a_twist() -> None:
     twisted = replace(trial, phases=("grasp", TWIST, MANIPULATE), object_pose=spatial(pose, 0.05))
     assert twisted.grasped == 4
     np.testing.assert_allclose(twisted.manipulated_path()[1], np.rad2deg(0.2), atol=1e-9)
+
+
+def test_contacts_are_told_by_their_torque_and_how_long_they_are_deep() -> None:
+    trial = made_trial()
+    still = np.zeros((12, 2, 3))
+    points, forces = still.copy(), still.copy()
+    points[5, 1] = trial.object_pose[5, :3] + (0.02, 0.01, 0.03)
+    forces[5, 1] = (0.5, -1.5, 9.0)
+    depth = np.zeros(12)
+    depth[[2, 9, 10]] = 2e-3, 0.6e-3, 0.4e-3  # in the grasp; in the last four rows, those of manipulation
+    trial = replace(trial, object_points=points, forces=forces, penetration=depth)
+    assert trial.torque_max_nmm == pytest.approx(35.0)  # 20 mm x 1.5 N + 10 mm x 0.5 N, round the upright axis
+    assert trial.penetration_max_mm == pytest.approx(2.0)
+    assert trial.penetration_mean_mm == pytest.approx(0.25)
+    assert trial.penetration_share == pytest.approx(0.25)
+    never = replace(trial, phase=np.zeros(12, dtype=np.int64))
+    assert (never.penetration_mean_mm, never.penetration_share) == (0.0, 0.0)

@@ -16,6 +16,7 @@ from inhand.environment_ids import register_when_imported
 if TYPE_CHECKING:
     from inhand import register as register
     from inhand.asterisk_test.asterisk import asterisk as asterisk
+    from inhand.asterisk_test.design.run import design as design
     from inhand.asterisk_test.reach import reach as reach
     from inhand.asterisk_test.robustness.run import robustness as robustness
     from inhand.asterisk_test.sweep.run import sweep as sweep
@@ -42,6 +43,7 @@ NAMES = {
     "reach": "asterisk_test.reach:reach",
     "asterisk": "asterisk_test.asterisk:asterisk",
     "trace": "tracing.tracing:trace",
+    "design": "asterisk_test.design.run:design",
     "sweep": "asterisk_test.sweep.run:sweep",
     "robustness": "asterisk_test.robustness.run:robustness",
     "record": "learning.record:record",
@@ -63,6 +65,7 @@ __all__ = [
     "InputError",
     "Reading",
     "asterisk",
+    "design",
     "drive",
     "evaluate",
     "export",

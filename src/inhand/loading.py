@@ -7,6 +7,9 @@ from pathlib import Path
 from inhand.asterisk_test.asterisk import people_of
 from inhand.asterisk_test.beside import load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.design.config import MARK as DESIGN
+from inhand.asterisk_test.design.config import DesignConfig
+from inhand.asterisk_test.design.run import DesignRun, run_design
 from inhand.asterisk_test.reach import load_reach
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
@@ -72,6 +75,10 @@ def _sweep(folder: Path) -> SweepRun:
     return run_sweep(saved(folder, "sweep.json", SweepConfig, engine=UNTOLD)[0])
 
 
+def _design(folder: Path) -> DesignRun:
+    return run_design(saved(folder, DESIGN, DesignConfig)[0])
+
+
 def _robustness(folder: Path) -> robust.RobustnessRun:
     return robust.run_robustness(saved(folder, robust.MARK, RobustnessConfig)[0])
 
@@ -102,6 +109,7 @@ LOADERS: dict[str, tuple[str, Callable[[Path], Shown]]] = {
     "robustness.json": ("inhand robustness", _robustness),
     "trace.json": ("inhand trace", load_trace),
     "reach.json": ("inhand reach", load_reach),
+    DESIGN: ("inhand design", _design),
     "metrics.json": ("inhand asterisk, inhand evaluate", _tested),
     "config.json": ("inhand train", load_training),
     "data/metadata.json": ("inhand record", load_dataset),

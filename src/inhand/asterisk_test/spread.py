@@ -1,8 +1,6 @@
 """Cells of a study over cores: which its folder holds, which are to compute, and their computation."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +8,7 @@ import numpy as np
 
 from inhand.asterisk_test.cells import Job, compute, differences, read_cell
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.cores import on_cores
 from inhand.control.loop import control_step
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
@@ -78,19 +77,10 @@ def computed(found: Plan, at_a_time: int) -> Iterator[Job]:
     """
     if not found.waiting:
         return
-    from joblib import Parallel, delayed, parallel_config
-
     cells = found.waiting[0].path.parent
     _step_once(found.waiting[0].config)
-    with alone(cells, cells.parent), parallel_config("loky", inner_max_num_threads=1):
-        workers = Parallel(n_jobs=at_a_time or -1, batch_size=1, return_as="generator_unordered")
-        try:
-            yield from workers(delayed(compute)(job, os.getpid()) for job in found.waiting)
-        except BrokenProcessPool as error:
-            raise InputError(
-                "a process that computed a cell was killed, perhaps for want of memory: the same command goes on where"
-                " this one stopped, and a smaller --jobs needs less memory"
-            ) from error
+    with alone(cells, cells.parent):
+        yield from on_cores(compute, found.waiting, at_a_time)
 
 
 def _step_once(config: AsteriskConfig) -> None:

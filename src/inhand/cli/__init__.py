@@ -1,7 +1,7 @@
 """The command line: `inhand` and a command.
 
-The commands: asterisk, trace, reach, sweep, robustness, record, train, evaluate, export, metrics, view, hands and
-objects.
+The commands: asterisk, trace, reach, sweep, robustness, design, record, train, evaluate, export, metrics, view, hands
+and objects.
 `inhand help` and `inhand help trace` are other words for `--help`; `inhand --version` tells the version.
 Each command's configuration is light; what it runs is imported only when it is run, so that `--help` stays fast.
 """
@@ -17,6 +17,7 @@ import tyro
 
 from inhand import __version__
 from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
@@ -83,6 +84,7 @@ COMMANDS: dict[str, type[Config]] = {
     "trace": TraceConfig,
     "reach": ReachCommand,
     "sweep": SweepConfig,
+    "design": DesignConfig,
     "robustness": RobustnessConfig,
     "record": RecordConfig,
     "train": TrainConfig,
@@ -145,6 +147,7 @@ RUNS = {
     TraceConfig: "trace",
     ReachCommand: "reach",
     SweepConfig: "sweep",
+    DesignConfig: "design",
     RobustnessConfig: "robustness",
     RecordConfig: "record",
     TrainConfig: "train",

@@ -31,6 +31,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
 from inhand.sim.engine import Simulator
+from inhand.sim.memory import batches
 from inhand.sim.names import ENGINE
 from inhand.sim.state import State, select
 
@@ -125,6 +126,16 @@ def farthest(
     held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
 ) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
+    parts = [
+        _farthest_together(held, groups[part], (where[0][part], where[1][part]), config, engine)
+        for part in batches(engine, [len(group) for group in groups])
+    ]
+    return [plan for plans, _ in parts for plan in plans], np.concatenate([ways for _, ways in parts])
+
+
+def _farthest_together(
+    held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
+) -> tuple[list[GraspPlan], Array]:
     hand, spec = held
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     each = [plan for group in groups for plan in group]

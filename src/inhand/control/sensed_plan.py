@@ -25,6 +25,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance import FIELD
 from inhand.sim.drawn import draw
+from inhand.sim.memory import batches
 from inhand.sim.names import ENGINE
 
 CONES = ((0.92, 0.82), (0.7, 0.65), (0.5, 0.45))
@@ -142,6 +143,13 @@ def _tried(
 
     The paths `(P, S, 3)` come with the way up to which each is followed `(P,)` [m].
     """
+    parts = batches(engine, [len(draws)] * len(candidates))
+    return [each for part in parts for each in _tried_together(held, paths, candidates[part], engine, draws)]
+
+
+def _tried_together(
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], engine: str, draws: range
+) -> list[Candidate]:
     poses, reach = paths
     owner = np.repeat([each.path for each in candidates], len(draws))
     own, starts = poses[owner], poses[owner, 0]

@@ -251,18 +251,19 @@ def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
             raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with links_mm")
         _check_keys(table[side], _FINGER_KEYS, ("links_mm",), f"{where} [{side}]")
         links.append(tuple(length / 1e3 for length in _numbers(table[side], "links_mm", f"{where} [{side}]")))
-    hand = build_hand(_text(table, "name", where), links[0], links[1], _number(table, "palm_width_mm", where) / 1e3)
     changes: dict[str, Any] = {
         key: _number(table, f"{key}_mm", where) / 1e3 for key in _HAND_LENGTHS if f"{key}_mm" in table
     }
     changes |= {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    name, palm_width = _text(table, "name", where), _number(table, "palm_width_mm", where) / 1e3
+    try:
+        hand = build_hand(name, links[0], links[1], palm_width, **changes)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
     left, right = (
         _with_limits(f, table[side], f"{where} [{side}]") for f, side in zip(hand.fingers, FINGER_NAMES, strict=True)
     )
-    try:
-        return replace(hand, left=left, right=right, **changes)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from error
+    return replace(hand, left=left, right=right)
 
 
 def load_robot(path: Path) -> RobotHand:

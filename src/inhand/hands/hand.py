@@ -9,6 +9,7 @@ left finger first, each from the palm outwards (thesis 3.3.2).
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -163,10 +164,13 @@ def _fixed(numbers: ArrayLike) -> Array:
     return array
 
 
-def build_hand(name: str, left_links: tuple[float, ...], right_links: tuple[float, ...], palm_width: float) -> HandSpec:
+def build_hand(
+    name: str, left_links: tuple[float, ...], right_links: tuple[float, ...], palm_width: float, **numbers: Any
+) -> HandSpec:
     """Return a hand with free joints (limits of +-pi, so that bodies are the only limit).
 
-    Its fingers have links of some lengths [m], its palm a width between the proximal joints [m].
+    Its fingers have links of some lengths [m], its palm a width between the proximal joints [m]; `numbers` are other
+    fields of `HandSpec`.
 
     Raises:
         InputError: a length is not a positive finite number, or a finger has not two or three links.
@@ -181,7 +185,7 @@ def build_hand(name: str, left_links: tuple[float, ...], right_links: tuple[floa
         FingerSpec((sign * palm_width / 2, 0.0), links, ((-np.pi, np.pi),) * len(links), sign)
         for sign, links in ((-1, left_links), (1, right_links))
     ]
-    return HandSpec(name, fingers[0], fingers[1], palm_width)
+    return HandSpec(name, fingers[0], fingers[1], palm_width, **numbers)
 
 
 def lab_limits(hand: HandSpec) -> HandSpec:

@@ -1,12 +1,7 @@
 """The witness engine: PyBullet, the thesis's, behind the same interface as MuJoCo.
 
-Solver, contact model and servos differ from MuJoCo's, so that what a controller does in both engines is no artefact
-of one. PyBullet's servo is a velocity constraint, not a spring: in each physics step it asks a joint for the speed
-
-    w* = POSITION_GAIN (target - q) / timestep + (1 - VELOCITY_GAIN) w
-
-with at most the hand's torque. A blocked joint therefore pushes with up to the whole torque however small its error
-is, where MuJoCo's pushes with stiffness (target - q).
+Solver and contacts differ from MuJoCo's, so that what a controller does in both engines is no artefact of one; servos
+are MuJoCo's (`bullet_servo`).
 """
 
 import weakref
@@ -22,15 +17,11 @@ from inhand.geometry import Array, inverse_quaternion, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.bullet_model import Part, World, build_world, load_pybullet
+from inhand.sim.bullet_servo import FINER, Servos, servos_of
 from inhand.sim.engine import Simulator
 from inhand.sim.scene import FAR, SceneSpec
 from inhand.sim.snapshot import Snapshot, centre_of
 from inhand.sim.state import State, ran_away
-
-POSITION_GAIN = 0.1
-"""Share of its error that a servo closes in one physics step (PyBullet's default)."""
-VELOCITY_GAIN = 1.0
-"""Share of its speed that a servo takes away in one physics step (PyBullet's default)."""
 
 MOST_WORLDS = 1000
 """Worlds in one process; PyBullet has 1,024 connections."""
@@ -69,6 +60,8 @@ class BulletSimulator(Simulator):
         self._rows: list[Reading] = [([], [], [], [], [])] * self.n_worlds
         self._starts: tuple[Array, Array] = np.zeros((0, 3)), np.zeros((0, self.hand.n_joints))
         self._targets = np.zeros((self.n_worlds, self.hand.n_joints))
+        self._servos = self._servos_now()
+        self._others = np.zeros((self.n_worlds, self.hand.n_joints))
         self._steps = np.zeros(self.n_worlds, dtype=np.int64)
 
     def _measure(self, active: NDArray[np.bool_]) -> State:
@@ -110,17 +103,45 @@ class BulletSimulator(Simulator):
 
     def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
         self._check_begun()
-        for index in np.flatnonzero(active).tolist():
-            world = self._worlds[index]
-            _command(self._engine, world, self._kinds[self._kind[index]][0], targets[index])
-            for _ in range(substeps):
-                self._engine.stepSimulation(world.client)
+        where = np.flatnonzero(active)
+        worlds = [self._worlds[index] for index in where.tolist()]
+        for _ in range(substeps):
+            self._turn(where, worlds, targets[where])
+        for index, world in zip(where.tolist(), worlds, strict=True):
             self._forces[index] = [_force(self._engine, world, place) for place in self.hand.slices]
         self._steps[active] += substeps
         self._targets[active] = targets[active]
 
+    def _turn(self, where: NDArray[np.int64], worlds: list[World], targets: Array) -> None:
+        """Advance some worlds by one physics step, a torque on each joint in each of PyBullet's (`bullet_servo`)."""
+        engine, step = self._engine, self.timestep / FINER
+        angles, speeds = _joints(engine, worlds, self.hand.n_joints)
+        mass = np.array(
+            [
+                engine.calculateMassMatrix(world.hand, row, physicsClientId=world.client)
+                for world, row in zip(worlds, angles.tolist(), strict=True)
+            ]
+        )
+        gain = mass @ np.linalg.inv(mass + self._servos.missing[where])
+        others = self._others[where]
+        for _ in range(FINER):
+            wanted = self._servos.wanted(where, targets, angles, speeds)
+            torque, before = np.einsum("kij,kj->ki", gain, wanted + others) - others, speeds
+            for world, row in zip(worlds, torque.tolist(), strict=True):
+                engine.setJointMotorControlArray(
+                    world.hand, range(len(row)), engine.TORQUE_CONTROL, forces=row, physicsClientId=world.client
+                )
+                engine.stepSimulation(world.client)
+            angles, speeds = _joints(engine, worlds, self.hand.n_joints)
+            others = np.einsum("kij,kj->ki", mass, (speeds - before) / step) - torque
+        self._others[where] = others
+
+    def _servos_now(self) -> Servos:
+        return servos_of([self._kinds[kind][0] for kind in self._kind.tolist()], self.timestep)
+
     def _become(self, worlds: NDArray[np.int64]) -> None:
-        """Nothing more: a world that is put somewhere is built anew."""
+        del worlds
+        self._servos = self._servos_now()
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         n = self.hand.n_joints
@@ -133,6 +154,8 @@ class BulletSimulator(Simulator):
             _set(self._engine, self._worlds[world], pose, snapshot.qpos[row, :n], (velocity, speed[:n]))
         self._steps[worlds] = np.rint(snapshot.time[rows] / self.timestep)
         self._targets[worlds] = snapshot.ctrl[rows]
+        here = self._targets[worlds], snapshot.qpos[rows, :n], snapshot.qvel[rows, :n]
+        self._others[worlds] = -self._servos.wanted(worlds, *here)  # as if nothing accelerated
 
     def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
         self._check_begun()
@@ -156,6 +179,7 @@ class BulletSimulator(Simulator):
         """Build one world anew, at rest where it was last reset to."""
         poses, angles = self._starts
         world = self._built(index)
+        self._others[index] = 0.0
         _set(self._engine, world, spatial(poses[index], self._height[index]), angles[index])
         return world
 
@@ -182,18 +206,11 @@ def _set(
         engine.resetJointState(world.hand, joint, angle, speed, physicsClientId=world.client)
 
 
-def _command(engine: ModuleType, world: World, hand: HandSpec, targets: Array) -> None:
-    n = hand.n_joints
-    engine.setJointMotorControlArray(
-        world.hand,
-        range(n),
-        engine.POSITION_CONTROL,
-        targetPositions=targets,
-        forces=[hand.torque] * n,
-        positionGains=[POSITION_GAIN] * n,
-        velocityGains=[VELOCITY_GAIN] * n,
-        physicsClientId=world.client,
-    )
+def _joints(engine: ModuleType, worlds: list[World], n_joints: int) -> tuple[Array, Array]:
+    """Return the joints' angles and speeds `(K, n)` in some worlds."""
+    rows = [engine.getJointStates(world.hand, range(n_joints), physicsClientId=world.client) for world in worlds]
+    found = np.array([[joint[:2] for joint in row] for row in rows])
+    return found[..., 0], found[..., 1]
 
 
 def _read(engine: ModuleType, world: World, hand: HandSpec) -> Reading:

@@ -1,11 +1,11 @@
 """A PyBullet world of a hand and an object, built from the same specs and outlines as the MuJoCo model.
 
 Frames, heights and the pairs of bodies that can touch are those of `inhand.sim.model`. PyBullet multiplies the
-friction coefficients of two bodies by itself. The spec's stiffness, damping and armature have no counterpart here.
+friction coefficients of two bodies by itself. Its servos are those of `bullet_servo`.
 """
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, product
@@ -20,6 +20,7 @@ from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.outlines import centroid, second_moments, signed_area
 from inhand.hands.polygons import edge_normals, is_box
 from inhand.hands.shapes import link_outline, palm_outline
+from inhand.sim.bullet_servo import FINER, LINKS, added_inertia
 from inhand.sim.scene import SceneSpec
 
 BASE = -1
@@ -27,6 +28,16 @@ BASE = -1
 
 HULL_MARGIN = 1e-3
 """PyBullet grows convex meshes by this on every side, with round corners [m]; its default, fixed for links."""
+
+ITERATIONS = 50
+"""Sweeps of PyBullet's solver in a step."""
+
+HAND = 4e3, 20.0
+"""Stiffness [N/m] and damping [N s/m] of each point that touches a link: fingertips, with two or more such points, lie
+about as deep as in MuJoCo's scene (`benchmarks/matching.py`)."""
+FLOOR = 1.4e5, 60.0
+"""The same of each point on the floor for each kilogram of an object [1/s^2, 1/s]: corners lie as deep as MuJoCo's.
+On a hard floor upright forces of the fingers, up to a third of their grip, stay for good and press the object down."""
 
 Part = tuple[int, int]
 """PyBullet's numbers of a body and of a link of it."""
@@ -71,7 +82,12 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
     """Empty a connection, build plane, hand and object in it and return their numbers."""
     engine.resetSimulation(physicsClientId=client)
     engine.setPhysicsEngineParameter(
-        fixedTimeStep=scene.timestep, deterministicOverlappingPairs=1, physicsClientId=client
+        fixedTimeStep=scene.timestep / FINER,
+        numSolverIterations=ITERATIONS,
+        # Its default ends the search at squared impulses of 1e-7, 5 % of a grip's in 4 ms: objects then creep away.
+        solverResidualThreshold=0.0,
+        deterministicOverlappingPairs=1,
+        physicsClientId=client,
     )
     engine.setGravity(0, 0, -scene.gravity, physicsClientId=client)
     plane = engine.createCollisionShape(engine.GEOM_PLANE, physicsClientId=client)
@@ -82,12 +98,15 @@ def build_world(engine: ModuleType, client: int, hand: HandSpec, spec: ObjectSpe
     middle = np.array(spec.centre) + (centroid(pieces[0]) if spec.shape == "polygon" else 0.0)
     world = World(client, palm, thing, len(pieces), (float(middle[0]), float(middle[1])), floor)
     _finish(engine, client, (floor, BASE), scene.floor_friction)
+    _soften(engine, client, (floor, BASE), [spec.mass * each for each in FLOOR])
     for part in world.parts:
         _finish(engine, client, part, spec.friction)
     for link in range(BASE, hand.n_joints):
         _finish(engine, client, (palm, link), hand.friction)
+        _soften(engine, client, (palm, link), HAND)
     for link, (low, high) in enumerate(hand.limits):
         engine.changeDynamics(palm, link, jointLowerLimit=low, jointUpperLimit=high, physicsClientId=client)
+    _free_joints(engine, client, palm, hand, scene.timestep)
     for (first, link), (second, other) in touching_pairs(world, hand):
         engine.setCollisionFilterPair(first, second, link, other, 1, physicsClientId=client)
     return world
@@ -188,6 +207,17 @@ def _add_hand(engine: ModuleType, client: int, hand: HandSpec, height: float) ->
     )
 
 
+def _free_joints(engine: ModuleType, client: int, palm: int, hand: HandSpec, timestep: float) -> None:
+    """Take away PyBullet's motors, and give links their inertia and their share of what rotors and damping add."""
+    links = [(finger, i) for finger in hand.fingers for i in range(len(finger.links))]
+    for link, (finger, i) in enumerate(links):
+        moments = np.array(prism_inertia(link_outline(hand, finger, i), hand.thickness, hand.mass(finger, i)))
+        # About all three axes: no body has a moment above the sum of the others, and links turn about one alone.
+        inertia = (moments + LINKS * added_inertia(hand, timestep)).tolist()
+        engine.changeDynamics(palm, link, localInertiaDiagonal=inertia, physicsClientId=client)
+        engine.setJointMotorControl2(palm, link, engine.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
+
+
 def _prism(engine: ModuleType, client: int, corners: Array, height: float) -> tuple[int, list[float]]:
     """Return the shape of an upright prism over a convex outline `(K, 2)` [m] and its centre of mass [m].
 
@@ -214,6 +244,12 @@ def _inset(corners: Array, distance: float) -> Array:
     after = edge_normals(corners)
     before = np.roll(after, 1, axis=0)
     return np.asarray(corners - distance * (before + after) / (1 + (before * after).sum(axis=-1, keepdims=True)))
+
+
+def _soften(engine: ModuleType, client: int, part: Part, contact: Sequence[float]) -> None:
+    """Give the contacts of a part with what is hard a stiffness [N/m] and a damping [N s/m]."""
+    stiffness, damping = contact
+    engine.changeDynamics(*part, contactStiffness=stiffness, contactDamping=damping, physicsClientId=client)
 
 
 def _finish(engine: ModuleType, client: int, part: Part, friction: float) -> None:

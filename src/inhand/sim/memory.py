@@ -1,20 +1,35 @@
 """Memory: what worlds take, and whether the machine has it."""
 
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from inhand.errors import InputError
 from inhand.sim.names import Engine
 
-WORLD_BYTES: dict[Engine, float] = {"mujoco": 6.5e3, "planar": 2.1e3, "bullet": 33e6}
+WORLD_BYTES: dict[str, float] = {"mujoco": 6.5e3, "planar": 2.1e3, "bullet": 33e6}
 """What a world takes while it is stepped [B]: how far the peak of a process's memory (VmHWM) rose for 20,000 worlds of
 MuJoCo (5.4 kB with four joints, 6.3 kB with six) and of the planar engine (1.5 and 2.1 kB), and for 40 of PyBullet,
 each a server of its own."""
 START_BYTES: dict[Engine, float] = {"mujoco": 130e3, "planar": 130e3, "bullet": 33e6}
 """What a start takes while it is made [B], with every state of its placing and gripping: the same for 2,000 starts of
 `inhand/AsteriskEasy-v0`, whose way left is predicted; without that it is 17 kB in MuJoCo and 11 kB in the plane."""
+REHEARSALS = 2e9
+"""What worlds of rehearsals may take at a time [B]: 60 of PyBullet, and more than are asked for of other engines."""
 TABLE = Path("/proc/meminfo")
 """Where Linux tells how much memory programs may still take."""
+
+
+def batches(engine: str, sizes: Sequence[int]) -> Iterator[slice]:
+    """Give parts of a sequence of groups of worlds whose worlds may be there together; a group is never cut."""
+    most = REHEARSALS / WORLD_BYTES[engine]
+    begin, count = 0, 0
+    for number, size in enumerate(sizes):
+        if count and count + size > most:
+            yield slice(begin, number)
+            begin, count = number, 0
+        count += size
+    yield slice(begin, len(sizes))
 
 
 def available() -> float | None:

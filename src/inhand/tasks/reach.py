@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, unit
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.reach.limits import Farthest, ReachConfig, farthest, why_none
+from inhand.hands.shapes import link_outline, palm_outline
 from inhand.tasks.paths import ReferencePath, path_of, whole_path
 from inhand.tasks.primitives import Primitive
 
@@ -64,8 +66,19 @@ def _farthest(held: Held, path: Array, config: ReachConfig | None) -> Farthest |
         end = farthest(*held, path, config)
         return {} if end is None else {name: np.array(value) for name, value in asdict(end).items()}
 
-    known = cached("reach", (held, path, config or ReachConfig()), __name__, compute)
+    known = cached("reach", (_depends(*held, config or ReachConfig()), path), __name__, compute)
     return Farthest(float(known["way"]), known["pose"], known["joints"], known["contacts"]) if known else None
+
+
+@lru_cache(maxsize=64)
+def _depends(hand: HandSpec, spec: ObjectSpec, config: ReachConfig) -> tuple[object, ...]:
+    """Return all of a hand and an object that their limits depend on: no names, masses or motors."""
+    fingers = tuple(
+        (finger.base, finger.links, finger.limits, *(link_outline(hand, finger, k) for k in range(len(finger.links))))
+        for finger in hand.fingers
+    )
+    friction = hand.friction * spec.friction if config.friction is None else config.friction
+    return fingers, palm_outline(hand), polygon(spec), replace(config, friction=friction)
 
 
 def start_grip(hand: HandSpec, spec: ObjectSpec, config: ReachConfig | None = None) -> Farthest:

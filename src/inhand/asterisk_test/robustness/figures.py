@@ -9,6 +9,7 @@ from inhand.asterisk_test.failures import MOST_FAILURES, failure_of, failures_fi
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness.cases import CASES, Contender, curves_of
 from inhand.asterisk_test.robustness.config import RobustnessConfig
+from inhand.asterisk_test.robustness.sensitivity import FEWEST
 from inhand.asterisk_test.robustness.summary import Robustness
 from inhand.control.trial import load_trial
 from inhand.geometry import Array
@@ -41,17 +42,20 @@ def strength_figure(config: RobustnessConfig, found: Robustness, curve: str) -> 
 
 
 def sensitivity_figure(table: pd.DataFrame, found: Robustness, disturb: str) -> Figure:
-    """Return the figure of what `sensitivity` gives of a disturbance, a panel for each controller that it tells of."""
+    """Return the figure of what `sensitivity` gives of a disturbance, a panel for each controller."""
     size = table.assign(size=table.correlation.abs()).groupby("quantity")["size"].max()
     names = size.sort_values(ascending=False).index.to_list()
     panels = []
-    for controller, own in table.groupby("controller", sort=False):
-        row = found.row(str(controller), disturb) or {}
+    for contender in found.contenders:
+        row, own = found.row(contender.name, disturb), table[table.controller == contender.name]
         ordered = own.set_index("quantity").reindex(names)
         middle, low, high = (ordered[name].to_numpy(dtype=float) for name in ("correlation", "low", "high"))
-        note = f"{row['lost']} of {row['trials']} lost"
-        panels.append(Estimates(str(controller), middle, low, high, note))
-    subtitle = "rank correlation with losing the object, 95 % intervals by bootstrap; filled: clear of 0"
+        note = "cannot run" if row is None else f"{row['lost']} of {row['trials']} lost"
+        panels.append(Estimates(contender.name, middle, low, high, note))
+    subtitle = (
+        "rank correlation with losing the object, 95 % intervals by bootstrap; filled: clear of 0; not told of fewer"
+        f" than {FEWEST} lost or kept"
+    )
     return list_figure(names, panels, "correlation", f"What goes with a loss under {disturb}", subtitle)
 
 

@@ -36,7 +36,7 @@ class Robustness:
     """A row for each trial: `controller`, `disturb`, `lost`, `way` (share of the limit, 0 where the object was lost,
     NaN where no limit is known), and what `as_entry` gives; numbers drawn for its world begin with `drawn.`."""
     rows: pd.DataFrame
-    """A row for each controller under each disturbance, as `_row` gives it."""
+    """A row for each controller under each disturbance, as `_row` gives it, and how long it took one core [s]."""
     stopped: tuple[str, ...]
     """What could not be run, a sentence each."""
 
@@ -65,7 +65,8 @@ def robustness_of(
         if case.name == NONE:
             whole[contender.name] = found
         plain = whole.get(contender.name, found.iloc[:0])
-        rows.append({"controller": contender.name, "disturb": case.name, **_row(found, plain, seed)})
+        took = {"seconds": cell.seconds, "cpu_seconds": cell.cpu_seconds}
+        rows.append({"controller": contender.name, "disturb": case.name, **_row(found, plain, seed), **took})
     every = pd.concat(trials, ignore_index=True) if trials else pd.DataFrame()
     table = pd.DataFrame(rows, columns=None if rows else ["controller", "disturb"])
     return Robustness(tuple(contenders), tuple(cases), every, table, tuple(stopped))

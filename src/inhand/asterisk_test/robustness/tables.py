@@ -64,7 +64,7 @@ def sensitivity_table(tables: dict[str, pd.DataFrame]) -> Table:
 
 
 def summary(found: Robustness) -> list[str]:
-    """Return the study in a few sentences: how far each controller goes undisturbed, what it keeps at each level."""
+    """Return the study in a few sentences: how far each controller goes, what it keeps at each level, how fast."""
     sentences = []
     for contender in found.contenders:
         plain = found.row(contender.name, NONE)
@@ -82,6 +82,10 @@ def summary(found: Robustness) -> list[str]:
             f"{contender.name} goes {shown(plain['share'], digits=3)} of the hand's limit undisturbed and loses"
             f" {plain['lost']} of {plain['trials']} objects.{kept}"
         )
+    disturbed = found.rows[found.rows.disturb != NONE]
+    if len(disturbed):
+        clock, cpu = (1000 * disturbed[name].sum() / disturbed.trials.sum() for name in ("seconds", "cpu_seconds"))
+        sentences.append(f"1,000 disturbed trials took one core {clock:.0f} s by the clock, {cpu:.0f} s of its own.")
     return sentences
 
 

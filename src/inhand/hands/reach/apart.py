@@ -44,6 +44,16 @@ def _lowest(one: Outlines, i: int, edge: int, other: tuple[Outlines, int, Frame]
     return low + nx * frame[0] + ny * frame[1] - one.levels[i, edge], corner
 
 
+@inner
+def _faces(one: Outlines, i: int, edge: int, x: float, y: float) -> bool:
+    """Return whether an edge is what is nearest to a point outside of it, and not a corner."""
+    after = edge + 1 if edge + 1 < one.many[i] else 0
+    ax, ay = one.corners[i, edge, 0], one.corners[i, edge, 1]
+    dx, dy = one.corners[i, after, 0] - ax, one.corners[i, after, 1] - ay
+    along = (x - ax) * dx + (y - ay) * dy
+    return bool(0 <= along <= dx * dx + dy * dy)
+
+
 @leaf
 def deepest(one: Outlines, i: int, other: Outlines, o: int, frame: Frame) -> tuple[float, int, int]:
     """Return the largest separation by an outline's edges, that edge, and the other's corner there.
@@ -67,12 +77,16 @@ def deepest(one: Outlines, i: int, other: Outlines, o: int, frame: Frame) -> tup
 def keep_apart(one: Outlines, i: int, other: Outlines, o: int, frame: Frame) -> bool:
     """Return whether two outlines overlap by less than `OVERLAP`, with the arguments of `deepest`.
 
-    The circle around the other one settles most.
+    The circles around and inside the other one settle most.
     """
     x, y = placed(frame, other.middle[o, 0], other.middle[o, 1])
-    height = -FAR
+    height, edge = -FAR, 0
     for e in range(one.many[i]):
-        height = max(height, one.normals[i, e, 0] * x + one.normals[i, e, 1] * y - one.levels[i, e])
+        over = one.normals[i, e, 0] * x + one.normals[i, e, 1] * y - one.levels[i, e]
+        if over > height:
+            height, edge = over, e
+    if height < other.core[o] - 2 * OVERLAP and (height <= 0 or _faces(one, i, edge, x, y)):
+        return False
     apart = height > other.size[o]
     if height > 0:
         for e in range(one.many[i]):

@@ -52,6 +52,8 @@ class Outlines(NamedTuple):
     """Mean of the corners `(N, 2)` [m]."""
     size: Array
     """Radius of the circle around the middle that holds the outline `(N,)` [m]."""
+    core: Array
+    """Radius of the circle around the middle that the outline holds `(N,)` [m]."""
     box: Array
     """Middle and half sides of the box around the outline `(N, 2, 2)` [m]."""
 
@@ -212,6 +214,9 @@ def outlines(polygons: Sequence[Array]) -> Outlines:
         many,
         np.array([corners.mean(axis=0) for corners in polygons]),
         np.array([np.linalg.norm(corners - corners.mean(axis=0), axis=-1).max() for corners in polygons]),
+        np.array(
+            [(edge_normals(corners) * (corners - corners.mean(axis=0))).sum(axis=-1).min() for corners in polygons]
+        ),
         np.array([[(c.max(axis=0) + c.min(axis=0)) / 2, np.ptp(c, axis=0) / 2] for c in polygons]),
     )
     for k, corners in enumerate(polygons):

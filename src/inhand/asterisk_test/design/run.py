@@ -1,0 +1,217 @@
+"""A design study as a function: what is asked in, the hand that suits it out."""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from inhand.asterisk_test.cells import differences, end_with
+from inhand.asterisk_test.cores import on_cores
+from inhand.asterisk_test.design.asked import Asked, ask
+from inhand.asterisk_test.design.config import MARK, DesignConfig
+from inhand.asterisk_test.design.finals import finals
+from inhand.asterisk_test.design.found import Found
+from inhand.asterisk_test.design.looked import Look, Looked, front_of, reached, variants
+from inhand.asterisk_test.design.search import check_optuna, looked_at, search
+from inhand.asterisk_test.study import Study
+from inhand.caches import sources
+from inhand.control.trial import write_json
+from inhand.errors import InputError
+from inhand.folders import alone, check_folder, clear, place_of, writing
+from inhand.hands.files import OBJECTS, load_hand
+from inhand.hands.hand import HandSpec
+from inhand.hands.names import CATALOGUE, LAB_LIMITS_SUFFIX
+from inhand.hands.objects import ObjectSpec
+from inhand.records import checked, configured, read_json, table_of
+from inhand.shown import frame, listed, path_of, several
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+CELLS, SETTINGS = "cells", "study.json"
+"""Folder of what a study has computed, inside that of the study, and the file there that tells which one it is."""
+DEFAULT = DesignConfig()
+"""What is searched where nothing else is asked for."""
+Told = Callable[[str, str, int, int], None]
+"""Is told what is computed, the part that is done, how many are done and how many there are."""
+
+
+@dataclass(frozen=True, eq=False)
+class DesignRun(Study):
+    """A finished study; what it has computed lies in its folder."""
+
+    mark, cells = MARK, CELLS
+
+    config: DesignConfig
+    found: Found
+
+    @property
+    def winner(self) -> HandSpec:
+        """The hand that suits best."""
+        return self.found.winner.looked.hand
+
+    def table(self) -> DataFrame:
+        """Return a row for each hand: what it is like, what its aims come to, and how far controllers carry objects."""
+        from inhand.asterisk_test.design.page import rows
+
+        return frame(rows(self.found))
+
+    def figure(self) -> Figure:
+        """Return the front, the hands drawn to scale, and where the winner gains and loses against the catalogue."""
+        from inhand.asterisk_test.design.figure import design_figure
+
+        return design_figure(self.found)
+
+    def write(self, folder: Path) -> None:
+        """Write everything into a folder that is there."""
+        from inhand.asterisk_test.design.page import write_design
+
+        write_design(self.config, self.found, folder, (self.seconds, self.notes))
+
+
+def design(
+    objects: Sequence[str | Path | ObjectSpec] = DEFAULT.objects,
+    *,
+    directions: str | Sequence[str | float] = DEFAULT.directions,
+    jobs: int = 1,
+    out: str | Path | None = None,
+    **settings: Any,
+) -> DesignRun:
+    """Search the hand that suits a job.
+
+    Args:
+        objects: names, TOML files, outlines or specs.
+        directions: words of the command line, names, or degrees counter-clockwise from +x.
+        jobs: hands computed at a time, 0 for one on each core; more than one in processes of their own.
+        out: folder that keeps what was computed, so that a study that was stopped goes on; None for a temporary one.
+        settings: other fields of `DesignConfig`, such as aims, hands, palm_mm and limits.
+
+    Raises:
+        InputError: anything that cannot be searched; the text says what, and what is allowed.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="inhand-design-")) if out is None else Path(path_of("out", out))
+    settings |= {"objects": [OBJECTS.name_of(thing) for thing in several(objects)], "directions": listed(directions)}
+    return run_design(configured(DesignConfig, settings | {"jobs": jobs, "out": folder}))
+
+
+def run_design(config: DesignConfig, told: Told = lambda *_: None) -> DesignRun:
+    """Return the finished study of a configuration; what its folder holds is not computed again.
+
+    Raises:
+        InputError: anything in the configuration that cannot be searched, or a folder of another study.
+    """
+    began = time.perf_counter()
+    asked = ask(config)
+    check_optuna()
+    with _folder(config, asked) as folder:
+        catalogue = _catalogue(config, asked, folder, _counted(told, "catalogue", _KNOWN * len(config.limits)))
+        looked = search(config, asked, catalogue, folder, _counted(told, "hands", config.hands))
+        best = front_of(asked, looked)[: config.finalists]
+        total = (len(best) + 1) * len(config.controllers) * len(asked.objects)
+        told_of = _counted(told, "simulations", total)
+        *ours, known = finals(config, asked, [*best, catalogue[0]], folder, told_of)
+        ours.sort(key=lambda final: final.means.get(config.controllers[0], 0.0), reverse=True)
+        off = _off(config, asked, ours[0].looked.hand, told)
+    found = Found(asked, tuple(catalogue), tuple(looked), tuple(ours), known, off)
+    return DesignRun(config, time.perf_counter() - began, _notes(config, found), found)
+
+
+_KNOWN = len(CATALOGUE)
+
+
+def _counted(told: Told, what: str, total: int) -> Callable[[str], None]:
+    """Return what counts the parts that are done, and tells them."""
+    done = itertools.count(1)
+    return lambda part: told(what, part, next(done), total)
+
+
+def _catalogue(config: DesignConfig, asked: Asked, folder: Path, tell: Callable[[str], None]) -> list[Looked]:
+    """Return the hands of the catalogue, the best by mean reach first."""
+    names = [name + ending for ending in (ENDINGS[limits] for limits in config.limits) for name in CATALOGUE]
+    jobs = [Look(-k, load_hand(name), asked, (), folder / f"catalogue_{k}.json") for k, name in enumerate(names)]
+    found = looked_at(jobs, config.jobs, tell)
+    return sorted(found.values(), key=lambda each: (-asked.mean(each.table), -each.number))
+
+
+ENDINGS = {"free": "", "lab": LAB_LIMITS_SUFFIX}
+"""What a hand's name has at its end for its joint limits."""
+
+
+def _off(config: DesignConfig, asked: Asked, hand: HandSpec, told: Told) -> dict[str, float]:
+    """Return the mean reach of a hand [mm], and of those a little off it."""
+    hands = {"": hand} | variants(hand)
+    tell = _counted(told, "tolerance", len(hands))
+    found: dict[str, float] = {}
+    for off, mean in on_cores(_mean_off, [(off, each, asked) for off, each in hands.items()], config.jobs):
+        found[off] = mean
+        tell(off or "as it is")
+    return {off: found[off] for off in hands}
+
+
+def _mean_off(job: tuple[str, HandSpec, Asked], parent: int) -> tuple[str, float]:
+    end_with(parent)
+    off, hand, asked = job
+    return off, asked.mean(reached(asked, hand)[0])
+
+
+@contextmanager
+def _folder(config: DesignConfig, asked: Asked) -> Iterator[Path]:
+    """Give the folder of what the study computes, kept from other processes.
+
+    Raises:
+        InputError: it holds another study, or something else.
+    """
+    out, settings = (
+        config.out,
+        table_of(asked.settings() | {"sampler": config.sampler, "seed": config.seed} | _computed()),
+    )
+    folder = out / CELLS
+    if not place_of(folder).is_dir():
+        check_folder(out, overwrite=config.overwrite, mark=MARK)
+    with alone(folder, out), writing(out):
+        if (folder / SETTINGS).is_file():
+            found = differences(_settings_of(folder), settings)
+            if found and not config.overwrite:
+                raise InputError(
+                    f"--out {out} holds another study: {'; '.join(found)}. Give another folder, or --overwrite to"
+                    " replace that study"
+                )
+            if found:
+                clear(folder)
+        write_json(settings, folder / SETTINGS)
+        yield folder
+
+
+def _settings_of(folder: Path) -> dict[str, Any]:
+    try:
+        found: dict[str, Any] = checked("settings", read_json((folder / SETTINGS).read_bytes()), dict[str, Any])
+    except InputError as error:
+        raise InputError(
+            f"{folder / SETTINGS} does not tell which study is there: {error}; give another folder"
+        ) from error
+    return found
+
+
+def _computed() -> dict[str, str]:
+    """Return what a hand's reach and the proposals come from: our sources, and optuna's version."""
+    return {"source_of_reach": sources("inhand.tasks.reach")[:12], "optuna": version("optuna")}
+
+
+def _notes(config: DesignConfig, found: Found) -> tuple[str, ...]:
+    """Return what a reader should know, a sentence each."""
+    notes = []
+    for controller in config.controllers:
+        for final in (*found.finals, found.known):
+            reason = final.reason(controller)
+            if reason is not None:
+                notes.append(f"{controller} did not run on {final.looked.hand.name}: {reason}")
+    given_up = sum(not each.whole for each in found.looked)
+    return (*notes, f"{given_up} of {len(found.looked)} hands were given up after the first directions.")

@@ -1,0 +1,34 @@
+"""`inhand design`: which hand suits a job."""
+
+from inhand.asterisk_test.design import run
+from inhand.asterisk_test.design.config import DesignConfig
+from inhand.cli.terminal import print_table, progress, say
+
+SPEED_OVER_S = 3600.0
+"""The time left is told from what was done in the last hour [s]."""
+
+
+def run_design(config: DesignConfig) -> None:
+    """Search, write everything into the folder, and print the answer."""
+    done: dict[str, tuple[int, int]] = {}
+    with progress(spoken=True, over_s=SPEED_OVER_S) as tell:
+
+        def told(what: str, part: str, count: int, total: int) -> None:
+            done[what] = count, total
+            tell(f"{what}, {part}", count, total)
+
+        try:
+            found = run.run_design(config, told)
+        except KeyboardInterrupt:
+            counts = ", ".join(f"{count} of {total} {what}" for what, (count, total) in done.items()) or "nothing"
+            say(f"Done so far: {counts}. The same command goes on from there")
+            raise
+    found.save(config.out)
+    from inhand.asterisk_test.design import page
+
+    hands = (*found.found.finals, found.found.known)
+    cells = [page.simulated_row(found.found, final) for final in hands]
+    print_table("The best", ("Hand", "Mean reach [mm]", *(f"{name} [mm]" for name in config.controllers)), cells)
+    for sentence in (*page.answer(found.found), *found.notes):
+        say(sentence)
+    say(f"Report: {config.out / 'report.md'}; the winner: {config.out / page.WINNER}")

@@ -61,7 +61,7 @@ def row(hand_name: str, object_name: str) -> tuple[str, float]:
 
     def rehearse(name: str, choose: Callable[[Array, Array, NDArray[np.int64], Find], list[int]]) -> None:
         with mock.patch.object(rehearsal, "first_best", choose):
-            found[name], _ = rehearsal.farthest(held, groups, where, None, "planar")
+            found[name], _ = rehearsal.farthest(held, groups, where, (None, False), "planar")
 
     cases = {"lazy": rehearsal.first_best, "all": best_of_all}
     turns = {name: (lambda name=name, choose=choose: rehearse(name, choose)) for name, choose in cases.items()}

@@ -182,6 +182,16 @@ def test_the_predicted_end_of_the_grip_lies_on_the_path(grip: tuple[Task, State]
     np.testing.assert_allclose(limit, np.round(limit / 0.001) * 0.001, atol=1e-9)
 
 
+def test_a_path_that_stays_where_it_is_ends_where_it_did(grip: tuple[Task, State]) -> None:
+    """Objects stand 10 mm along it."""
+    task, state = grip
+    limit = follow_limit(task, state, 0.85, (0.0, 0.0))
+    start = state.pose - task.path.at(np.full(task.n_worlds, 0.01))
+    np.testing.assert_allclose(
+        follow_limit(replace(task, start=start), state, 0.85, (0.0, 0.0)), limit + 0.01, atol=2e-3
+    )
+
+
 @pytest.mark.parametrize(("links", "stiffness"), [((0.045, 0.04), 4.0), ((0.04, 0.036), 4.0), ((0.072, 0.072), 15.0)])
 def test_a_hand_that_presses_hard_does_not_stand_still(links: tuple[float, ...], stiffness: float) -> None:
     """Short links and stiff servos sink deeper into the object when they close; their grip goes as far all the same."""

@@ -1,6 +1,7 @@
 """The rehearsal of grasps: the choice is that of carrying them all, and few are carried."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -130,11 +131,14 @@ def test_a_grasp_is_worth_how_far_it_goes_and_a_lost_object_costs_more_than_any_
     task = Task(hand, (cube,) * 4, Path(paths), distance=np.full(4, 0.1))
     gripped, worlds = state_with(np.ones((4, 2), dtype=bool)), np.array([0, 2, 3])
 
+    longest = list[float]()
+
     def run(
         _: Simulator, task: Task, phases: tuple[Phase], start: State, *, worlds: NDArray[np.bool_]
     ) -> SimpleNamespace:
         assert worlds.tolist() == [True, False, True, True]
         (phase,) = phases
+        longest.append(phase.longest)
         controller = phase.controller(task)
         controller.begin(start)
         for _number in range(30):
@@ -146,3 +150,25 @@ def test_a_grasp_is_worth_how_far_it_goes_and_a_lost_object_costs_more_than_any_
     found = carried(Scripted(np.ones((1, 4, 2), dtype=bool)), task, gripped, worlds, None)
     assert 0 < found[2] < found[0] < 0.1
     assert found[1] == found[0] - LOSS
+    far = replace(task, distance=np.array([0.1, 0.0, 2.0, 0.1]))
+    carried(Scripted(np.ones((1, 4, 2), dtype=bool)), far, gripped, worlds, None)
+    assert longest == [8.0, 100.0]  # to the end of the longest way
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+def test_a_drawing_is_rehearsed_where_it_is(fixed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    held = Held(parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"])
+    poses = held.hand.start_pose + straight_path(primitive_at(0.0), 0.04).poses[None]
+    starts = poses[:, 0] - np.array([0.004, 0.0, 0.0])
+    ends = list[float]()
+
+    def followed(
+        simulator: Simulator, task: Task, gripped: State, worlds: NDArray[np.int64], config: IkConfig | None
+    ) -> Array:
+        found = carried(simulator, task, gripped, worlds, config)
+        ends.extend((simulator.measure().pose[worlds, 0] - poses[0, 0, 0]).tolist())
+        return found
+
+    monkeypatch.setattr(rehearsal, "carried", followed)
+    best_grasps(held, poses, starts, engine="planar", fixed=fixed)
+    assert ends[0] == pytest.approx(0.04 if fixed else 0.036, abs=5e-4)

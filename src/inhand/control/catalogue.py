@@ -72,6 +72,8 @@ class ControllerEntry:
     """The learned policy that it is, if it is one."""
     reads: Reads = PRIVILEGED
     """What it reads: all that is measured, or what a hand can know."""
+    fixed_grasp: Planner | None = None
+    """Chooses where they hold it for paths that stay where they are, as drawings do; None for `grasp`."""
     primitive: Callable[[Task], Controller] | None = None
     """Makes what carries out a primitive of a sequence on real senses, from states that are believed; None for what
     `manipulate` makes, from what is sensed."""
@@ -90,13 +92,15 @@ def planned_grasp(
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
     engine: str = ENGINE,
+    fixed: bool = False,
 ) -> Grasp:
     """Return the grasps of the contact search, tried out in simulation.
 
-    Where an object stands elsewhere than its path starts, the fingers go to it from there.
+    Where an object stands elsewhere than its path starts, the fingers go to it from there. They are tried on paths that
+    count from there, or, `fixed`, on paths that stay where they are.
     """
     starts = poses[:, 0] if starts is None else starts
-    best = best_grasps(Held(hand, spec), poses, starts, config, engine=engine)
+    best = best_grasps(Held(hand, spec), poses, starts, config, engine=engine, fixed=fixed)
     return closing_joints(hand, spec, best, poses[:, 0], starts)
 
 
@@ -163,12 +167,14 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
                 "the expert: searched contacts, commanded grip force, feedback on the object's pose",
                 planned_grasp,
                 IkController,
+                fixed_grasp=partial(planned_grasp, fixed=True),
             ),
             ControllerEntry(
                 "ik-cautious",
                 "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
                 partial(planned_grasp, config=CAUTIOUS),
                 partial(IkController, config=CAUTIOUS[1]),
+                fixed_grasp=partial(planned_grasp, config=CAUTIOUS, fixed=True),
             ),
             ControllerEntry(
                 "thesis-ik",

@@ -23,7 +23,8 @@ def follow_limit(task: Task, state: State, friction_share: float, margin: tuple[
     hand, start = task.hand, state.pose
     last = task.path.poses.shape[1] - 1
     looked = np.unique([*range(0, last, EVERY), last])
-    poses = start[:, None] + task.path.poses[:, looked]
+    poses = task.origin(state)[:, None] + task.path.poses[:, looked]
+    poses[:, 0] = start
     bodies = stacked_pieces(task.objects)
     tracks = []
     for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True)):

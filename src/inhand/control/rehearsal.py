@@ -37,6 +37,8 @@ from inhand.sim.state import State, select
 
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
+LEAST, SLOWEST = 8.0, 0.02
+"""Time for which objects are carried at least [s], and the speed at which longer paths are followed at least [m/s]."""
 APPROACH = 5
 """Poses on the way from a path's start to where the object stands."""
 PLAN_EVERY = 3
@@ -96,17 +98,18 @@ def best_grasps(
     config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
     *,
     engine: str = ENGINE,
+    fixed: bool = False,
 ) -> list[GraspPlan]:
     """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
 
     Rehearsals follow every pose of the paths `(P, S, 3)`, as trials do: a grip that ends between two poses of a coarser
     path would end sooner than rehearsed. Objects stand at `starts` `(P, 3)`; `config` has the numbers of the search and
-    of the expert.
+    of the expert. Paths count from where objects are when they are held, or, `fixed`, stay where they are.
     """
     search = config[0] or SearchConfig()
     distinct, index = np.unique(poses[:, ::PLAN_EVERY], axis=0, return_inverse=True)
     plans = plan_grasps(*held, distinct, search)
-    best, ways = farthest(held, [plans[k] for k in index], (poses, starts), config[1], engine)
+    best, ways = farthest(held, [plans[k] for k in index], (poses, starts), (config[1], fixed), engine)
     reaches = [max(plan.reach for plan in group) for group in plans]
     promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
     short = np.flatnonzero(ways < promised[index] - SHORT)
@@ -115,7 +118,7 @@ def best_grasps(
     wanted, which = np.unique(index[short], return_inverse=True)
     close = plan_grasps(*held, distinct[wanted], replace(search, count=CLOSE, apart=CLOSE_APART))
     groups = [[replace(plan, drawn=share) for share in DRAWN for plan in close[k]] for k in which]
-    others, farther = farthest(held, groups, (poses[short], starts[short]), config[1], engine)
+    others, farther = farthest(held, groups, (poses[short], starts[short]), (config[1], fixed), engine)
     for k, other, way in zip(short, others, farther, strict=True):
         if way > ways[k]:
             best[k] = other
@@ -123,24 +126,32 @@ def best_grasps(
 
 
 def farthest(
-    held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
+    held: Held,
+    groups: Sequence[Sequence[GraspPlan]],
+    where: tuple[Array, Array],
+    how: tuple[IkConfig | None, bool],
+    engine: str,
 ) -> tuple[list[GraspPlan], Array]:
     """Return of each path's grasps the first of those that go farthest, and how far `(P,)` [m], less what is lost."""
     parts = [
-        _farthest_together(held, groups[part], (where[0][part], where[1][part]), config, engine)
+        _farthest_together(held, groups[part], (where[0][part], where[1][part]), how, engine)
         for part in batches(engine, [len(group) for group in groups])
     ]
     return [plan for plans, _ in parts for plan in plans], np.concatenate([ways for _, ways in parts])
 
 
 def _farthest_together(
-    held: Held, groups: Sequence[Sequence[GraspPlan]], where: tuple[Array, Array], config: IkConfig | None, engine: str
+    held: Held,
+    groups: Sequence[Sequence[GraspPlan]],
+    where: tuple[Array, Array],
+    how: tuple[IkConfig | None, bool],
+    engine: str,
 ) -> tuple[list[GraspPlan], Array]:
-    hand, spec = held
+    (hand, spec), (config, fixed) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     each = [plan for group in groups for plan in group]
     poses, starts = (part[owner] for part in where)
-    task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]))
+    task = Task(hand, (spec,) * len(each), Path(poses - poses[:, :1]), start=poses[:, 0] if fixed else None)
     simulator, closed = simulate(task, closing_joints(*held, each, poses[:, 0], starts), starts, None, Bench(engine))
     gripped, expert = closed.states[-1], IkController(task, config)
     expert.begin(sense(gripped))
@@ -187,7 +198,8 @@ class _Carrier:
     def __init__(self, task: Task, worlds: NDArray[np.int64], config: IkConfig | None) -> None:
         distance = None if task.distance is None else task.distance[worlds]
         objects = tuple(task.objects[world] for world in worlds)
-        part = replace(task, objects=objects, path=Path(task.path.poses[worlds]), distance=distance)
+        start = None if task.start is None else task.start[worlds]
+        part = replace(task, objects=objects, path=Path(task.path.poses[worlds]), distance=distance, start=start)
         self._expert, self._worlds = IkController(part, config), worlds
         self.ways = [np.zeros(len(worlds))]
         """How far the set points had come after every decision, the start first."""
@@ -212,7 +224,9 @@ def carried(
 ) -> Array:
     """Return how far the expert carries objects that are gripped in some worlds, less what is lost [m]."""
     carrier = _Carrier(task, worlds, config)
-    phases = standard_phases(Grasp(gripped.targets, gripped.targets), lambda _: carrier)[-1:]
+    farthest = 0.0 if task.distance is None else float(task.distance[worlds].max(initial=0.0))
+    longest = max(LEAST, farthest / SLOWEST)
+    phases = standard_phases(Grasp(gripped.targets, gripped.targets), lambda _: carrier, longest=longest)[-1:]
     here = np.isin(np.arange(task.n_worlds), worlds)
     found = run_episodes(simulator, task, phases, gripped, worlds=here)
     kept = np.isin(np.array(found.outcomes)[worlds], (REACHED, TIME_OUT))

@@ -16,7 +16,7 @@ from inhand.control.controller import Task
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
-from inhand.control.rehearsal import PLAN_EVERY, closing_joints
+from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.seen import Seen
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
@@ -50,8 +50,6 @@ MARGIN = 0.002
 """Distance kept from where the first would be lost [m]."""
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
-LEAST, SLOWEST = 8.0, 0.02
-"""Time that carrying may take at least [s], and the speed at which long paths are followed at least [m/s]."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
 PLAN = ("opened", "closed", "way")
@@ -164,7 +162,7 @@ def _tried_together(
         carriers.append(_Carrier(task))
         return carriers[-1]
 
-    longest = LEAST + float(reach.max()) / SLOWEST
+    longest = max(LEAST, float(reach.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(engine), longest=longest, disturbed=worlds)
     ways = _ways(found, task.path, carriers[0].ways).reshape(len(candidates), len(draws))
     return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]

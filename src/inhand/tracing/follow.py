@@ -87,7 +87,7 @@ def follow(
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
-    grasp = entry.grasp(hand, spec, poses, starts, engine=bench.engine)
+    grasp = (entry.fixed_grasp or entry.grasp)(hand, spec, poses, starts, engine=bench.engine)
     task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
     driver = _driver(replace(task, start=poses[:, 0], distance=grasp.way), plans, entry, config)
     longest = max(map(_longest, plans))

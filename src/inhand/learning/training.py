@@ -125,8 +125,7 @@ class Trainer:
         self._new = not checkpoint.is_file()
         if not self._new:
             self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
-            self.counters, written = Counters(**head["counters"]), head["written"]
-            length = head["journal"]
+            self.counters, written, length = Counters(**head["counters"]), head["written"], head["journal"]
             self._rng.bit_generator.state = arrays["rng.training"]
             self._collector.load_state_dict(arrays)
         self._journal = Journal(folder, length)

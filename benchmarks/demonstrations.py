@@ -21,7 +21,8 @@ import numpy as np
 
 from inhand.learning.commands import RecordConfig
 from inhand.learning.datasets import DatasetEpisode, write_dataset
-from inhand.learning.demonstrations import Episodes, Recording, demonstrations, plans_of
+from inhand.learning.demonstrations import Episodes, demonstrations, plans_of
+from inhand.learning.recipe import Recording
 from inhand.learning.record import head_of, recording_of
 from inhand.learning.starts import gripped, plans_for, reach_of
 from timing import best_times, environment, verdict

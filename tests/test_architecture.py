@@ -203,7 +203,14 @@ def test_one_place_steps_simulators() -> None:
     assert found == {("control/loop.py", "simulator")}
 
 
-PLANAR = ("hands/", "control/ik.py", "control/thesis_ik.py", "control/follow.py", "control/rehearsal.py")
+PLANAR = (
+    "hands/",
+    "control/ik.py",
+    "control/teacher.py",
+    "control/thesis_ik.py",
+    "control/follow.py",
+    "control/rehearsal.py",
+)
 """What may take a hand for two fingers in a plane."""
 TWO_FINGERS = re.compile(
     r"(?-i:FINGER_NAMES)|\b(left|right|both|two)[- ]fingers?\b|\bfingers? (left|right)\b|\bhand\.(left|right)\b"

@@ -18,8 +18,9 @@ from inhand.learning import datasets
 from inhand.learning.commands import RecordConfig
 from inhand.learning.dataset_cards import check_fits, kind_of
 from inhand.learning.datasets import DATA, METADATA, DatasetEpisode, read_dataset, read_head, write_dataset
-from inhand.learning.demonstrations import Recipe, Recording, demonstrations, plans_of
+from inhand.learning.demonstrations import demonstrations, plans_of
 from inhand.learning.minari_files import new_storage
+from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.record import environment_spec, head_of
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface

@@ -219,9 +219,10 @@ def test_values_of_demonstrations_are_their_returns() -> None:
 def test_imitation_alone_copies_what_was_wanted() -> None:
     rows = _points(np.random.default_rng(3), 100, expert=True)
     learner, rng = new_learner(SMALL, COLUMNS, 0), np.random.default_rng(0)
-    actor, moments = learner.actor, None
+    actor, moments, parts = learner.actor, None, COLUMNS.parts()
+    shown = np.concatenate([rows[:, parts["observation"]], rows[:, parts["expert_action"]]], axis=-1)
     for _ in range(3):
-        drawn = rows[rng.integers(len(rows), size=(500, 64))]
+        drawn = shown[rng.integers(len(shown), size=(500, 64))]
         actor, moments, loss = imitate_many(actor, moments, drawn, COLUMNS, 1500)
     assert float(loss) < 0.05
     x = np.array([[-0.5], [0.28], [0.9]])

@@ -12,7 +12,8 @@ from inhand.hands.objects import CATALOGUE
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import REWARDS, Decision, reward
-from inhand.tasks.observations import LAYOUTS, Aim, Scene, observe
+from inhand.tasks.layouts import LAYOUTS
+from inhand.tasks.observations import Aim, Scene, observe
 
 CUBE = CATALOGUE["cube_39"]
 

@@ -42,7 +42,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.records import configured
 from inhand.sim.disturbance import FIELD
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawings import find_drawing
 from test_robot_hands import EXAMPLES, gripper_mjcf

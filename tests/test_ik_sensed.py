@@ -44,7 +44,7 @@ def carried() -> tuple[Task, Trial, int]:
 
 def estimates(task: Task, trial: Trial, first: int, frames: dict[int, tuple[int, Array]]) -> Array:
     """Return how far an estimator is off after each decision `(T, 3)`; frames come in as (row when taken, error)."""
-    estimator, poses = Estimator(task), planar(trial.object_pose)
+    estimator, poses = Estimator(task.hand, CUBE), planar(trial.object_pose)
     taken, error = first, np.zeros(3)
     off = []
     for row in range(first, len(poses)):

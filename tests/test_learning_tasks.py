@@ -7,8 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from inhand.control.memory import Memory
+from inhand.control.seen import exact
 from inhand.errors import InputError
 from inhand.geometry import Array, inverse_transform, spatial
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
@@ -23,10 +26,19 @@ from inhand.tasks.decisions import (
     reward,
     targets_of,
 )
-from inhand.tasks.observations import LARGEST_SIZE, LAYOUTS, THESIS, Aim, Layout, Scene, by_rank, find_layout, observe
+from inhand.tasks.layouts import LAYOUTS, find_layout
+from inhand.tasks.observations import LARGEST_SIZE, THESIS, Aim, Layout, Scene, by_rank, observe
+from inhand.tasks.past import Past
 from test_simulator import CUBE, HAND, mirrored_joints, run, shaken
 
 SCENE = Scene(HAND, (CUBE,) * 3)
+
+
+def viewed(layout: Layout, state: State) -> State | Past:
+    """Return what a layout is of, where nothing has been sensed before a state."""
+    return Memory(Held(HAND, CUBE), exact(state)).past if layout.sensed else state
+
+
 KINDS: tuple[Actions, ...] = ("angles", "steps", "fine")
 
 
@@ -169,7 +181,7 @@ def test_observations_are_finite_numbers_within_one(name: str, far: float, dista
         gaps=state.gaps + far,
     )
     layout = find_layout(name)
-    seen = observe(layout, wild, aimed(state, distance=distance), SCENE)
+    seen = observe(layout, viewed(layout, wild), aimed(state, distance=distance), SCENE)
     assert seen.shape == (3, layout.size(HAND))
     assert np.isfinite(seen).all()
     assert np.abs(seen).max() <= 1.0
@@ -178,13 +190,14 @@ def test_observations_are_finite_numbers_within_one(name: str, far: float, dista
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_an_observation_is_a_copy(name: str) -> None:
     state = held()
-    aim = aimed(state)
-    seen = observe(find_layout(name), state, aim, SCENE)
-    arrays = [getattr(state, field.name) for field in fields(State)] + [aim.angle, aim.start]
+    aim, layout = aimed(state), find_layout(name)
+    view = viewed(layout, state)
+    seen = observe(layout, view, aim, SCENE)
+    arrays = [getattr(view, field.name) for field in fields(view)] + [aim.angle, aim.start]
     assert not any(np.shares_memory(seen, array) for array in arrays)
     before = seen.copy()
     seen[:] = 7.0
-    np.testing.assert_array_equal(observe(find_layout(name), state, aim, SCENE), before)
+    np.testing.assert_array_equal(observe(layout, view, aim, SCENE), before)
 
 
 def mirrored(state: State) -> State:
@@ -211,26 +224,37 @@ def mirrored(state: State) -> State:
     )
 
 
-def swapped(columns: Array, sign: float) -> Array:
-    """Return numbers `(B, 2 k)` of left and right in turn as those of right and left."""
-    return sign * columns.reshape(len(columns), -1, 2)[..., ::-1].reshape(columns.shape)
+MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, float | tuple[float, ...]], ...] = (
+    ("encoders", (-1, 2), 2, -1.0),
+    ("frames", (-1, 3), None, (1.0, -1.0, -1.0)),
+    ("object at the start", (-1, 3), None, (-1.0, 1.0, -1.0)),
+    ("believed: way along", (-1, 3), None, (1.0, -1.0, -1.0)),
+    ("believed: contacts", (-1, 2, 2), 2, (-1.0, 1.0)),
+    ("believed: how askew", (-1, 2), 2, -1.0),
+    ("joint", (-1, 2), 2, -1.0),
+    ("commands", (-1, 2), 2, -1.0),
+    ("distance", (-1, 2), 2, 1.0),
+    ("gaps", (-1, 2), 2, 1.0),
+    ("end of each", (-1, 2, 2), 2, (-1.0, 1.0)),
+    ("contacts", (-1, 2, 2), 2, (-1.0, 1.0)),
+    *(
+        (name, (-1, 2), None, (-1.0, 1.0))
+        for name in ("direction, unit", "object position", "end of the task from", "velocity x")
+    ),
+    ("velocity", (-1, 2), None, (1.0, -1.0)),
+    *((name, (-1,), None, -1.0) for name in ("end of the task, orient", "object orientation", "way to the left")),
+    *((name, (-1,), None, -1.0) for name in ("angle turned", "spin", "the same of a turn")),
+)
+"""Parts by how they begin: the shape of their numbers, the axis of fingers that changes sides, and signs."""
 
 
 def mirrored_parts(name: str, seen: Array) -> Array:
     """Return one part of an observation as its mirror image, but for the direction in degrees."""
-    if name.startswith(("joint", "commands")):
-        return swapped(seen, -1.0)
-    if name.startswith(("distance", "gaps")):
-        return swapped(seen, 1.0)
-    if name.startswith(("end of each", "contacts")):
-        pairs = seen.reshape(len(seen), -1, 2, 2)[:, :, ::-1] * (-1.0, 1.0)
-        return np.asarray(pairs.reshape(seen.shape))
-    if name.startswith(("direction, unit", "object position", "end of the task from", "velocity x")):
-        return seen * (-1.0, 1.0)
-    if name.startswith("velocity"):
-        return seen * (1.0, -1.0)
-    turned = ("end of the task, orient", "object orientation", "way to the left", "angle turned", "spin")
-    return -seen if name.startswith(turned) else seen
+    for begins, shape, fingers, sign in MIRRORED:
+        if name.startswith(begins):
+            found = seen.reshape(len(seen), *shape)
+            return np.asarray((found if fingers is None else np.flip(found, fingers)) * sign).reshape(seen.shape)
+    return seen
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
@@ -239,7 +263,8 @@ def test_a_mirrored_state_gives_the_mirrored_observation(name: str) -> None:
     aim = aimed(state, distance=0.03)
     assert aim.end is not None
     mirror = Aim(np.pi - aim.angle, aim.start * (-1, 1, -1), aim.distance, aim.share, aim.end * (-1, 1, -1))
-    seen, theirs = observe(layout, state, aim, SCENE), observe(layout, mirrored(state), mirror, SCENE)
+    seen = observe(layout, viewed(layout, state), aim, SCENE)
+    theirs = observe(layout, viewed(layout, mirrored(state)), mirror, SCENE)
     place = 0
     for part, size in sizes(layout):
         ours, other = seen[:, place : place + size], theirs[:, place : place + size]

@@ -16,7 +16,8 @@ from inhand.control.policy import Policy, save_policy
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.records import read_json, read_record
-from inhand.tasks.observations import LAYOUTS, find_layout, numbers_for
+from inhand.tasks.layouts import LAYOUTS, find_layout
+from inhand.tasks.observations import numbers_for
 from test_policy import HAND, a_policy
 
 onnxruntime = pytest.importorskip("onnxruntime", reason="needs the extra `onnx`: pip install 'inhand[onnx]'")

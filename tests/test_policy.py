@@ -43,7 +43,7 @@ from inhand.sim.disturbance import FIELD, Camera, Commands, Encoders
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State
 from inhand.tasks.cards import interface_card
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, primitive_at
 

@@ -21,7 +21,7 @@ from inhand.hands.fit import Held
 from inhand.learning.starts import straight_task
 from inhand.registry import Registry, load_file, load_packages
 from inhand.tasks.decisions import find_reward
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.paths import path_of
 from inhand.tasks.primitives import PATHS, parse_directions
 from inhand.tracing.tasks import TASKS, find_task

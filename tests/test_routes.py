@@ -6,10 +6,11 @@ import pytest
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.hands.fit import Held
-from inhand.learning.demonstrations import Recipe, Recording, recorded, route_pool, route_starts
+from inhand.learning.demonstrations import recorded, route_pool, route_starts
+from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.starts import Noise, Starts
 from inhand.learning.worlds import Interface, ManipulationWorlds
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.routes import LOOK, NEAR, SPACING, Routes, routes_of
 from test_simulator import CUBE, HAND
 

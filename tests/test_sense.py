@@ -22,7 +22,7 @@ from inhand.learning.batch import Batch
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
 from test_simulator import CUBE, HAND

@@ -18,8 +18,8 @@ from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
 from inhand.learning.config import Learning, Training, default
-from inhand.learning.demonstrations import Recipe
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
+from inhand.learning.recipe import Recipe
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config, configured, read_json, read_record, text_of

@@ -12,7 +12,7 @@ from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.policy import load_policy
 from inhand.records import table_of
 from inhand.tasks.cards import interface_card
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 
 FOLDER = Path(inhand.policies.__file__).parent / "default"
 

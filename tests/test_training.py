@@ -40,6 +40,7 @@ from inhand.records import table_of
 from inhand.sim.disturbance import FIELD
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import UNSEEN
 
 SMALL = thesis()
@@ -58,6 +59,26 @@ SMALL = replace(
     trials=1,
 )
 """A run of seconds: rough grips need no search, and an episode is half a second long."""
+
+
+SENSED = replace(
+    SMALL,
+    disturb="field",
+    interface=replace(SMALL.interface, observation="senses", truth="truth"),
+    recipe=replace(SMALL.recipe, expert="teacher", episodes=16),
+    rounds=2,
+    relabelled=8,
+    refit=1000,
+)
+"""The same on real senses: the teacher labels the actor's own episodes, and critics see the truth."""
+
+
+@pytest.fixture(scope="module")
+def sensed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with everything that such a run starts with."""
+    folder = tmp_path_factory.mktemp("sensed")
+    save_ready(make_ready(SENSED, folder, lambda *_: None), folder / "ready.npz")
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -88,12 +109,15 @@ def test_a_seed_gives_the_same_bytes_and_another_gives_others(prepared: Path, tm
     assert actors[0] != actors[2]
 
 
-@pytest.mark.parametrize(("prioritised", "done"), [(False, 14), (True, 14), (False, 0)])
+PRIORITISED = replace(SMALL, learning=replace(SMALL.learning, prioritised=True))
+
+
+@pytest.mark.parametrize(("config", "done"), [(SMALL, 14), (PRIORITISED, 14), (SMALL, 0), (SENSED, 14)])
 def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
-    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prioritised: bool, done: int
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, config: Training, done: int
 ) -> None:
     """Killed while the agent acts: before its first decision, and beside updates and an evaluation later."""
-    config = replace(SMALL, learning=replace(SMALL.learning, prioritised=prioritised))
+    prepared: Path = request.getfixturevalue("sensed" if config is SENSED else "prepared")
     _trainer(prepared, tmp_path / "whole", config).run()
     whole = (tmp_path / "whole" / "metrics.jsonl").read_text()
     rounds = 0
@@ -119,6 +143,25 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     for kind in ("last", "best"):
         assert (tmp_path / "cut" / kind / ACTOR).read_bytes() == (tmp_path / "whole" / kind / ACTOR).read_bytes()
     assert _timeless((tmp_path / "cut" / "metrics.jsonl").read_text()) == _timeless(whole)
+
+
+def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(sensed: Path, tmp_path: Path) -> None:
+    shutil.copytree(sensed, tmp_path / "run")
+    ready = load_ready(SENSED, tmp_path / "run" / "ready.npz")
+    trainer = Trainer(SENSED, ready, tmp_path / "run", lambda _: None)
+    trainer.run()
+    rows = ReplayBuffer(tmp_path / "run" / "expert.rows", ready.columns, ready.expert_rows + 400, 0)
+    parts = ready.columns.parts()
+    assert parts["truth"].stop - parts["truth"].start == find_layout("truth").size(ready.held.hand)
+    shown, own = (
+        rows.at(np.arange(*each)) for each in ((0, ready.expert_rows), (ready.expert_rows, ready.expert_rows + 200))
+    )
+    for block in (shown, own):
+        assert (block[:, parts["is_demo"]] == 1.0).all()
+        assert np.ptp(block[:, parts["truth"]], axis=0).max() > 0.1
+    # The teacher is pushed by little; the actor does something of its own.
+    away = [np.abs(block[:, parts["action"]] - block[:, parts["expert_action"]]).mean() for block in (shown, own)]
+    assert away[1] > 1.5 * away[0] > 0.0
 
 
 def test_nothing_depends_on_whether_updates_or_what_runs_beside_them_is_faster(
@@ -331,7 +374,7 @@ def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
     assert numbers.discount == 0.995
     assert (numbers.look_ahead, numbers.batch, numbers.critics, numbers.imitation, given.imitate) == (5, 10, 1, 0.0, 0)
     assert preset("default").learning.critics == 2
-    with pytest.raises(InputError, match="unknown preset 'best'; allowed are default, thesis, smoke"):
+    with pytest.raises(InputError, match="unknown preset 'best'; allowed are default, sensed, thesis, smoke"):
         preset("best")
 
 

@@ -23,7 +23,8 @@ from inhand.hands.objects import ObjectSpec
 from inhand.registry import Registry
 from inhand.sim.state import State
 from inhand.tasks.decisions import TERMS, Decision, Term
-from inhand.tasks.observations import PARTS, Aim, OfHand, Part, Scene
+from inhand.tasks.layouts import PARTS
+from inhand.tasks.observations import Aim, OfHand, Part, Scene
 from inhand.tasks.primitives import GROUPS, PATHS, TRAIN, TURNS, UNSEEN, OwnPath
 from inhand.tracing.drawings import SHAPES
 from inhand.tracing.tasks import TASKS, OwnTask

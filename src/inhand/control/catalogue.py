@@ -29,7 +29,8 @@ from inhand.control.policy import (
 )
 from inhand.control.rehearsal import best_grasps, closing_joints
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
-from inhand.control.sensed_plan import sensed_grasp
+from inhand.control.sensed_plan import Carrier, sensed_grasp
+from inhand.control.sensed_policy import SensedPolicyController
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
@@ -42,6 +43,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan, side_joints
 from inhand.registry import Registry
 from inhand.sim.names import ENGINE
+from inhand.tasks.layouts import find_layout
 
 
 class Planner(Protocol):
@@ -219,13 +221,12 @@ def find_controller(name: str) -> ControllerEntry:
 
 def learned(name: str, policy: Policy) -> ControllerEntry:
     """Return the controller that a policy is; it holds objects as it did when it learned."""
-    return ControllerEntry(
-        name,
-        "a learned policy",
-        partial(learned_grasp, policy=policy),
-        partial(RouteController if policy.task else PolicyController, policy=policy),
-        policy,
-    )
+    summary, grip = "a learned policy", partial(learned_grasp, policy=policy)
+    if find_layout(policy.observation).sensed:
+        summary, made = f"{summary} on encoders and a camera", partial(SensedPolicyController, policy=policy)
+        return ControllerEntry(name, summary, grip, made, policy, SENSED)
+    controller = RouteController if policy.task else PolicyController
+    return ControllerEntry(name, summary, grip, partial(controller, policy=policy), policy)
 
 
 def policy_of(folder: Path) -> tuple[str, Policy]:
@@ -252,6 +253,9 @@ def learned_grasp(
 ) -> Grasp:
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts
+    if isinstance(policy, Policy) and policy.grasp == "sensed":
+        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest)
+        return sensed_grasp(hand, spec, poses, carrier=carrier, engine=engine)
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
     return closing_joints(hand, spec, plans, poses[:, 0], starts)
@@ -268,7 +272,8 @@ def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
     if entry.policy is not None:
         check_joints(entry.policy, hand)
         if not entry.policy.task:
-            straight_angles(paths)
+            turning = entry.reads == SENSED
+            straight_angles(paths * (1.0, 1.0, 0.0) if turning else paths)
 
 
 def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:

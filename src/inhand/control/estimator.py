@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Task
 from inhand.control.seen import Seen
-from inhand.geometry import Array, cross, perpendicular, spatial, transform, wrap_angle
+from inhand.geometry import Array, cross, inverse_transform, perpendicular, spatial, transform, wrap_angle
+from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import joint_positions, point_jacobian
-from inhand.hands.objects import convex_pieces
+from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import contact
 from inhand.hands.shapes import link_polygon
 from inhand.sim.state import State
@@ -26,6 +26,10 @@ REGULAR = (1e-6, 1e-6, 1e-9)
 """Keeps the equations of a carried object solvable where its contacts fall together."""
 FASTEST = (0.004, 0.004, 0.1)
 """An object moves at most so far in a decision [m, m, rad]: guessed, ten times as fast as the expert."""
+
+
+EVERY = np.ones(1, dtype=bool)
+"""Every world of a batch."""
 
 
 @dataclass(frozen=True)
@@ -53,24 +57,31 @@ class EstimatorConfig:
 class Estimator:
     """Estimates of B worlds, each with the object of its task in the hand."""
 
-    def __init__(self, task: Task, config: EstimatorConfig | None = None) -> None:
-        """Estimate the worlds of a task, whose objects are alike."""
+    def __init__(self, hand: HandSpec, spec: ObjectSpec, config: EstimatorConfig | None = None) -> None:
+        """Estimate worlds of a hand and an object."""
         self.config = config or EstimatorConfig()
-        self._hand, self._pieces = task.hand, convex_pieces(task.objects[0])
+        self._hand, self._pieces = hand, convex_pieces(spec)
         self._drift = np.diag([*np.square(self.config.slip), self.config.larger_drift**2])
-        self._last = np.array([len(finger.links) - 1 for finger in task.hand.fingers])
+        self._last = np.array([len(finger.links) - 1 for finger in hand.fingers])
+        self._joints, self._commands, self._mean, self._spread, self._frame = (np.zeros(0),) * 5
 
-    def begin(self, seen: Seen) -> None:
-        """Start from the last frame, with fingers that touch the object."""
+    def begin(self, seen: Seen, worlds: NDArray[np.int64] | None = None) -> None:
+        """Start from the last frame, with fingers that touch the object; in some worlds `(K,)` while others go on."""
         config, count = self.config, seen.n_worlds
-        self._joints, self._commands = seen.joint_angles, seen.targets
-        self._mean = np.concatenate([seen.frame_pose, np.zeros((count, 1))], axis=-1)
-        spread = np.diag([*np.square(config.frame), config.larger**2])
-        self._spread = np.repeat(spread[None], count, axis=0)
-        self._frame = seen.frame_time
+        mean = np.concatenate([seen.frame_pose, np.zeros((count, 1))], axis=-1)
+        spread = np.repeat(np.diag([*np.square(config.frame), config.larger**2])[None], count, axis=0)
+        new: tuple[Array, ...] = (seen.joint_angles, seen.targets, mean, spread, seen.frame_time)
+        fresh = np.ones(count, dtype=bool)
+        if worlds is None:
+            self._times, self._poses = np.zeros((config.memory, count)), np.zeros((config.memory, count, POSE))
+        else:
+            fresh = np.isin(np.arange(count), worlds)
+            old = (self._joints, self._commands, self._mean, self._spread, self._frame)
+            new = tuple(np.where(fresh[(...,) + (None,) * (a.ndim - 1)], a, b) for a, b in zip(new, old, strict=True))
+        self._joints, self._commands, self._mean, self._spread, self._frame = new
         self._meet()
-        self._touch()
-        self._past = [(seen.time, self._mean[:, :POSE])]
+        self._touch(fresh)
+        self._times[:, fresh], self._poses[:, fresh] = seen.time[fresh], self._mean[fresh, :POSE]
 
     def take(self, seen: Seen) -> None:
         """Go on by a decision."""
@@ -83,12 +94,29 @@ class Estimator:
         self._touch()
         self._look(seen)
         self._meet()
-        self._past = [*self._past, (seen.time, self._mean[:, :POSE])][-self.config.memory :]
+        self._times = np.concatenate([self._times[1:], seen.time[None]])
+        self._poses = np.concatenate([self._poses[1:], self._mean[None, :, :POSE]])
+
+    @property
+    def pose(self) -> Array:
+        """Where objects are believed `(B, 3)` [m, m, rad]."""
+        return self._mean[:, :POSE].copy()
+
+    @property
+    def grip(self) -> tuple[Array, Array]:
+        """Where fingers are believed to touch, in the object's frame `(B, F, 2)` [m], and how askew `(B, F)` [rad].
+
+        That is the angle from the normal into the outline there to the line to the other finger.
+        """
+        points, inward = np.moveaxis(self._points, 0, 1), -np.moveaxis(self._normals, 0, 1)
+        line = points[:, ::-1] - points
+        askew = np.arctan2(cross(inward, line), (inward * line).sum(axis=-1))
+        return inverse_transform(self.pose[:, None], points), askew
 
     def state(self, seen: Seen) -> State:
         """Return what is believed of the worlds: pose, joints and contacts; of forces nothing is known."""
         count, fingers = len(self._joints), len(self._hand.fingers)
-        points = np.concatenate([np.stack(self._points, axis=1), np.zeros((count, fingers, 1))], axis=-1)
+        points = np.concatenate([np.moveaxis(self._points, 0, 1), np.zeros((count, fingers, 1))], axis=-1)
         return State(
             time=seen.time,
             object_pose=spatial(self._mean[:, :POSE], 0.0),
@@ -108,16 +136,13 @@ class Estimator:
     def _meet(self) -> None:
         """Find where the last link of each finger is nearest to the object that is believed."""
         body = [transform(self._mean[:, None, :POSE], piece) for piece in self._pieces]
-        self._points, self._normals, self._gaps, self._jacobians = [], [], [], []
+        found = []
         for finger, place in zip(self._hand.fingers, self._hand.slices, strict=True):
             angles = self._joints[:, place]
             places = joint_positions(finger, angles)
             tip = link_polygon(self._hand, finger, (angles, places), len(finger.links) - 1)
-            gap, point, normal = _nearest(tip, body)
-            self._gaps.append(gap)
-            self._points.append(point)
-            self._normals.append(normal)
-            self._jacobians.append(point_jacobian(places[:, :-1], point))
+            found.append(_nearest(tip, body))
+        self._gaps, self._points, self._normals = (np.stack(part) for part in zip(*found, strict=True))
 
     def _carried(self, moved: Array) -> Array:
         """Return how the object moves `(B, 3)` [m, m, rad] where joints do `(B, n)` [rad].
@@ -126,7 +151,8 @@ class Estimator:
         """
         count = len(moved)
         rows, points = [], []
-        for point, jacobian, place in zip(self._points, self._jacobians, self._hand.slices, strict=True):
+        for point, finger, place in zip(self._points, self._hand.fingers, self._hand.slices, strict=True):
+            jacobian = point_jacobian(joint_positions(finger, self._joints[:, place])[:, :-1], point)
             arm = perpendicular(point - self._mean[:, :2])
             unit = np.broadcast_to(np.eye(2), (count, 2, 2))
             rows.append(np.concatenate([unit, arm[..., None]], axis=-1))
@@ -136,7 +162,7 @@ class Estimator:
         found = np.linalg.solve(across @ matrix + np.diag(REGULAR), across @ motion[..., None])[..., 0]
         return np.clip(found, [-most for most in FASTEST], FASTEST)
 
-    def _touch(self) -> None:
+    def _touch(self, worlds: NDArray[np.bool_] = EVERY) -> None:
         """Correct by that fingers touch: in a grip outlines overlap by a little, but for how much larger it is."""
         rows, missed = [], []
         for point, normal, gap in zip(self._points, self._normals, self._gaps, strict=True):
@@ -144,7 +170,7 @@ class Estimator:
             rows.append(np.stack([-normal[:, 0], -normal[:, 1], -turned, -np.ones(len(gap))], axis=-1))
             missed.append(-self.config.pressed - gap + self._mean[:, POSE])
         noise = np.full(len(rows), self.config.touch)
-        self._correct(np.stack(rows, axis=1), np.stack(missed, axis=1), noise, np.ones(1, dtype=bool))
+        self._correct(np.stack(rows, axis=1), np.stack(missed, axis=1), noise, worlds)
 
     def _look(self, seen: Seen) -> None:
         """Correct by a frame that has come in, at the time at which it was taken."""
@@ -155,7 +181,7 @@ class Estimator:
         missed[:, 2] = wrap_angle(missed[:, 2])
         rows = np.broadcast_to(np.eye(POSE, POSE + 1), (len(missed), POSE, POSE + 1))
         change = self._correct(rows, missed, np.array(self.config.frame), fresh)
-        self._past = [(time, pose + change[:, :POSE]) for time, pose in self._past]
+        self._poses = self._poses + change[:, :POSE]
         self._frame = np.where(fresh, seen.frame_time, self._frame)
 
     def _correct(self, rows: Array, missed: Array, noise: Array, worlds: NDArray[np.bool_]) -> Array:
@@ -169,7 +195,7 @@ class Estimator:
 
     def _before(self, when: Array) -> Array:
         """Return the poses `(B, 3)` that are believed of a time in the past `(B,)` [s], on the line between two."""
-        times, poses = (np.stack(part) for part in zip(*self._past, strict=True))
+        times, poses = self._times, self._poses
         worlds = np.arange(len(when))
         first = np.clip((times <= when).sum(axis=0) - 1, 0, len(times) - 1)
         second = np.minimum(first + 1, len(times) - 1)

@@ -102,10 +102,10 @@ class IkController:
             point = state.finger_xy[:, i]
             jacobian = link_jacobian(joint_positions(finger, angles)[:, :-1], point, state.contact_links[:, i])
             arm = point - pose[:, :2]
-            step = _carried(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
+            step = carried_point(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
             posture = config.posture * (self._rest[:, place] - angles) if len(finger.links) > 2 else None
             joint_step = damped_least_squares(jacobian, step, config.damping, posture)
-            joint_velocity = damped_least_squares(jacobian, _carried(velocity, arm), config.damping)
+            joint_velocity = damped_least_squares(jacobian, carried_point(velocity, arm), config.damping)
             force = config.grip * line * (1 - 2 * i) + push / len(hand.fingers)
             torque = (jacobian * force[..., None]).sum(axis=-2)
             targets[:, place] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
@@ -144,7 +144,7 @@ def _in_start_frame(start: Array, relative: Array) -> Array:
     return np.concatenate([rotate(-start[:, 2], relative[:, :2]), relative[:, 2:]], axis=-1)
 
 
-def _carried(motion: Array, arm: Array) -> Array:
+def carried_point(motion: Array, arm: Array) -> Array:
     """Return how a point at `arm` `(B, 2)` from the object's origin moves with motions `(B, 3)`."""
     return np.stack([motion[:, 0] - motion[:, 2] * arm[:, 1], motion[:, 1] + motion[:, 2] * arm[:, 0]], axis=-1)
 

@@ -29,7 +29,7 @@ class IkSensedController:
 
     def __init__(self, task: Task, config: IkConfig = SENSED_IK, estimator: EstimatorConfig | None = None) -> None:
         """Carry objects along the task's paths."""
-        self._estimator = Estimator(task, estimator)
+        self._estimator = Estimator(task.hand, task.objects[0], estimator)
         self._law = IkController(task, config)
         self._waiting = IkController(replace(task, distance=np.zeros(task.n_worlds)), config)
 

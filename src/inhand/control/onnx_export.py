@@ -19,7 +19,8 @@ from inhand.folders import in_place, writing
 from inhand.geometry import Array
 from inhand.records import text_of
 from inhand.tasks.decisions import Actions, largest_step
-from inhand.tasks.observations import find_layout, numbers_for
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import numbers_for
 
 if TYPE_CHECKING:
     import onnx

@@ -25,7 +25,8 @@ from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import State
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.decisions import Actions, targets_of
-from inhand.tasks.observations import Aim, Scene, find_layout, observe
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Aim, Scene, observe
 from inhand.tasks.routes import routes_of
 
 FORMAT = 2
@@ -59,8 +60,8 @@ class Policy:
     """Layout of its observations."""
     actions: Actions
     """What its actions mean."""
-    grasp: Literal["planned", "rough"]
-    """How it was held when it learned: planned or rough."""
+    grasp: Literal["planned", "rough", "sensed"]
+    """How it is given the object: planned, rough, or sensed, planned for worlds that are not known."""
     trained: dict[str, Any]
     """What it was trained with and by: hand, object, seed, versions; for people."""
     contract: Contract | None = None
@@ -94,7 +95,7 @@ class _Card:
     observation: str
     interface: InterfaceCard
     actions: Actions
-    grasp: Literal["planned", "rough"]
+    grasp: Literal["planned", "rough", "sensed"]
     trained: dict[str, Any]
     contract: Contract | None = None
 
@@ -270,6 +271,17 @@ def straight_angles(paths: Array) -> Array:
             " use the controller 'ik'"
         )
     return np.asarray(angle)
+
+
+def aims_of(paths: Array) -> tuple[Array, Array]:
+    """Return directions [rad] and sides of turns, each `(B,)`, of paths `(B, S, 3)`: straight, or turns on the spot.
+
+    Raises:
+        InputError: a path that bends, or turns and moves.
+    """
+    turning = np.abs(paths[..., :2]).max(axis=(1, 2)) <= BENT
+    side = np.where(turning, np.sign(paths[:, -1, 2]), 0.0)
+    return straight_angles(np.where(turning[:, None, None], 0.0, paths)), side
 
 
 def check_task(policy: Policy, task: Task) -> None:

@@ -1,23 +1,27 @@
 """Grasps and ways for worlds that are not known: planned before the episode, for a range of frictions and starts.
 
-The contact search gives candidates for several shares of the friction. Each is closed and carried by `ik-sensed` in
+The contact search gives candidates for several shares of the friction. Each is closed and carried by the
+controller itself in
 worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to reach. How
 far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every object lost
 before. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on disk.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.caches import cached
-from inhand.control.controller import Task
+from inhand.control.controller import Controller, Task
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
-from inhand.control.seen import Seen
+from inhand.control.seen import SENSED, Seen
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -66,26 +70,77 @@ class Candidate:
 
     path: int
     plan: GraspPlan
+    reach: float
+    """Way that the search promises [m]."""
     ways: tuple[float, ...] = ()
     """How far it went in each world that it was tried in [m]; negative where it never held the object."""
 
 
+class Carries(Controller, Protocol):
+    """A controller that tells how far it has come."""
+
+    @property
+    def progress(self) -> Array:
+        """How far along its path each world was to be at the last decision `(B,)` [m]."""
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """Who carries objects where grasps are tried, and where."""
+
+    make: Callable[[Task], Carries] = IkSensedController
+    """Makes the controller."""
+    digest: str = "ik-sensed"
+    """What tells it from others."""
+    engine: str = ENGINE
+
+
 def sensed_grasp(
-    hand: HandSpec, spec: ObjectSpec, poses: Array, starts: Array | None = None, *, engine: str = ENGINE
+    hand: HandSpec,
+    spec: ObjectSpec,
+    poses: Array,
+    starts: Array | None = None,
+    carrier: Carrier | None = None,
+    *,
+    engine: str = ENGINE,
 ) -> Grasp:
-    """Return the grasp of each path of object poses `(P, S, 3)`, with the way that is to be gone.
+    """Return the grasp of each path of object poses `(P, S, 3)`, with the way that is to be gone by a carrier.
 
     Where objects really stand is not known: `starts` is not looked at.
     """
     del starts
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     parts = [distinct[path : path + PATHS] for path in range(0, len(distinct), PATHS)]
+    by = replace(carrier or Carrier(), engine=engine)
     found = [
-        cached("sensed-plan", (hand, spec, part, engine), __name__, partial(_planned, Held(hand, spec), part, engine))
+        cached(
+            "sensed-plan",
+            (hand, spec, part, by.digest, engine),
+            __name__,
+            partial(_planned, Held(hand, spec), part, by),
+        )
         for part in parts
     ]
     opened, closed, way = (np.concatenate([each[name] for each in found])[index] for name in PLAN)
     return Grasp(opened, closed, way)
+
+
+def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
+    """Return grasps of paths `(P, S, 3)`, searched for each share of the friction, and farthest reaches `(P,)` [m]."""
+    last = poses.shape[1] - 1
+    looked = np.append(np.arange(0, last, PLAN_EVERY), last)
+    some, way = poses[:, looked], way_along(poses)[:, looked]
+    searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
+    found = [
+        Candidate(path, plan, float(way[path, plan.reach - 1]))
+        for search in searches
+        for path, plans in enumerate(plan_grasps(*held, some, search))
+        for plan in plans
+    ]
+    reach = np.zeros(len(poses))
+    for each in found:
+        reach[each.path] = max(reach[each.path], each.reach)
+    return found, reach
 
 
 def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
@@ -104,27 +159,16 @@ def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
     return max(float(ends[best]) - kept, 0.0), float(worth[best])
 
 
-def _planned(held: Held, poses: Array, engine: str) -> dict[str, Array]:
+def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
-    last = poses.shape[1] - 1
-    looked = np.append(np.arange(0, last, PLAN_EVERY), last)
-    some, way = poses[:, looked], way_along(poses)[:, looked]
-    searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
-    found = [
-        Candidate(path, plan)
-        for search in searches
-        for path, plans in enumerate(plan_grasps(*held, some, search))
-        for plan in plans
-    ]
-    reach = np.zeros(len(poses))
-    for each in found:
-        reach[each.path] = max(reach[each.path], way[each.path, each.plan.reach - 1])
-    tried = _tried(held, (poses, reach), found, engine, range(DRAWS[0]))
-    finalists = [each for path in range(len(poses)) for each in _best(tried, path, way[path, -1])[:BEST]]
-    tried = _tried(held, (poses, reach), finalists, engine, range(DRAWS[0], sum(DRAWS)))
-    chosen = [_best(tried, path, way[path, -1])[0] for path in range(len(poses))]
+    found, reach = candidates(held, poses)
+    whole = way_along(poses)[:, -1]
+    tried = _tried(held, (poses, reach), found, by, range(DRAWS[0]))
+    finalists = [each for path in range(len(poses)) for each in _best(tried, path, whole[path])[:BEST]]
+    tried = _tried(held, (poses, reach), finalists, by, range(DRAWS[0], sum(DRAWS)))
+    chosen = [_best(tried, path, whole[path])[0] for path in range(len(poses))]
     grasp = closing_joints(*held, [each.plan for each in chosen], poses[:, 0], poses[:, 0], squeeze=SQUEEZE)
-    told = np.array([told_way(np.array(each.ways), way[each.path, -1])[0] for each in chosen])
+    told = np.array([told_way(np.array(each.ways), whole[each.path])[0] for each in chosen])
     return {"opened": grasp.opened, "closed": grasp.closed, "way": told}
 
 
@@ -135,18 +179,18 @@ def _best(candidates: list[Candidate], path: int, whole: float) -> list[Candidat
 
 
 def _tried(
-    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], engine: str, draws: range
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
     """Return candidates with the ways that they went in further worlds, the same for all.
 
     The paths `(P, S, 3)` come with the way up to which each is followed `(P,)` [m].
     """
-    parts = batches(engine, [len(draws)] * len(candidates))
-    return [each for part in parts for each in _tried_together(held, paths, candidates[part], engine, draws)]
+    parts = batches(by.engine, [len(draws)] * len(candidates))
+    return [each for part in parts for each in _tried_together(held, paths, candidates[part], by, draws)]
 
 
 def _tried_together(
-    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], engine: str, draws: range
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
     poses, reach = paths
     owner = np.repeat([each.path for each in candidates], len(draws))
@@ -156,29 +200,36 @@ def _tried_together(
     grasp = Grasp(*(np.repeat(part, len(draws), axis=0) for part in (grasp.opened, grasp.closed)))
     worlds = [draw(WORLDS, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
     task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
-    carriers = list[_Carrier]()
+    watched = list[_Watched]()
 
-    def carrying(task: Task) -> _Carrier:
-        carriers.append(_Carrier(task))
-        return carriers[-1]
+    def carrying(task: Task) -> _Watched:
+        watched.append(_Watched(by.make(task)))
+        return watched[-1]
 
     longest = max(LEAST, float(reach.max()) / SLOWEST)
-    _, found = simulate(task, grasp, starts, carrying, Bench(engine), longest=longest, disturbed=worlds)
-    ways = _ways(found, task.path, carriers[0].ways).reshape(len(candidates), len(draws))
+    _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
+    ways = _ways(found, task.path, watched[0].ways).reshape(len(candidates), len(draws))
     return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
 
 
-class _Carrier(IkSensedController):
-    """The controller, with how far its set points had come after every decision."""
+class _Watched:
+    """A controller with how far it had come after every decision."""
 
-    def __init__(self, task: Task) -> None:
-        super().__init__(task)
-        self.ways = list[Array]()
+    reads = SENSED
+
+    def __init__(self, controller: Carries) -> None:
+        self._inner, self.ways = controller, list[Array]()
+
+    def begin(self, seen: Seen) -> None:
+        self._inner.begin(seen)
 
     def act(self, seen: Seen) -> Array:
-        targets = super().act(seen)
-        self.ways.append(self.progress)
+        targets = self._inner.act(seen)
+        self.ways.append(self._inner.progress)
         return targets
+
+    def finished(self, seen: Seen) -> NDArray[np.bool_]:
+        return self._inner.finished(seen)
 
 
 def _ways(found: Recording, path: Path, aimed: list[Array]) -> Array:

@@ -11,7 +11,7 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.registry import describe
 from inhand.tasks.decisions import Actions
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 
 GraspKind = Literal["planned", "rough"]
 """How an object is held: as the contact search plans it, or on the middle of its sides."""

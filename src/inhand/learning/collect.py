@@ -37,7 +37,7 @@ class Collector:
         """Collect from worlds; `looking` is the discount and the number of steps that rows look ahead."""
         self._worlds, self._columns, self._looking = worlds, columns, looking
         count, longest = worlds.count, worlds.interface.horizon
-        self._observations = np.zeros((count, longest + 1, columns.d), dtype=np.float32)
+        self._observations = np.zeros((count, longest + 1, columns.d + columns.c), dtype=np.float32)
         self._actions = np.zeros((count, longest, columns.n), dtype=np.float32)
         self._rewards = np.zeros((count, longest))
         self._at = np.zeros(count, dtype=np.int64)
@@ -63,7 +63,7 @@ class Collector:
         for _ in range(decisions):
             fresh = rng.standard_normal(self._noise.shape)
             self._noise = CORRELATION * self._noise + np.sqrt(1 - CORRELATION**2) * fresh
-            action = np.clip(actor(self._observation) + spread * self._noise, -1.0, 1.0)
+            action = np.clip(actor(self._observation[:, : self._columns.d]) + spread * self._noise, -1.0, 1.0)
             step = self._worlds.step(action)
             self._actions[every, self._at] = action
             self._rewards[every, self._at] = step.reward

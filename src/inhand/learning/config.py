@@ -1,11 +1,11 @@
 """What is trained and how: one frozen configuration, and the presets that return one."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.learning.demonstrations import Recipe, Recording
+from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
@@ -89,7 +89,14 @@ class Training(Config):
     learning: Learning = field(default_factory=Learning)
     """Numbers of the algorithm."""
     imitate: int = 0
-    """Updates that fit the actor to the demonstrations before anything else."""
+    """Updates that fit the actor to the demonstrations before anything else, and to all that was relabelled at last."""
+    rounds: int = 0
+    """Rounds of relabelling after that (DAgger, Ross et al., 2011): the actor runs, the expert tells at every decision
+    what it would do, and the actor is fitted to all there is."""
+    relabelled: int = 512
+    """Episodes of a round."""
+    refit: int = 4000
+    """Updates of a round but the last."""
     warm_up: int = 0
     """Updates of the critic on the demonstrations before the actor moves."""
     episodes: int = 20000
@@ -153,7 +160,7 @@ def default() -> Training:
         "default",
         directions="continuous",
         interface=Interface("grip", "steps", "progress", horizon=200),
-        recipe=Recipe(episodes=2048, push=0.01, midway=0.25, whole=0.5, grip_spread=15.0),
+        recipe=Recipe(episodes=2048, push=0.01, midway=0.5, whole=0.5, grip_spread=60.0),
         learning=Learning(
             critics=2,
             critic_rate=3e-4,
@@ -177,6 +184,21 @@ def default() -> Training:
     )
 
 
+def sensed() -> Training:
+    """Return the training of a controller on real senses, in worlds that differ (docs/learning.md)."""
+    base = default()
+    return replace(
+        base,
+        preset="sensed",
+        disturb="field",
+        interface=Interface("senses", "steps", "progress", horizon=180, truth="truth"),
+        recipe=Recipe(1024, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=8.0, grasp="sensed"),
+        imitate=10000,
+        rounds=4,
+        learning=replace(base.learning, imitation=4.0),
+    )
+
+
 def smoke() -> Training:
     """Return a training of seconds that goes through every part and learns little."""
     return Training(
@@ -197,7 +219,7 @@ def smoke() -> Training:
     )
 
 
-PRESETS = {"default": default, "thesis": thesis, "smoke": smoke}
+PRESETS = {"default": default, "sensed": sensed, "thesis": thesis, "smoke": smoke}
 """Presets by name."""
 
 

@@ -10,7 +10,7 @@ from inhand.learning.worlds import Interface
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import UNTOLD, Engine
 from inhand.tasks.cards import InterfaceCard, differences, interface_card
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 
 OURS = "inhand"
 """Where our part of Minari's metadata is, and the namespace of our datasets."""

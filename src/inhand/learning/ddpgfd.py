@@ -7,8 +7,10 @@ With critic Q, actor pi, their slowly following copies Q' and pi', and rows that
     actor loss  = -q mean Q(s, pi(s)) / mean |Q| + c mean |pi(s) - a_expert|^2 over rows that an expert showed
 
 g is 0 where the object was lost, so a terminated end has no value after it and a truncated one has. Both networks carry
-L2 regularisation. Options of `default`: several critics whose smallest counts, smoothing noise on the next action, the
-imitation term (c), and a scaled value term (q). `thesis` has one critic, c = 0 and an unscaled value term.
+L2 regularisation. Where the actor sees what is sensed, critics may see the truth of its world: s is then another view
+in Q than in pi (Pinto et al., 2018). Options of `default`: several critics whose smallest counts, smoothing noise on
+the next action, the imitation term (c), and a scaled value term (q). `thesis` has one critic, c = 0 and an unscaled
+value term.
 """
 
 from functools import partial
@@ -22,7 +24,7 @@ from numpy.typing import NDArray
 
 from inhand.learning.config import Learning
 from inhand.learning.networks import Network, act, new_network, values
-from inhand.learning.replay_buffer import Columns
+from inhand.learning.replay_buffer import TRUTH, Columns
 
 Batches = jax.Array | NDArray[np.float32]
 """Arrays of the host or of the device."""
@@ -59,7 +61,7 @@ def new_learner(learning: Learning, columns: Columns, seed: int) -> Learner:
     """Return fresh networks."""
     key, actor_key, critic_key = jax.random.split(jax.random.key(seed), 3)
     actor = new_network(actor_key, (columns.d, *learning.hidden, columns.n))
-    make = partial(new_network, sizes=(columns.d + columns.n, *learning.hidden, 1))
+    make = partial(new_network, sizes=((columns.c or columns.d) + columns.n, *learning.hidden, 1))
     critics = jax.vmap(make)(jax.random.split(critic_key, learning.critics))
     moments = (
         _optimiser(learning, learning.actor_rate).init(actor),
@@ -83,7 +85,10 @@ def update_many(
     """
 
     def one(state: Learner, given: tuple[jax.Array, jax.Array]) -> tuple[Learner, Report]:
-        return _update(state, {n: given[0][:, c] for n, c in columns.parts().items()}, given[1], learning, strength)
+        row = {name: given[0][:, place] for name, place in columns.parts().items()}
+        if columns.c == 0:
+            row |= {true: row[name] for true, name in zip(TRUTH, ("observation", "successor", "later"), strict=True)}
+        return _update(state, row, given[1], learning, strength)
 
     return jax.lax.scan(one, learner, (jnp.asarray(rows), jnp.asarray(weights)))
 
@@ -92,15 +97,14 @@ def update_many(
 def imitate_many(
     actor: Network, moments: optax.OptState | None, rows: Batches, columns: Columns, total: int
 ) -> tuple[Network, optax.OptState, jax.Array]:
-    """Return the actor after a step towards the least mean |pi(s) - a_expert| for each batch `(U, batch, width)`.
+    """Return the actor after a step towards the least mean |pi(s) - a_expert| for each batch `(U, batch, d + n)`.
 
     With it come the optimiser's moments, None at first, and the loss. The rate falls over `total` steps.
     """
-    parts = columns.parts()
     optimiser = optax.adam(optax.cosine_decay_schedule(IMITATION_RATE, total, 0.05))
 
     def loss(network: Network, batch: jax.Array) -> jax.Array:
-        return jnp.abs(act(network, batch[:, parts["observation"]]) - batch[:, parts["expert_action"]]).mean()
+        return jnp.abs(act(network, batch[:, : columns.d]) - batch[:, columns.d :]).mean()
 
     def one(state: Imitator, batch: jax.Array) -> tuple[Imitator, jax.Array]:
         value, slope = jax.value_and_grad(loss)(state[0], batch)
@@ -159,7 +163,7 @@ def _targets(state: Learner, row: dict[str, jax.Array], learning: Learning, key:
         key, drawn = jax.random.split(key)
         action = act(state.target_actor, row[later])
         noise = learning.smoothing * jnp.clip(jax.random.normal(drawn, action.shape), -2.0, 2.0)
-        value = values(state.target_critics, row[later], jnp.clip(action + noise, -1.0, 1.0)).min(axis=0)
+        value = values(state.target_critics, row[f"true_{later}"], jnp.clip(action + noise, -1.0, 1.0)).min(axis=0)
         found.append(learning.reward_scale * row[reward][:, 0] + row[discount][:, 0] * value)
     return tuple(found)
 
@@ -167,7 +171,7 @@ def _targets(state: Learner, row: dict[str, jax.Array], learning: Learning, key:
 def _critic_loss(
     critics: Network, row: dict[str, jax.Array], targets: tuple[jax.Array, ...], weight: jax.Array, learning: Learning
 ) -> tuple[jax.Array, jax.Array]:
-    value = values(critics, row["observation"], row["action"])
+    value = values(critics, row["truth"], row["action"])
     one, many = ((value - target) ** 2 for target in targets)
     return (weight * (one + learning.n_step_weight * many)).mean(axis=-1).sum(), one.mean(axis=0)
 
@@ -176,7 +180,7 @@ def _actor_loss(
     actor: Network, critics: Network, row: dict[str, jax.Array], learning: Learning, strength: jax.Array | float
 ) -> tuple[jax.Array, jax.Array]:
     action = act(actor, row["observation"])
-    value = values(critics, row["observation"], action)[0]
+    value = values(critics, row["truth"], action)[0]
     size = jax.lax.stop_gradient(jnp.abs(value).mean()) + 1e-6
     factor = learning.value_weight / size if learning.value_weight else 1.0
     away = ((action - row["expert_action"]) ** 2).mean(axis=-1) * row["is_demo"][:, 0]
@@ -186,5 +190,5 @@ def _actor_loss(
 
 def _action_slope(critics: Network, row: dict[str, jax.Array]) -> jax.Array:
     """Return the squared gradient of the value with respect to the action `(batch,)`, part of the paper's priority."""
-    slope = jax.grad(lambda action: values(critics, row["observation"], action)[0].sum())(row["action"])
+    slope = jax.grad(lambda action: values(critics, row["truth"], action)[0].sum())(row["action"])
     return jnp.sum(slope**2, axis=-1)

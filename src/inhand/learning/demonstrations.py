@@ -5,7 +5,7 @@ A part of the episodes starts in the middle of earlier ones with a new direction
 Datasets and training record by the same lines; one writes episodes to a folder, the other rows to learn from.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -13,29 +13,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import direction_plans, find_controller
+from inhand.control.catalogue import direction_plans
 from inhand.control.loop import Told
-from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
 from inhand.learning.datasets import DatasetEpisode
-from inhand.learning.starts import Noise, Starts, expert_task, grid_of, gripped, joined, plans_for, reach_of, taken
-from inhand.learning.worlds import Interface, ManipulationWorlds
-from inhand.records import Config
+from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.recipe import Recording
+from inhand.learning.starts import (
+    Noise,
+    Plans,
+    Starts,
+    grid_of,
+    gripped,
+    joined,
+    plans_for,
+    reach_of,
+    taken,
+    varied_plans,
+)
+from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import ENGINE, Engine
-from inhand.tasks.decisions import actions_of
+from inhand.tasks.decisions import actions_of, largest_step
 from inhand.tasks.paths import stacked
-from inhand.tasks.primitives import UNSEEN
 from inhand.tasks.routes import Routes, routes_of
 from inhand.tracing.tasks import find_task
 
-Plans = dict[float, GraspPlan]
-"""Grasps by direction [deg]."""
 RoutePool = tuple[Routes, list[GraspPlan]]
 """Routes of a whole task, and the grasp of each."""
 PLANNED_AT_ONCE = 8
@@ -50,71 +56,6 @@ CORRELATION = 0.9
 """How much of the noise of one decision is left in the next."""
 EARLIEST = 20
 """Decisions after which a state of an episode may start another."""
-
-
-@dataclass(frozen=True)
-class Recipe(Config):
-    """How demonstrations are made."""
-
-    episodes: int = 5000
-    """Number of episodes (thesis 3.3.4 keeps 5,000 of the expert)."""
-    expert: str = "ik"
-    """Controller that demonstrates: ik, ik-cautious or thesis-ik."""
-    push: float = 0.01
-    """Largest standard deviation of the noise added to joint targets [rad]; each episode draws its own up to it."""
-    midway: float = 0.25
-    """Share of the episodes that start where an earlier one was under way, in a new direction."""
-    grasp: GraspKind = "planned"
-    """Grip of the starts: planned for each direction, or rough, on the middle of the object's sides (thesis 3.2)."""
-    whole: float = 1.0
-    """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
-    grip_spread: float = 0.0
-    """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
-
-
-@dataclass(frozen=True)
-class Recording:
-    """What is to be recorded."""
-
-    hand: HandSpec
-    object: ObjectSpec
-    angles_deg: tuple[float, ...]
-    """Directions, drawn evenly [deg]."""
-    recipe: Recipe
-    interface: Interface
-    """What is seen, done and rewarded."""
-    noise: Noise
-    seed: int
-    engine: Engine = ENGINE
-    continuous: bool = False
-    """Whether half of the directions are drawn anywhere on the circle but near the 8 unseen ones."""
-    held_out: float = 5.0
-    """Half width of the sectors about those that are left out [deg]."""
-    task: str = ""
-    """Whole task to show instead of directions."""
-    disturb: Disturbance | None = None
-    """What disturbs the worlds, each of which an episode has for itself."""
-
-    @property
-    def held(self) -> Held:
-        """The hand and the object."""
-        return Held(self.hand, self.object)
-
-    @property
-    def grid(self) -> tuple[float, ...]:
-        """Directions that grasps are planned for [deg]."""
-        anywhere = self.continuous or self.recipe.grip_spread > 0
-        return grid_of(np.arange(0.0, 360.0) if anywhere else np.array(self.angles_deg))
-
-    def draw(self, rng: np.random.Generator, count: int) -> Array:
-        """Return drawn directions `(count,)` [deg]."""
-        named = np.asarray(rng.choice(np.array(self.angles_deg), count))
-        if not self.continuous:
-            return named
-        anywhere = 360.0 * rng.random((20, count))
-        allowed = from_unseen(anywhere) >= self.held_out
-        found = np.where(allowed.any(axis=0), anywhere[allowed.argmax(axis=0), np.arange(count)], named)
-        return np.where(rng.random(count) < 0.5, named, found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,12 +121,6 @@ def check_episodes(count: int, given: str) -> None:
         )
 
 
-def from_unseen(angle_deg: Array) -> Array:
-    """Return how far directions [deg] are from the nearest of the 8 unseen ones [deg]."""
-    unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
-    return np.asarray(np.abs((angle_deg[..., None] - unseen + 180.0) % 360.0 - 180.0).min(axis=-1))
-
-
 def demonstrations(
     recording: Recording, given: Plans | RoutePool, rng: np.random.Generator, told: Told = lambda *_: None
 ) -> Iterator[Episodes]:
@@ -213,7 +148,7 @@ def starts_of(
 ) -> Starts:
     """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones."""
     held, recipe = recording.held, recording.recipe
-    if not isinstance(given, dict):
+    if isinstance(given, tuple):
         return route_starts(
             held, given, count, rng, recording.noise, engine=recording.engine, disturb=recording.disturb
         )
@@ -226,19 +161,29 @@ def starts_of(
     if kept is not None and again:
         rows = rng.choice(len(kept), again, replace=False)
         fresh = joined([fresh, kept.take(rows, recording.draw(rng, again))])
-    reach = reach_of(held, fresh)
+    reach = told_reach(recording, fresh, rng)
     share = np.where(rng.random(count) < recipe.whole, 1.0, rng.random(count))
     return replace(fresh, distance=share * reach)
+
+
+def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -> Array:
+    """Return how far starts `(N,)` [m] are told to go at most: as far as their expert is predicted to carry them."""
+    if recording.recipe.expert == TEACHER:
+        return taught_reach(recording.held, starts, rng)
+    return reach_of(recording.held, starts)
 
 
 def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = lambda *_: None) -> Plans:
     """Return the grasps of the grid and of other directions, planned a few at a time, which changes none of them."""
     grid, recipe = grid_of(np.array([*recording.grid, *also_deg])), recording.recipe
-    plans: Plans = {}
+    plans: dict[float, GraspPlan | list[GraspPlan]] = {}
     for first in range(0, len(grid), PLANNED_AT_ONCE):
         told("planning grasps", first, len(grid))
         angles = grid[first : first + PLANNED_AT_ONCE]
-        plans |= plans_for(*recording.held, angles, recipe.grasp, recording.engine)
+        if recipe.grasp == "sensed":
+            plans |= varied_plans(*recording.held, angles)
+        else:
+            plans |= plans_for(*recording.held, angles, recipe.grasp, recording.engine)
     return plans
 
 
@@ -279,13 +224,18 @@ def route_starts(
     return replace(fresh, routes=Routes(routes.poses[rows]))
 
 
-def recorded(recording: Recording, starts: Starts, rng: np.random.Generator) -> tuple[Episodes, Starts]:
-    """Return one episode from each of B starts, and a state on the way of each that was under way long enough."""
+def recorded(
+    recording: Recording, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
+) -> tuple[Episodes, Starts]:
+    """Return one episode from each of B starts, and a state on the way of each that was under way long enough.
+
+    With an `actor` the expert tells at each of its decisions what it would do, and steers some episodes itself.
+    """
     held, recipe, interface = recording.held, recording.recipe, recording.interface
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
-    expert = find_controller(recipe.expert).manipulate(expert_task(held, starts))
-    expert.begin(worlds.seen)
+    expert, size = expert_of(recipe.expert, held, starts, worlds), worlds.layout.size(held.hand)
+    does = _doing(recording, actor, len(starts), rng)
     push = np.zeros(worlds.state.targets.shape)
     strength = recipe.push * rng.random((len(starts), 1))
     pick = rng.integers(EARLIEST, max(interface.horizon, EARLIEST + 1), size=len(starts))
@@ -297,11 +247,12 @@ def recorded(recording: Recording, starts: Starts, rng: np.random.Generator) -> 
         there = np.flatnonzero((pick == number) & running & worlds.state.touching.all(axis=-1))
         if len(there):
             parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there], starts.disturbed))
-        targets = expert.act(worlds.seen)
+        targets = expert()
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
         wanted, action = (
             actions_of(t, interface.actions, held.hand, worlds.seen) for t in (targets, targets + strength * push)
         )
+        action = does(action, seen[-1][:, :size], strength * push)
         step = worlds.step(action)
         for name, value in zip(rows, (action, wanted, step.reward, running), strict=True):
             rows[name].append(value)
@@ -313,3 +264,17 @@ def recorded(recording: Recording, starts: Starts, rng: np.random.Generator) -> 
     ends = {"terminated": terminated, "angle_deg": starts.angle_deg, "distance": distance}
     midway = joined(parts) if parts else starts.take(np.arange(0), np.zeros(0))
     return Episodes(np.stack(seen), **stacks, **ends, starts=starts), midway
+
+
+def _doing(
+    recording: Recording, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
+) -> Callable[[Array, Array, Array], Array]:
+    """Return what is done where an expert acts so, so much is seen and a push comes: that, or what an actor does."""
+    if actor is None:
+        return lambda expert, _seen, _push: expert
+    steered, largest = rng.random((count, 1)) < recording.recipe.steered, largest_step(recording.interface.actions)
+
+    def does(expert: Array, seen: Array, push: Array) -> Array:
+        return np.where(steered, expert, np.clip(actor(seen) + push / largest, -1.0, 1.0))
+
+    return does

@@ -25,7 +25,7 @@ from inhand.sim.memory import START_BYTES, check_memory
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.decisions import find_reward
 from inhand.tasks.goals import GoalReward, goal_reward
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import parse_directions
 
 POOL_SEED = 0

@@ -26,8 +26,9 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.commands import RecordConfig
 from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, kind_of
 from inhand.learning.datasets import MARK, DatasetEpisode, StoredEpisodes, check_installed, read_dataset, write_dataset
-from inhand.learning.demonstrations import Episodes, Recipe, Recording, check_episodes, demonstrations, plans_of
+from inhand.learning.demonstrations import Episodes, check_episodes, demonstrations, plans_of
 from inhand.learning.environment_config import angles_of
+from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import configured
@@ -36,7 +37,7 @@ from inhand.sim.disturbance import disturbance_of
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.tasks.decisions import find_reward
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import TRAIN, primitive_at
 from inhand.versions import versions
 

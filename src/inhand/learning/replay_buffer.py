@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Rows = NDArray[np.float32]
+TRUTH = ("truth", "true_successor", "true_later")
+"""Columns of what only critics see, now and later, as `observation`, `successor` and `later` are of the actor."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +25,13 @@ class Columns:
     """Size of an observation."""
     n: int
     """Size of an action."""
+    c: int = 0
+    """Size of what only critics see; 0 where they see what the actor does."""
 
     @property
     def width(self) -> int:
         """Length of a row."""
-        return 3 * self.d + 2 * self.n + 5
+        return 3 * (self.d + self.c) + 2 * self.n + 5
 
     def parts(self) -> dict[str, slice]:
         """Return the columns of every part."""
@@ -42,6 +46,7 @@ class Columns:
             "discount": 1,
             "reward_n": 1,
             "discount_n": 1,
+            **dict.fromkeys(TRUTH, self.c),
         }
         ends = np.cumsum(list(sizes.values()))
         return {name: slice(int(end - size), int(end)) for (name, size), end in zip(sizes.items(), ends, strict=True)}
@@ -72,7 +77,7 @@ def rows_of(
 ) -> Rows:
     """Return the rows of one episode, which ended by itself where it `terminated`.
 
-    It is observations `(T + 1, d)`, actions `(T, n)`, what an expert wanted `(T, n)` or None, and rewards `(T,)`;
+    It is observations `(T + 1, d + c)`, actions `(T, n)`, what an expert wanted `(T, n)` or None, and rewards `(T,)`;
     `looking` is the discount and the number of steps to look ahead.
     """
     observations, actions, wanted, rewards = episode
@@ -80,9 +85,9 @@ def rows_of(
     later, weight, index = n_step(rewards, *looking, terminated=terminated)
     _, weight_one, _ = n_step(rewards, looking[0], 1, terminated=terminated)
     filled = {
-        "observation": observations[:-1],
-        "successor": observations[1:],
-        "later": observations[index],
+        "observation": observations[:-1, : columns.d],
+        "successor": observations[1:, : columns.d],
+        "later": observations[index, : columns.d],
         "action": actions,
         "expert_action": actions if wanted is None else wanted,
         "is_demo": np.full((len(rewards), 1), float(wanted is not None)),
@@ -90,6 +95,9 @@ def rows_of(
         "discount": weight_one[:, None],
         "reward_n": later[:, None],
         "discount_n": weight[:, None],
+        "truth": observations[:-1, columns.d :],
+        "true_successor": observations[1:, columns.d :],
+        "true_later": observations[index, columns.d :],
     }
     for name, part in columns.parts().items():
         rows[:, part] = filled[name]
@@ -126,6 +134,11 @@ class ReplayBuffer:
     def at(self, numbers: NDArray[np.int64]) -> Rows:
         """Return rows by their numbers `(..., width)`, counted from the first ever written."""
         return np.asarray(self._rows[numbers % self._room])
+
+    def shown(self, numbers: NDArray[np.int64], columns: Columns) -> Rows:
+        """Return what was seen and what an expert wanted in rows, by their numbers `(..., d + n)`."""
+        places, parts = numbers % self._room, columns.parts()
+        return np.concatenate([self._rows[:, parts[n]][places] for n in ("observation", "expert_action")], axis=-1)
 
     def flush(self) -> None:
         """Bring everything written to the disk."""

@@ -12,8 +12,9 @@ from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training
 from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
 from inhand.learning.datasets import check_installed, read_head
-from inhand.learning.demonstrations import check_episodes, from_unseen
+from inhand.learning.demonstrations import check_episodes
 from inhand.learning.environment_config import angles_of
+from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
@@ -21,7 +22,7 @@ from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.decisions import find_reward
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import primitive_at
 from inhand.versions import versions
 

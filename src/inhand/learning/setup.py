@@ -15,7 +15,6 @@ from inhand.learning.config import Training
 from inhand.learning.datasets import DatasetEpisode, read_dataset
 from inhand.learning.demonstrations import (
     BATCH,
-    Plans,
     RoutePool,
     demonstrations,
     plans_of,
@@ -23,16 +22,18 @@ from inhand.learning.demonstrations import (
     route_pool,
     route_starts,
     starts_of,
+    told_reach,
 )
 from inhand.learning.progress import EXPERT
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
-from inhand.learning.starts import Starts, gripped, joined, reach_of
+from inhand.learning.starts import Plans, Starts, gripped, joined
+from inhand.learning.worlds import size_of
 from inhand.records import read_json, read_record, text_of
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, Drawn
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
-from inhand.tasks.observations import find_layout
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tasks.routes import Routes
@@ -93,7 +94,7 @@ def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tu
     tests = gripped(
         *recording.held, (plans, directions), rng, config.noise, engine=config.engine, disturb=recording.disturb
     )
-    tests = replace(tests, distance=reach_of(recording.held, tests))
+    tests = replace(tests, distance=told_reach(recording, tests, rng))
     return plans, tests, np.array([reach[angle] for angle in tests.angle_deg])
 
 
@@ -140,7 +141,8 @@ def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: 
 
 def columns_of(config: Training, hand: HandSpec) -> Columns:
     """Return the layout of a replay's rows."""
-    return Columns(find_layout(config.interface.observation).size(hand), hand.n_joints)
+    seen = find_layout(config.interface.observation).size(hand)
+    return Columns(seen, hand.n_joints, size_of(config.interface, hand) - seen)
 
 
 def routes_in(starts: Starts) -> Routes:

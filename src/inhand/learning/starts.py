@@ -7,7 +7,7 @@ that a primitive can begin anywhere in the workspace.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -19,11 +19,12 @@ from inhand.control.controller import Task
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import carried_by
 from inhand.control.rehearsal import closing_joints
+from inhand.control.sensed_plan import SQUEEZE, candidates
 from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.geometry import Array, Path
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan
+from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
@@ -38,6 +39,10 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
 from inhand.tasks.routes import Routes
 
+Plans = Mapping[float, GraspPlan | list[GraspPlan]]
+"""Grasps by direction [deg]: one, or several of which one is drawn."""
+FAR = 0.75
+"""Of several grasps those are taken that reach at least this share of the farthest."""
 GRID_DEG = 7.5
 """Spacing of the directions that grasps are planned for; one between them takes the nearest's [deg]."""
 
@@ -50,6 +55,11 @@ class Noise(Config):
     """In x and y [m]."""
     rotation: float = float(np.deg2rad(1.0))
     """In theta [rad]."""
+
+    @property
+    def spread(self) -> Array:
+        """Of x, y and theta `(3,)` [m, m, rad]."""
+        return np.array([self.position, self.position, self.rotation])
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,10 +143,21 @@ def plans_for(
     return dict(zip(angles_deg, direction_plans(hand, spec, poses, engine), strict=True))
 
 
+def varied_plans(hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float]) -> dict[float, list[GraspPlan]]:
+    """Return grasps of each direction [deg] that are searched for several shares of the friction, all that go far."""
+    poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
+    found, reach = candidates(Held(hand, spec), poses)
+    plans: dict[float, list[GraspPlan]] = {angle: [] for angle in angles_deg}
+    for each in found:
+        if each.reach >= FAR * reach[each.path]:
+            plans[angles_deg[each.path]].append(each.plan)
+    return plans
+
+
 def gripped(
     hand: HandSpec,
     spec: ObjectSpec,
-    grips: tuple[dict[float, GraspPlan] | Sequence[GraspPlan], Array],
+    grips: tuple[Plans | Sequence[GraspPlan], Array],
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
@@ -146,22 +167,22 @@ def gripped(
 ) -> Starts:
     """Return starts with all fingers of a hand on an object; one whose grasp fails is drawn again.
 
-    `grips` are plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg]. Each is
-    held in a world of its own that `disturb` draws.
+    `grips` are plans by direction [deg] or one for each start, and the direction of each start `(N,)` [deg]. Of several
+    plans one is drawn, and then fingers close where objects were planned to stand, not where they do. Each is held in a
+    world of its own that `disturb` draws.
 
     Raises:
         InputError: in ten draws a start could not be held.
     """
     given, angles = grips
+    blind = isinstance(given, Mapping) and any(isinstance(each, list) for each in given.values())
     noise, bench = noise or Noise(), Bench(engine, threads=threads)
-    spread = np.array([noise.position, noise.position, noise.rotation])
-    plans = [given[a] for a in _nearest(given, angles)] if isinstance(given, dict) else given
+    plans = [_one_of(given[a], rng) for a in _nearest(given, angles)] if isinstance(given, Mapping) else given
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
-        poses = hand.start_pose + spread * rng.standard_normal((len(waiting), 3))
-        keys = [] if disturb is None else rng.integers(2**62, size=len(waiting)).tolist()
-        worlds = tuple(draw(disturb, (key,), hand.n_joints) for key in keys if disturb is not None) or None
-        starts = _close(Held(hand, spec), [plans[k] for k in waiting.tolist()], poses, bench, worlds)
+        poses = hand.start_pose + noise.spread * rng.standard_normal((len(waiting), 3))
+        worlds = _worlds(hand, disturb, rng, len(waiting))
+        starts = _close(Held(hand, spec), [plans[k] for k in waiting.tolist()], (poses, not blind), bench, worlds)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
         places.append(waiting[held])
@@ -188,7 +209,20 @@ def taken(
     return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine, disturbed=own)
 
 
-def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
+def _worlds(
+    hand: HandSpec, disturb: Disturbance | None, rng: np.random.Generator, count: int
+) -> tuple[Disturbed, ...] | None:
+    """Return how drawn worlds are disturbed; None where nothing is."""
+    if disturb is None or count == 0:
+        return None
+    return tuple(draw(disturb, (key,), hand.n_joints) for key in rng.integers(2**62, size=count).tolist())
+
+
+def _one_of(plans: GraspPlan | list[GraspPlan], rng: np.random.Generator) -> GraspPlan:
+    return plans[rng.integers(len(plans))] if isinstance(plans, list) else plans
+
+
+def _nearest(plans: Plans, angles: Array) -> list[float]:
     """Return of each direction the nearest that has a plan [deg]."""
     have = np.array(list(plans))
     away = np.abs((angles[:, None] - have + 180.0) % 360.0 - 180.0)
@@ -196,11 +230,17 @@ def _nearest(plans: dict[float, GraspPlan], angles: Array) -> list[float]:
 
 
 def _close(
-    held: Held, plans: list[GraspPlan], poses: Array, bench: Bench, disturbed: tuple[Disturbed, ...] | None
+    held: Held,
+    plans: list[GraspPlan],
+    stand: tuple[Array, bool],
+    bench: Bench,
+    disturbed: tuple[Disturbed, ...] | None,
 ) -> Starts:
-    """Close the fingers on objects that stand at poses `(N, 3)`."""
-    count = len(plans)
-    grasp = closing_joints(*held, plans, np.tile(held.hand.start_pose, (count, 1)), poses)
+    """Close the fingers on objects that stand at poses `(N, 3)`, which are known or not."""
+    (poses, known), count = stand, len(plans)
+    planned = np.tile(held.hand.start_pose, (count, 1))
+    squeeze = SearchConfig.squeeze if known else SQUEEZE
+    grasp = closing_joints(*held, plans, planned, poses if known else planned, squeeze=squeeze)
     task = Task(held.hand, (held.object,) * count, Path(np.zeros((count, 1, 3))))
     simulator, recording = simulate(task, grasp, poses, None, bench, disturbed=disturbed)
     return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count), disturbed)

@@ -7,8 +7,8 @@ drawn and computed does not depend on which of them is faster, so a seed gives t
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +23,13 @@ from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
-from inhand.learning.journal import Counters, Evaluation, Journal
+from inhand.learning.demonstrations import recorded
+from inhand.learning.journal import Counters, Evaluation, Journal, Trying
 from inhand.learning.networks import Network
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
-from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Rows
+from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Rows, rows_of
 from inhand.learning.setup import Ready
-from inhand.learning.trying import Tried, tried
+from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance_files import NONE, load_disturbance
 
@@ -54,10 +55,11 @@ def compile_ahead(config: Training, columns: Columns) -> None:
     rows, weights = _room(config.updates, learning.batch, columns.width), _room(config.updates, learning.batch)
     update_many.lower(learner, rows, weights, learning, columns, strength=1.0).compile()
     if config.imitate:
-        many = _room(CHUNK, 2 * learning.batch, columns.width)
-        first = imitate_many.lower(learner.actor, None, many, columns, config.imitate)
-        first.compile()
-        imitate_many.lower(*first.out_info[:2], many, columns, config.imitate).compile()
+        many = _room(CHUNK, 2 * learning.batch, columns.d + columns.n)
+        for total in {config.imitate, *([config.refit] if config.rounds > 1 else [])}:
+            first = imitate_many.lower(learner.actor, None, many, columns, total)
+            first.compile()
+            imitate_many.lower(*first.out_info[:2], many, columns, total).compile()
 
 
 def _room(*shape: int) -> Rows:
@@ -79,18 +81,6 @@ class Drawn:
     """Numbers of the rows in the expert's buffer and in the agent's."""
 
 
-@dataclass(frozen=True, eq=False)
-class Trying:
-    """An evaluation under way."""
-
-    policy: Policy
-    """What is tried out."""
-    counters: Counters
-    """How far the run was."""
-    found: Future[Tried]
-    """What the policy reaches, once it is known."""
-
-
 class Trainer:
     """A training run in a folder."""
 
@@ -106,8 +96,7 @@ class Trainer:
             told: told every evaluation.
             progress: told what is being done, how far it is, and how far it has to go.
         """
-        self.config, self._ready, self._folder, self._told = config, ready, folder, told
-        self._progress = progress
+        self.config, self._ready, self._folder, self._told, self._progress = config, ready, folder, told, progress
         self._contract = contract_of(ready.held.hand, load_disturbance(config.disturb))
         self.counters = Counters()
         self._rng = np.random.default_rng((config.seed, 1))
@@ -121,15 +110,17 @@ class Trainer:
         spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon
         checkpoint = folder / CHECKPOINT
         arrays: dict[str, Any] = {}
-        written, length = 0, 0
+        written, shown, length = 0, ready.expert_rows, 0
         self._new = not checkpoint.is_file()
         if not self._new:
             self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
-            self.counters, written, length = Counters(**head["counters"]), head["written"], head["journal"]
+            self.counters = Counters(**head["counters"])
+            written, shown, length = (head[name] for name in ("written", "shown", "journal"))
             self._rng.bit_generator.state = arrays["rng.training"]
             self._collector.load_state_dict(arrays)
         self._journal = Journal(folder, length)
-        self._expert = ReplayBuffer(folder / EXPERT, ready.columns, ready.expert_rows, 0, ready.expert_rows)
+        most = ready.expert_rows + config.rounds * config.relabelled * config.interface.horizon
+        self._expert = ReplayBuffer(folder / EXPERT, ready.columns, most, 0, shown)
         self._agent = ReplayBuffer(folder / AGENT, ready.columns, rows, spare, written)
         self._priorities = self._all_priorities(arrays)
         self._began = time.perf_counter() - self.counters.seconds
@@ -174,16 +165,40 @@ class Trainer:
         return self._policy(self._learner.target_actor if self.config.learning.imitation else self._learner.actor)
 
     def _imitate(self) -> None:
-        left, many = self.config.imitate, (CHUNK, 2 * self.config.learning.batch)
-        actor, moments, rows = self._learner.actor, None, None
-        for done in range(0, left, CHUNK):
-            rows = self._expert.at(self._expert.draw(self._rng, many)) if rows is None else rows
-            actor, moments, loss = imitate_many(actor, moments, rows, self._ready.columns, left)
-            # While that runs, the next rows are drawn.
-            rows = self._expert.at(self._expert.draw(self._rng, many)) if done + CHUNK < left else None
-            self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
-            self._progress("imitating the demonstrations", done + CHUNK, left)
+        """Fit the actor to the demonstrations, then in rounds to what the expert says of the actor's own episodes."""
+        actor, config = self._learner.actor, self.config
+        for number in range(config.rounds + 1):
+            if number:
+                self._relabel(number, actor)
+            actor = self._fitted(actor, config.refit if 0 < number < config.rounds else config.imitate)
         self._learner = self._learner._replace(actor=actor, target_actor=actor)
+
+    def _fitted(self, actor: Network, updates: int) -> Network:
+        many, columns, moments, rows = (CHUNK, 2 * self.config.learning.batch), self._ready.columns, None, None
+        for done in range(0, updates, CHUNK):
+            rows = self._shown(many) if rows is None else rows
+            actor, moments, loss = imitate_many(actor, moments, rows, columns, updates)
+            # While that runs, the next rows are drawn.
+            rows = self._shown(many) if done + CHUNK < updates else None
+            self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})
+            self._progress("imitating the demonstrations", done + CHUNK, updates)
+        return actor
+
+    def _shown(self, count: tuple[int, int]) -> Rows:
+        return self._expert.shown(self._expert.draw(self._rng, count), self._ready.columns)
+
+    def _relabel(self, number: int, actor: Network) -> None:
+        """Add a round of the actor's own episodes, as the expert labels them, to what the expert has shown."""
+        config, ready = self.config, self._ready
+        rng = np.random.default_rng((config.seed, 4, number))
+        self._progress("relabelling the actor's episodes", number, config.rounds)
+        rows = rng.choice(len(ready.starts), min(config.relabelled, len(ready.starts)), replace=False)
+        starts = replace(ready.starts.take(rows, ready.starts.angle_deg[rows]), distance=ready.starts.distance[rows])
+        episodes, _ = recorded(config.recording, starts, rng, self._policy(actor))
+        looking = config.learning.discount, config.learning.look_ahead
+        for shown in episodes.apart():
+            episode = shown.observations, shown.actions, shown.wanted, shown.rewards
+            self._expert.add(rows_of(ready.columns, episode, looking, terminated=shown.terminated))
 
     def _warm_up(self) -> None:
         """Fit the critic to the demonstrations; the actor stays as it is, and is tried out meanwhile."""
@@ -302,7 +317,8 @@ class Trainer:
         arrays = self._collector.state_dict() | {"rng.training": self._rng.bit_generator.state}
         for number, priorities in enumerate(self._priorities):
             arrays |= {f"priorities.{number}.{n}": v for n, v in priorities.state_dict().items()}
-        told = {"counters": vars(self.counters), "written": self._agent.written, "journal": self._journal.length()}
+        told = {"counters": vars(self.counters), "journal": self._journal.length()}
+        told |= {"written": self._agent.written, "shown": self._expert.written}
         save_checkpoint(self._folder / name, self._learner, arrays, told)
 
     def _all_priorities(self, arrays: dict[str, Any]) -> tuple[Priorities, ...]:

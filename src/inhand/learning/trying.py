@@ -10,6 +10,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.learning.starts import Starts
 from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.tasks.layouts import find_layout
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +33,13 @@ class Tried:
 
 def tried(held: Held, starts: Starts, interface: Interface, actor: Callable[[Array], Array]) -> Tried:
     """Return what an actor reaches from every start."""
+    size = find_layout(interface.observation).size(held.hand)
     worlds = ManipulationWorlds(held, starts, len(starts), interface, np.random.default_rng(0))
     observation = worlds.reset(np.arange(len(starts)))
     running, total = np.ones(len(starts), dtype=bool), np.zeros(len(starts))
     shift, worst = np.zeros((2, len(starts), 3))
     for _ in range(interface.horizon):
-        step = worlds.step(actor(observation))
+        step = worlds.step(actor(observation[:, :size]))
         total += np.where(running, step.reward, 0.0)
         running = running & ~step.terminated
         shift = np.where(running[:, None], step.shift, shift)

@@ -1,5 +1,6 @@
 """Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,17 +10,24 @@ from numpy.typing import NDArray
 from inhand.control import loop
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
+from inhand.control.memory import Memory
+from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
+from inhand.hands.hand import HandSpec
 from inhand.learning.starts import Starts
 from inhand.records import Config
-from inhand.sim.drawn import Disturbed, truths
+from inhand.sim.disturbance import FACTORS
+from inhand.sim.drawn import Disturbed, Drawn, truths
+from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
+from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
-from inhand.tasks.observations import Aim, Scene, find_layout, observe
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Aim, Scene, observe
 
 if TYPE_CHECKING:
     from inhand.control.between import Between
@@ -41,6 +49,8 @@ class Interface(Config):
     """Reward: thesis (3.3.3), progress or gain."""
     horizon: int = 250
     """Decisions after which an episode is cut off; one takes 20 ms."""
+    truth: str = ""
+    """Layout of what critics alone see, beside: truth, where the actor's is of what is sensed; none by default."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +58,9 @@ class Step:
     """What one decision of B worlds led to."""
 
     observation: Array
-    """Observations to decide on next `(B, d)`: of the new episode where one has ended."""
+    """Observations to decide on next `(B, d + c)`: of the new episode where one has ended; c are what critics see."""
     successor: Array
-    """Observations of the states the decision led to `(B, d)`."""
+    """Observations of the states the decision led to `(B, d + c)`."""
     reward: Array
     """Rewards `(B,)`."""
     terms: dict[str, Array]
@@ -89,20 +99,17 @@ class ManipulationWorlds:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
         self.hand, spec = held
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
-        if starts.disturbed is None:
-            self.simulator = make_simulator(starts.engine, self.hand, [spec] * count, threads=threads)
-        else:
-            kinds = truths(starts.disturbed, self.hand, [spec] * len(starts), None)
-            self.simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
+        self._truth = find_layout(self.interface.truth) if self.interface.truth else None
+        self.simulator, self._drawn = _worlds(held, starts, count, threads)
         self.scene = Scene(self.hand, (spec,) * count)
         self.rng, self.count = rng or np.random.default_rng(), count
-        self._starts = starts
+        self._starts, self._held = starts, held
         self._between: Between | None = None
+        self._memory: Memory | None = None
         self._pool = _asked(starts)
-        self._seen = observe(self.layout, loop.sense(starts.state), self._pool, Scene(self.hand, (spec,) * len(starts)))
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
-        self._observation = np.empty((count, self._seen.shape[1]))
+        self._observation = np.empty((count, size_of(self.interface, self.hand)))
         self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
@@ -115,15 +122,31 @@ class ManipulationWorlds:
         return self._state
 
     @property
-    def seen(self) -> State:
-        """What a controller sees of it."""
-        seen: State = loop.sense(self._state, self._between)
-        return seen
+    def between(self) -> "Between | None":
+        """What stands between controllers and the worlds, where they are disturbed."""
+        return self._between
+
+    @property
+    def reads(self) -> Reads:
+        """What the controller reads whose observations these are."""
+        return SENSED if self.layout.sensed else PRIVILEGED
+
+    @property
+    def seen(self) -> View:
+        """What that controller sees of the state."""
+        return loop.sense(self._state, self._between, self.reads)
 
     @property
     def aim(self) -> Aim:
         """What is asked of each world."""
         return self._aim
+
+    @property
+    def asked(self) -> Aim:
+        """The same at this decision: while a hand waits for frames, to stay."""
+        if self._memory is None:
+            return self._aim
+        return replace(self._aim, distance=np.where(self._memory.waiting, 0.0, self._aim.distance))
 
     def reset(self, rows: NDArray[np.int64] | None = None) -> Array:
         """Start every world's episode anew, from rows `(B,)` of the pool if given; return the observations `(B, d)`."""
@@ -152,9 +175,11 @@ class ManipulationWorlds:
         decision = Decision(before, after, np.clip(actions, -1.0, 1.0), self._last, gone, asked, made)
         value, terms = reward(self.rewards, decision)
         truncated = (self._steps >= self.interface.horizon) & ~gone
-        successor = observe(self.layout, loop.sense(after, self._between), self._seen_aim(), self.scene)
-        shift = self._shift(decision)
-        self._state, self._observation, self._last = after, successor, decision.action
+        self._state = after
+        if self._memory is not None:
+            self._memory.take(self.seen)
+        successor, shift = self._observed(), self._shift(decision)
+        self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
             self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
@@ -187,30 +212,38 @@ class ManipulationWorlds:
         self._row[worlds], self._come[worlds] = rows, 0
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
-        self._observation = _put(self._observation, worlds, self._first_seen(worlds, rows))
+        self._look(worlds)
+        self._observation = _put(self._observation, worlds, self._observed()[worlds])
         self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
         self._lost[worlds] = 0
 
-    def _first_seen(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> Array:
-        """Return the first observations of episodes from some rows; where worlds are disturbed, senses begin anew."""
-        if self._starts.disturbed is None:
-            return self._seen[rows]
-        self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
-        if self._between is None:
-            disturbed = self._disturbed(worlds)
-            self._between = loop.stand_between(disturbed, self._state, self.simulator.timestep, SUBSTEPS)
-            self._between.pushing = True
+    def _observed(self) -> Array:
+        """Return what all worlds see, and beside it what critics do `(B, d + c)`."""
+        view = self.seen if self._memory is None else self._memory.past
+        found = observe(self.layout, view, self._seen_aim(), self.scene)
+        if self._truth is None:
+            return found
+        scene = self.scene if self._drawn is None else replace(self.scene, drawn=self._drawn[self._row])
+        return np.concatenate([found, observe(self._truth, self._state, self.asked, scene)], axis=-1)
+
+    def _look(self, worlds: NDArray[np.int64]) -> None:
+        """Begin the senses and the memory of episodes that begin in some worlds."""
+        if self._starts.disturbed is not None:
+            self._key[worlds] = self.rng.integers(2**62, size=len(worlds))
+            if self._between is None:
+                disturbed = self._disturbed(worlds)
+                self._between = loop.stand_between(disturbed, self._state, self.simulator.timestep, SUBSTEPS)
+                self._between.pushing = True
+            else:
+                self._between.begin(worlds, self._disturbed(worlds), self._state)
+        if not self.layout.sensed:
+            self._seen_start = _put(self._seen_start, worlds, self.seen.pose[worlds])
+            self._told = replace(self._aim, start=self._seen_start)
+        elif self._memory is None:
+            self._memory = Memory(self._held, self.seen)
         else:
-            self._between.begin(worlds, self._disturbed(worlds), self._state)
-        seen = select(self.seen, worlds)
-        self._seen_start = _put(self._seen_start, worlds, seen.pose)
-        self._told = replace(self._aim, start=self._seen_start)
-        told = self._seen_aim()
-        if self._starts.routes is None:
-            told = Aim(told.angle[worlds], seen.pose, np.broadcast_to(told.distance, self.count)[worlds])
-            return observe(self.layout, seen, told, Scene(self.hand, self.scene.objects[: len(worlds)]))
-        return observe(self.layout, self.seen, told, self.scene)[worlds]
+            self._memory.begin(worlds, self.seen)
 
     def _disturbed(self, worlds: NDArray[np.int64]) -> list[Disturbed]:
         """Return how some worlds are disturbed, with the noise of their present episodes."""
@@ -219,6 +252,8 @@ class ManipulationWorlds:
 
     def _seen_aim(self) -> Aim:
         """Return what is asked as a controller knows it: a direction starts where it then saw the object."""
+        if self._memory is not None:
+            return self._memory.past.aimed(self._aim)
         if self._between is None or self._starts.routes is not None:
             return self._aim
         return self._told
@@ -231,6 +266,7 @@ class ManipulationWorlds:
             **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
             **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
             **({} if self._between is None else self._between.state_dict()),
+            **({} if self._memory is None else self._memory.state_dict()),
             "rng": self.rng.bit_generator.state,
         }
 
@@ -245,11 +281,35 @@ class ManipulationWorlds:
         if self._between is not None:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
+        if self._memory is not None:
+            self._memory.load_state_dict(kept)
         self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
         self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
+
+
+def _worlds(held: Held, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
+    """Return a simulator of worlds and, where they differ, what is drawn of those of the starts `(N, DRAWN)`."""
+    if starts.disturbed is None:
+        return make_simulator(starts.engine, held.hand, [held.object] * count, threads=threads), None
+    kinds = truths(starts.disturbed, held.hand, [held.object] * len(starts), None)
+    simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
+    return simulator, np.array([_numbers(each.drawn) for each in starts.disturbed])
+
+
+def size_of(interface: Interface, hand: HandSpec) -> int:
+    """Return how many numbers an actor sees with a hand, and critics beside."""
+    names = [interface.observation, *([interface.truth] if interface.truth else [])]
+    return sum(find_layout(name).size(hand) for name in names)
+
+
+def _numbers(drawn: Drawn) -> Array:
+    """Return what holding depends on of what was drawn for a world `(DRAWN,)`."""
+    late = drawn.command_s, drawn.camera_s
+    factors = [math.log(getattr(drawn, name)) for name in FACTORS]
+    return np.array([*factors, *(each / (SUBSTEPS * SceneSpec.timestep) for each in late)])
 
 
 def _asked(starts: Starts) -> Aim:

@@ -8,7 +8,8 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec, build_hand, lab_limits
 from inhand.tasks.decisions import Actions, largest_step
-from inhand.tasks.observations import Layout, OfHand, find_layout, numbers_for
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Layout, OfHand, numbers_for
 
 NEW = "the scales of observations and the largest step of actions"
 """What format 2 of policies, datasets and runs has that format 1 had not."""

@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,15 @@ def largest_step(kind: Actions) -> float:
     return FINE_STEP if kind == "fine" else LARGEST_STEP
 
 
-def targets_of(actions: Array, kind: Actions, hand: HandSpec, state: State) -> Array:
+class Commanded(Protocol):
+    """What tells the last commands: a `State`, or what is sensed."""
+
+    @property
+    def targets(self) -> Array:
+        """Joint angles last commanded `(B, n)` [rad]."""
+
+
+def targets_of(actions: Array, kind: Actions, hand: HandSpec, state: Commanded) -> Array:
     """Return joint targets `(B, n)` [rad] of actions `(B, n)`, which are cut to [-1, 1]."""
     cut, limits = np.clip(actions, -1.0, 1.0), hand.limits
     if kind == "angles":
@@ -69,7 +77,7 @@ def targets_of(actions: Array, kind: Actions, hand: HandSpec, state: State) -> A
     return np.asarray(np.clip(state.targets + largest_step(kind) * cut, limits[:, 0], limits[:, 1]))
 
 
-def actions_of(targets: Array, kind: Actions, hand: HandSpec, state: State) -> Array:
+def actions_of(targets: Array, kind: Actions, hand: HandSpec, state: Commanded) -> Array:
     """Return the actions `(B, n)` within [-1, 1] that come nearest to commanding joint targets `(B, n)` [rad]."""
     limits = hand.limits
     if kind == "angles":
@@ -116,8 +124,9 @@ class Decision:
             return self.route
         aim = self.aim
         after, before = self.shift, aim.shift(self.before.pose)
-        gained = np.minimum(after[:, 0], aim.distance) - np.minimum(before[:, 0], aim.distance)
-        return Made(gained, aim.distance - after[:, 0], np.abs(after[:, 1]), np.abs(after[:, 2]))
+        come = aim.come(after)
+        gained = np.minimum(come, aim.distance) - np.minimum(aim.come(before), aim.distance)
+        return Made(gained, aim.distance - come, *aim.off(after))
 
     @cached_property
     def shift(self) -> Array:

@@ -1,22 +1,27 @@
 """What a learned controller is asked and sees: an aim, and named parts of a `State` in order, each scaled to [-1, 1].
 
 Two layouts: `thesis` is table 3.1 of the thesis; `grip` tells position along and across the primitive and adds what
-holding and stopping depend on: velocities, commands and contact points. A change of a layout takes a new name.
+holding and stopping depend on: velocities, commands and contact points. What a hand can know is in `tasks/past.py`. A
+change of a layout takes a new name.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from inhand.errors import InputError, near_matches
-from inhand.geometry import Array, chain, inverse_transform, perpendicular, unit, wrap_angle
+from inhand.errors import InputError
+from inhand.geometry import TURN_ARM, Array, chain, inverse_transform, perpendicular, unit, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.registry import Registry, describe
 from inhand.sim.state import State
 
+View: TypeAlias = Any
+"""What a layout is of: a `State`, or a `Past` where it is of what is sensed."""
+DRAWN = 9
+"""Numbers that are drawn of a world and that holding depends on."""
 LARGEST_SIZE = 0.12
 """Object sizes are normalised over 0 to this [m], guessed: more than the catalogue's hands can hold."""
 
@@ -35,11 +40,19 @@ class Aim:
     """Share of a whole route that the object has come `(B,)`; 0 of a primitive."""
     end: Array | None = None
     """Pose at the end of a whole route, in the palm frame `(B, 3)`; None of a primitive."""
+    turn: Array | float = 0.0
+    """Side to which the object is to turn on the spot `(B,)`, 1 counter-clockwise and -1 clockwise; 0 where it is to
+    move along a direction."""
 
     @cached_property
     def direction(self) -> Array:
         """Unit vectors along the directions `(B, 2)`."""
         return unit(self.angle)
+
+    @cached_property
+    def heading(self) -> Array:
+        """The same, 0 where the object is to turn `(B, 2)`."""
+        return np.where(np.broadcast_to(self.turn, self.angle.shape)[:, None] == 0, self.direction, 0.0)
 
     def shift(self, pose: Array) -> Array:
         """Return the way along the direction, the way to its left [m] and the angle turned [rad] of poses `(B, 3)`."""
@@ -50,9 +63,18 @@ class Aim:
         shift[:, 2] = wrap_angle(moved[:, 2])
         return shift
 
+    def come(self, shift: Array) -> Array:
+        """Return the way along what is asked of shifts `(B, 3)` [m]; an angle turned counts as an arc at `TURN_ARM`."""
+        return np.where(self.turn == 0, shift[:, 0], TURN_ARM * self.turn * shift[:, 2])
+
+    def off(self, shift: Array) -> tuple[Array, Array]:
+        """Return how far shifts `(B, 3)` are off what is asked [m], and turned from it [rad], each `(B,)`."""
+        across = np.where(self.turn == 0, np.abs(shift[:, 1]), np.hypot(shift[:, 0], shift[:, 1]))
+        return across, np.where(self.turn == 0, np.abs(shift[:, 2]), 0.0)
+
     def left(self, pose: Array) -> Array:
         """Return the way that poses `(B, 3)` are from where the object is to stay `(B,)` [m]."""
-        return np.asarray(self.distance - self.shift(pose)[:, 0])
+        return np.asarray(self.distance - self.come(self.shift(pose)))
 
     def goal(self, distance: Array | float) -> Array:
         """Return the poses `(B, 3)` at a distance [m] along the primitives."""
@@ -67,6 +89,8 @@ class Scene:
     hand: HandSpec
     objects: tuple[ObjectSpec, ...]
     """The object of each world."""
+    drawn: Array | None = None
+    """What is drawn of each world, as numbers `(B, DRAWN)`; None where nothing is."""
 
 
 OfHand = float | tuple[float, ...] | Callable[[HandSpec], Array | float]
@@ -79,7 +103,7 @@ class Part:
 
     name: str
     """What they are, and their unit before they are scaled."""
-    values: Callable[[State, Aim, Scene], Array]
+    values: Callable[[View, Aim, Scene], Array]
     """Gives them `(B, size)`."""
     half: OfHand
     """How far from the middle becomes 1."""
@@ -104,13 +128,15 @@ class Layout:
     name: str
     """Name, which changes with the parts."""
     parts: tuple[Part, ...]
+    sensed: bool = False
+    """Whether they are of what is sensed, a `Past`, instead of a `State`."""
 
     def size(self, hand: HandSpec) -> int:
         """Return how many numbers an observation has."""
         return sum(part.size(hand) for part in self.parts)
 
 
-def observe(layout: Layout, state: State, aim: Aim, scene: Scene) -> Array:
+def observe(layout: Layout, state: View, aim: Aim, scene: Scene) -> Array:
     """Return the observations of a batch `(B, size)`, cut to [-1, 1]."""
     hand = scene.hand
     parts = [
@@ -118,20 +144,6 @@ def observe(layout: Layout, state: State, aim: Aim, scene: Scene) -> Array:
         for part in layout.parts
     ]
     return np.clip(np.concatenate(parts, axis=-1), -1.0, 1.0)
-
-
-def find_layout(name: str) -> Layout:
-    """Return a layout by name; `grip,tip_speed` adds a user's part to one.
-
-    Raises:
-        InputError: there is none of that name.
-    """
-    first, *more = name.split(",")
-    if first not in LAYOUTS:
-        near, known = near_matches(first, LAYOUTS), ", ".join(LAYOUTS)
-        raise InputError(f"unknown observation {first!r}{near}; allowed are {known}")
-    layout = LAYOUTS[first]
-    return Layout(",".join([layout.name, *more]), (*layout.parts, *(PARTS.known(word) for word in more)))
 
 
 def numbers_for(given: OfHand, hand: HandSpec) -> Array:
@@ -258,6 +270,20 @@ _HELD = (
 GRIP = Layout("grip-1", (_AIMED[0], *_LEFT, *_AIMED[1:], *_HELD))
 """31 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""
 
+TRUTH = Layout(
+    "truth-1",
+    (
+        *GRIP.parts,
+        Part(
+            "the world as it is drawn: logarithms of factors, and delays in decisions",
+            lambda state, _aim, scene: np.zeros((state.n_worlds, DRAWN)) if scene.drawn is None else scene.drawn,
+            3.0,
+            fixed=DRAWN,
+        ),
+    ),
+)
+"""The same with what differs between worlds: what critics may see of worlds of which an actor has its senses alone."""
+
 OPEN = Layout("grip-open-1", (*_AIMED, *_HELD))
 """The same without the way left to go: a policy must learn by itself how far each grip carries."""
 
@@ -283,31 +309,3 @@ WHOLE = Layout(
     ),
 )
 """28 numbers with two links a finger for training on a whole task that sees its end but not its path."""
-
-LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN, "whole": WHOLE}
-"""Layouts by the name that configurations use."""
-
-
-def _user_part(name: str, given: object) -> Part:
-    """Return a user's part, its values looked at; raise InputError where it is none."""
-    if (
-        not isinstance(given, Part)
-        or not callable(given.values)
-        or given.fixed + given.for_joint + given.for_finger < 1
-    ):
-        raise InputError(
-            f"observation part {name!r} is {describe(getattr(given, 'values', given))}: it must be a function of state,"
-            " aim and scene that gives at least one number a world; tell how many by fixed, for_joint or for_finger"
-        )
-
-    def values(state: State, aim: Aim, scene: Scene) -> Array:
-        found, wanted = np.asarray(given.values(state, aim, scene), float), (state.n_worlds, given.size(scene.hand))
-        if found.shape != wanted:
-            raise InputError(f"observation part {name!r} gives {found.shape}: it must give {wanted}, worlds by numbers")
-        return found
-
-    return replace(given, name=name, values=values)
-
-
-PARTS: Registry[Part] = Registry("observation part", {}, _user_part)
-"""Parts that users add to an observation."""

@@ -29,7 +29,7 @@ class SensedSequencer:
         self, task: Task, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
     ) -> None:
         """Take worlds through plans, one each, given in the palm frame, as far as the task says."""
-        self._estimator = Estimator(task)
+        self._estimator = Estimator(task.hand, task.objects[0])
         self._waiting = repertoire["hold"](replace(task, start=None, distance=np.zeros(task.n_worlds)))
         self.sequence = Sequencer(task, plans, repertoire, config)
         """What decides."""

@@ -1,0 +1,99 @@
+"""What a learned controller on real senses remembers: readings of a short while, and an estimate of the object."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.estimator import Estimator
+from inhand.control.kept import Remembered, remember, remembered
+from inhand.control.seen import Seen
+from inhand.geometry import Array, wrap_angle
+from inhand.hands.fit import Held
+from inhand.tasks.past import LAGS, Past
+
+WAIT = 0.24
+"""Time in the grip before the object is moved [s]: seven frames at 30 Hz."""
+SOON = 1e-9
+"""Times that are less apart are one [s]."""
+
+
+class Memory:
+    """What is remembered of B worlds, in each since its primitive began. It waits at first, to learn where that is."""
+
+    def __init__(self, held: Held, seen: Seen) -> None:
+        """Begin in every world with what is seen."""
+        count, joints = seen.joint_angles.shape
+        self._joints, self._head = joints, 0
+        self._rows = np.zeros((max(LAGS) + 1, count, 2 * joints + 4))
+        self._first, self._start, self._believed = np.zeros((count, joints)), *np.zeros((2, count, 3))
+        self._frames, self._began, self._newest = np.zeros((3, count))
+        self._waiting = np.ones(count, dtype=bool)
+        self._estimator = Estimator(*held)
+        self._estimator.begin(seen)
+        self.begin(np.arange(count), seen)
+
+    def begin(self, worlds: NDArray[np.int64], seen: Seen) -> None:
+        """Begin a primitive in some worlds `(K,)`, from what is seen of all."""
+        self._rows[:, worlds] = _row(seen)[worlds]
+        self._estimator.begin(seen, worlds)
+        now = (
+            (self._first, seen.joint_angles),
+            (self._start, seen.frame_pose),
+            (self._began, seen.time),
+            (self._newest, seen.frame_time),
+            (self._believed, self._estimator.pose),
+        )
+        for kept, given in now:
+            kept[worlds] = given[worlds]
+        self._frames[worlds], self._waiting[worlds] = 1.0, True
+
+    def take(self, seen: Seen) -> None:
+        """Go on by a decision."""
+        self._head = (self._head + 1) % len(self._rows)
+        self._rows[self._head] = _row(seen)
+        self._estimator.take(seen)
+        fresh = self._waiting & (seen.frame_time > self._newest + SOON)
+        away = seen.frame_pose - self._start
+        away[:, 2] = wrap_angle(away[:, 2])
+        self._frames = self._frames + fresh
+        self._start = self._start + np.where(fresh[:, None], away / self._frames[:, None], 0.0)
+        self._newest = np.where(fresh, seen.frame_time, self._newest)
+        self._believed = np.where(self._waiting[:, None], self._estimator.pose, self._believed)
+        self._waiting = self._waiting & (seen.time - self._began < WAIT - SOON)
+
+    @property
+    def waiting(self) -> NDArray[np.bool_]:
+        """Which hands wait for frames `(B,)`."""
+        return self._waiting
+
+    @property
+    def past(self) -> Past:
+        """What is remembered now."""
+        n, rows = self._joints, self._rows[[(self._head - lag) % len(self._rows) for lag in LAGS]]
+        points, askew = self._estimator.grip
+        return Past(
+            joints=rows[..., :n],
+            commands=rows[..., n : 2 * n],
+            frames=rows[..., 2 * n : -1],
+            ages=rows[..., -1],
+            first=self._first.copy(),
+            start=self._start.copy(),
+            waiting=self._waiting.copy(),
+            pose=self._estimator.pose,
+            believed=self._believed.copy(),
+            points=points,
+            askew=askew,
+        )
+
+    def state_dict(self) -> Remembered:
+        """Return everything that `load_state_dict` needs, arrays by name."""
+        return {f"memory.{name}": array for name, array in remembered(self, (Estimator,)).items()}
+
+    def load_state_dict(self, kept: Remembered) -> None:
+        """Go on from what `state_dict` returned, among others, byte for byte."""
+        mine = "memory."
+        own = {name.removeprefix(mine): array for name, array in kept.items() if name.startswith(mine)}
+        remember(self, (Estimator,), own)
+
+
+def _row(seen: Seen) -> Array:
+    return np.concatenate([seen.joint_angles, seen.targets, seen.frame_pose, seen.age[:, None]], axis=-1)

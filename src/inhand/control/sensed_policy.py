@@ -1,0 +1,76 @@
+"""A learned policy on what a hand can know: it waits for its first frames, then goes the way that it is told."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.controller import Task
+from inhand.control.estimator import Estimator
+from inhand.control.follow import follow_limit
+from inhand.control.ik_sensed import SENSED_IK
+from inhand.control.memory import Memory
+from inhand.control.policy import Policy, aims_of, check_task
+from inhand.control.seen import SENSED, Seen
+from inhand.geometry import Array
+from inhand.hands.fit import Held
+from inhand.tasks.decisions import targets_of
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Aim, Scene, observe
+
+GAINED = 5e-4
+"""A hand whose object is believed to have come no farther than this along its way [m] during"""
+STILL_TIME = 0.4
+"""this time [s] holds, and its episode is over."""
+
+
+class SensedPolicyController:
+    """Moves or turns the object of every world as a policy says, and ends where the policy holds."""
+
+    reads = SENSED
+
+    def __init__(self, task: Task, policy: Policy) -> None:
+        """Carry objects along the task's paths, which are straight or turn on the spot.
+
+        Raises:
+            InputError: other paths, or a hand with another number of joints than the policy knows.
+        """
+        check_task(policy, task)
+        self._task, self._policy = task, policy
+        self._angle, self._turn = aims_of(task.path.poses)
+        self._layout, self._scene = find_layout(policy.observation), Scene(task.hand, task.objects)
+
+    def begin(self, seen: Seen) -> None:
+        """Start a primitive where the object is now."""
+        held = Held(self._task.hand, self._task.objects[0])
+        self._memory, self._taken = Memory(held, seen), True
+        self._asked = Aim(self._angle, seen.frame_pose, self._way(held, seen), turn=self._turn)
+        self.progress = np.zeros(seen.n_worlds)
+        """How far each object is believed to have come along its path `(B,)` [m]."""
+        self._best = np.zeros(seen.n_worlds)
+        self._still = np.zeros(seen.n_worlds)
+
+    def act(self, seen: Seen) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        if not self._taken:
+            self._memory.take(seen)
+        self._taken = False
+        self._past = self._memory.past
+        aim = self._past.aimed(self._asked)
+        self.progress = aim.come(self._past.shift(aim))
+        action = self._policy(observe(self._layout, self._past, aim, self._scene))
+        return targets_of(action, self._policy.actions, self._task.hand, self._past)
+
+    def finished(self, seen: Seen) -> NDArray[np.bool_]:
+        """Return which worlds have gained nothing on their way for a while `(B,)`."""
+        del seen
+        gained = (self.progress > self._best + GAINED) | self._past.waiting
+        self._best = np.where(gained, self.progress, self._best)
+        self._still = np.where(gained, 0.0, self._still + self._task.control_period)
+        return np.asarray(self._still >= STILL_TIME)
+
+    def _way(self, held: Held, seen: Seen) -> Array:
+        """Return the way to go `(B,)` [m]: as the task says, or as far as the grip is predicted to carry."""
+        if self._task.distance is not None:
+            return np.minimum(self._task.distance, self._task.path.length)
+        estimator = Estimator(*held)
+        estimator.begin(seen)
+        return follow_limit(self._task, estimator.state(seen), SENSED_IK.friction_share, SENSED_IK.margin)

@@ -1,0 +1,53 @@
+"""Who shows how it is done: a controller of the catalogue, or a teacher that knows every world as it was drawn."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from inhand.control import loop
+from inhand.control.catalogue import find_controller
+from inhand.control.seen import reads_of
+from inhand.control.teacher import Teacher
+from inhand.geometry import Array
+from inhand.hands.fit import Held
+from inhand.learning.starts import Starts, expert_task
+from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.tasks.decisions import actions_of
+
+TEACHER = "teacher"
+"""Name of the teacher among experts."""
+FARTHEST = 0.2
+"""Way that no hand carries an object [m]."""
+LONGEST = 200
+"""Decisions in which the teacher has gone as far as any grip holds."""
+KEPT = 0.004
+"""What is kept from where the teacher lost the object [m]: as much as a policy keeps from a predicted end."""
+
+
+def expert_of(name: str, held: Held, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
+    """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
+    if name == TEACHER:
+        teacher = Teacher(*held, starts.disturbed, len(starts))
+        return lambda: teacher.act(worlds.state, worlds.asked)
+    expert = find_controller(name).manipulate(expert_task(held, starts))
+    reads = reads_of(expert)
+    expert.begin(loop.sense(worlds.state, worlds.between, reads))
+    return lambda: expert.act(loop.sense(worlds.state, worlds.between, reads))
+
+
+def taught_reach(held: Held, starts: Starts, rng: np.random.Generator) -> Array:
+    """Return how far the teacher carries the object of each start in its own world, before it is lost `(N,)` [m]."""
+    far = Starts(**(vars(starts) | {"distance": np.full(len(starts), FARTHEST)}))
+    interface = Interface("grip", "steps", "gain", horizon=LONGEST)
+    worlds = ManipulationWorlds(held, far, len(far), interface, rng)
+    worlds.reset(np.arange(len(far)))
+    teach = expert_of(TEACHER, held, far, worlds)
+    going, best = np.ones(len(far), dtype=bool), np.zeros(len(far))
+    for _ in range(LONGEST - 1):
+        step = worlds.step(actions_of(teach(), interface.actions, held.hand, worlds.seen))
+        going = going & ~step.terminated
+        here = going & step.after.touching.all(axis=-1)
+        best = np.where(here, np.maximum(best, worlds.asked.come(step.shift)), best)
+        if not going.any():
+            break
+    return np.maximum(best - KEPT, 0.0)

@@ -1,0 +1,91 @@
+"""What is to be demonstrated: how, in which directions, and what is seen, done and paid for."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from inhand.geometry import Array
+from inhand.hands.fit import Held
+from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
+from inhand.learning.starts import Noise, grid_of
+from inhand.learning.worlds import Interface
+from inhand.records import Config
+from inhand.sim.disturbance import Disturbance
+from inhand.sim.names import ENGINE, Engine
+from inhand.tasks.primitives import UNSEEN
+
+
+@dataclass(frozen=True)
+class Recipe(Config):
+    """How demonstrations are made."""
+
+    episodes: int = 5000
+    """Number of episodes (thesis 3.3.4 keeps 5,000 of the expert)."""
+    expert: str = "ik"
+    """Who demonstrates: ik, ik-cautious, thesis-ik, or teacher, which knows every world as it was drawn."""
+    push: float = 0.01
+    """Largest standard deviation of the noise added to joint targets [rad]; each episode draws its own up to it."""
+    midway: float = 0.25
+    """Share of the episodes that start where an earlier one was under way, in a new direction."""
+    grasp: Literal["planned", "rough", "sensed"] = "planned"
+    """Grip of the starts: planned for each direction; rough, on the middle of the object's sides (thesis 3.2); or
+    sensed, one of several for each direction that are planned for less friction than is told too."""
+    whole: float = 1.0
+    """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
+    grip_spread: float = 0.0
+    """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
+    steered: float = 0.15
+    """Share of the episodes that the expert steers where it labels those of an actor."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What is to be recorded."""
+
+    hand: HandSpec
+    object: ObjectSpec
+    angles_deg: tuple[float, ...]
+    """Directions, drawn evenly [deg]."""
+    recipe: Recipe
+    interface: Interface
+    """What is seen, done and rewarded."""
+    noise: Noise
+    seed: int
+    engine: Engine = ENGINE
+    continuous: bool = False
+    """Whether half of the directions are drawn anywhere on the circle but near the 8 unseen ones."""
+    held_out: float = 5.0
+    """Half width of the sectors about those that are left out [deg]."""
+    task: str = ""
+    """Whole task to show instead of directions."""
+    disturb: Disturbance | None = None
+    """What disturbs the worlds, each of which an episode has for itself."""
+
+    @property
+    def held(self) -> Held:
+        """The hand and the object."""
+        return Held(self.hand, self.object)
+
+    @property
+    def grid(self) -> tuple[float, ...]:
+        """Directions that grasps are planned for [deg]."""
+        anywhere = self.continuous or self.recipe.grip_spread > 0
+        return grid_of(np.arange(0.0, 360.0) if anywhere else np.array(self.angles_deg))
+
+    def draw(self, rng: np.random.Generator, count: int) -> Array:
+        """Return drawn directions `(count,)` [deg]."""
+        named = np.asarray(rng.choice(np.array(self.angles_deg), count))
+        if not self.continuous:
+            return named
+        anywhere = 360.0 * rng.random((20, count))
+        allowed = from_unseen(anywhere) >= self.held_out
+        found = np.where(allowed.any(axis=0), anywhere[allowed.argmax(axis=0), np.arange(count)], named)
+        return np.where(rng.random(count) < 0.5, named, found)
+
+
+def from_unseen(angle_deg: Array) -> Array:
+    """Return how far directions [deg] are from the nearest of the 8 unseen ones [deg]."""
+    unseen = np.array([primitive.angle_deg for primitive in UNSEEN])
+    return np.asarray(np.abs((angle_deg[..., None] - unseen + 180.0) % 360.0 - 180.0).min(axis=-1))

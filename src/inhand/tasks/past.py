@@ -1,0 +1,141 @@
+"""What a hand knows at a decision, and what it knew a little before: the view of layouts of what is sensed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.geometry import Array
+from inhand.tasks.observations import Aim, Layout, Part, Scene, by_rank
+
+LAGS = (0, 1, 2, 4, 8)
+"""Decisions back that are remembered, the present one first: 160 ms, in which a camera of 30 Hz takes five frames."""
+
+
+@dataclass(frozen=True)
+class Past:
+    """What is known of B worlds with n joints and F fingers; of L decisions, which lie `LAGS` back."""
+
+    joints: Array
+    """What the encoders read `(L, B, n)` [rad]."""
+    commands: Array
+    """The commands that were last given then `(L, B, n)` [rad]."""
+    frames: Array
+    """The object's pose in the last frame that had come in `(L, B, 3)` [m, m, rad]."""
+    ages: Array
+    """How old that frame was `(L, B)` [s]."""
+    first: Array
+    """What the encoders read when the primitive began `(B, n)` [rad]."""
+    start: Array
+    """Where the primitive starts: the mean of the frames while the hand waited `(B, 3)` [m, m, rad]."""
+    waiting: NDArray[np.bool_]
+    """Whether the hand still waits for frames `(B,)`."""
+    pose: Array
+    """Where an estimator believes the object now `(B, 3)` [m, m, rad]."""
+    believed: Array
+    """Where it believed it when the wait ended `(B, 3)` [m, m, rad]."""
+    points: Array
+    """Where it believes the fingers to touch, in the object's frame `(B, F, 2)` [m]."""
+    askew: Array
+    """Angles from the outline's normals there to the line between them `(B, F)` [rad]."""
+
+    @property
+    def joint_angles(self) -> Array:
+        """What the encoders read now `(B, n)` [rad]."""
+        return np.asarray(self.joints[0])
+
+    @property
+    def targets(self) -> Array:
+        """The commands that were last given `(B, n)` [rad]."""
+        return np.asarray(self.commands[0])
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return len(self.start)
+
+    def shift(self, aim: Aim) -> Array:
+        """Return the way along and to the left [m] and the angle turned [rad] as believed, since the wait `(B, 3)`."""
+        return aim.shift(aim.start + self.pose - self.believed)
+
+    def aimed(self, aim: Aim) -> Aim:
+        """Return what is asked as the hand knows it: from where it saw the primitive start; while it waits, to stay."""
+        return replace(aim, start=self.start, distance=np.where(self.waiting, 0.0, aim.distance))
+
+
+def _ranked(lags: Array, scene: Scene) -> Array:
+    """Return numbers of all joints at each lag `(L, B, n)`, in the order of `by_rank`, side by side `(B, L n)`."""
+    return np.concatenate(list(lags[..., by_rank(scene.hand)]), axis=-1)
+
+
+def _each(given: Array | float, past: Past) -> Array:
+    """Return a number of each world `(B, 1)`."""
+    return np.broadcast_to(given, past.n_worlds)[:, None]
+
+
+def _frames(past: Past, aim: Aim, _scene: Scene) -> Array:
+    return np.concatenate([aim.shift(frames) for frames in past.frames], axis=-1)
+
+
+def _left(past: Past, aim: Aim, _scene: Scene) -> Array:
+    return np.asarray(aim.distance - aim.come(past.shift(aim)))[:, None]
+
+
+SENSES = Layout(
+    "senses-1",
+    (
+        Part("direction, unit vector; 0 of a turn", lambda _past, aim, _scene: aim.heading, 1.0, fixed=2),
+        Part("side of a turn", lambda past, aim, _scene: _each(aim.turn, past), 1.0, fixed=1),
+        Part("way to go in all [m]", lambda past, aim, _scene: _each(aim.distance, past), 0.1, fixed=1),
+        Part(
+            "object at the start, from where hands hold it [m, m, rad]",
+            lambda past, _aim, scene: past.start - scene.hand.start_pose,
+            (0.15, 0.15, 1.0),
+            fixed=3,
+        ),
+        Part(
+            "encoders at the start [rad]",
+            lambda past, _aim, scene: past.first[:, by_rank(scene.hand)],
+            np.pi,
+            for_joint=1,
+        ),
+        Part("encoders [rad]", lambda past, _aim, scene: _ranked(past.joints, scene), np.pi, for_joint=len(LAGS)),
+        Part(
+            "encoders since then [rad]",
+            lambda past, _aim, scene: _ranked(past.joints[0] - past.joints[1:], scene),
+            1 / 30,
+            for_joint=len(LAGS) - 1,
+        ),
+        Part(
+            "commands ahead of the encoders [rad]",
+            lambda past, _aim, scene: _ranked(past.commands - past.joints, scene),
+            0.2,
+            for_joint=len(LAGS),
+        ),
+        Part(
+            "frames: way along and to the left [m], angle turned [rad]",
+            _frames,
+            (0.1, 0.01, 0.2) * len(LAGS),
+            fixed=3 * len(LAGS),
+        ),
+        Part("age of the frames [s]", lambda past, _aim, _scene: past.ages.T, 0.1, fixed=len(LAGS)),
+        Part(
+            "believed: way along and to the left [m], angle turned [rad]",
+            lambda past, aim, _scene: past.shift(aim),
+            (0.1, 0.01, 0.2),
+            fixed=3,
+        ),
+        Part("the same of a turn [rad]", lambda past, aim, _scene: past.shift(aim)[:, 2:], 1.5, fixed=1),
+        Part("believed: way left to go [m]", _left, 0.1, fixed=1),
+        Part("the same, near the end [m]", _left, 0.01, fixed=1),
+        Part(
+            "believed: contacts in the object frame [m]",
+            lambda past, _aim, _scene: past.points.reshape(past.n_worlds, -1),
+            0.04,
+            for_finger=2,
+        ),
+        Part("believed: how askew contacts are [rad]", lambda past, _aim, _scene: past.askew, 0.5, for_finger=1),
+    ),
+    sensed=True,
+)
+"""99 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""

@@ -1,0 +1,169 @@
+"""What a learned controller on real senses remembers, what it is asked, and the teacher that it learns from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from inhand.control.catalogue import learned
+from inhand.control.controller import Task
+from inhand.control.memory import WAIT, Memory
+from inhand.control.policy import Policy, aims_of
+from inhand.control.seen import Seen, exact
+from inhand.control.sensed_policy import SensedPolicyController
+from inhand.errors import InputError
+from inhand.geometry import TURN_ARM, Array, Path
+from inhand.hands.fit import Held
+from inhand.hands.sides import rough_plan
+from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.starts import Starts, gripped
+from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.sim.disturbance import FIELD
+from inhand.tasks.decisions import actions_of
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Aim
+from inhand.tasks.past import LAGS
+from test_simulator import CUBE, HAND
+
+HELD, PERIOD = Held(HAND, CUBE), 0.02
+
+
+@pytest.fixture(scope="module")
+def starts() -> Starts:
+    """Return an object held in four worlds of `field`, two of them to go right, and two up."""
+    plans = dict.fromkeys((0.0, 90.0), rough_plan(*HELD))
+    angles = np.array([0.0, 0.0, 90.0, 90.0])
+    found = gripped(*HELD, (plans, angles), np.random.default_rng(0), disturb=FIELD)
+    return replace(found, distance=np.full(4, 0.02))
+
+
+def seen_at(starts: Starts, decision: int, frame: Array | None = None) -> Seen:
+    """Return what is sensed some decisions after the starts where all stands still; a `frame` is a new one."""
+    seen = exact(starts.state)
+    time = seen.time + PERIOD * decision
+    return replace(seen, time=time, **({} if frame is None else {"frame_pose": frame, "frame_time": time}))
+
+
+def test_readings_are_remembered_by_their_lag(starts: Starts) -> None:
+    memory = Memory(HELD, seen_at(starts, 0))
+    for decision in range(1, 12):
+        seen = seen_at(starts, decision)
+        memory.take(replace(seen, joint_angles=seen.joint_angles + 0.001 * decision))
+    past, joints = memory.past, starts.state.joint_angles
+    for lag, found in zip(LAGS, past.joints, strict=True):
+        np.testing.assert_allclose(found, joints + 0.001 * (11 - lag), atol=1e-12)
+    np.testing.assert_array_equal(past.first, joints)
+    np.testing.assert_allclose(past.ages[0], 11 * PERIOD)
+
+
+def test_the_start_is_the_mean_of_the_frames_of_the_wait_alone(starts: Starts) -> None:
+    memory, pose = Memory(HELD, seen_at(starts, 0)), starts.state.pose
+    asked = Aim(np.zeros(4), pose, np.full(4, 0.03))
+    last = round(WAIT / PERIOD)
+    for decision in range(1, last + 1):
+        assert memory.past.waiting.all()
+        np.testing.assert_array_equal(memory.past.aimed(asked).distance, np.zeros(4))
+        memory.take(seen_at(starts, decision, pose + 0.001 * decision))
+    wanted = pose + 0.001 * np.arange(last + 1).mean()
+    np.testing.assert_allclose(memory.past.aimed(asked).start, wanted, atol=1e-9)
+    for decision in range(last + 1, last + 4):
+        memory.take(seen_at(starts, decision, pose + 0.1))
+    past = memory.past
+    assert not past.waiting.any()
+    np.testing.assert_allclose(past.start, wanted, atol=1e-9)
+    np.testing.assert_array_equal(past.aimed(asked).distance, asked.distance)
+    # What is believed counts from when the wait ended.
+    assert (np.abs(past.shift(asked)[:, 0]) > 0.005).all()
+
+
+def test_one_world_begins_anew_and_the_others_go_on(starts: Starts) -> None:
+    both, alone = (Memory(HELD, seen_at(starts, 0)) for _ in range(2))
+    moved = starts.state.pose + 0.002
+    for decision in range(1, 30):
+        seen = seen_at(starts, decision, moved)
+        for memory in (both, alone):
+            memory.take(seen)
+        if decision == 20:
+            both.begin(np.array([2]), seen)
+    others = np.array([0, 1, 3])
+    for name, values in vars(both.past).items():
+        worlds = 1 if values.shape[0] == len(LAGS) and values.ndim > 1 else 0
+        one, two = (np.take(getattr(each.past, name), others, axis=worlds) for each in (both, alone))
+        np.testing.assert_array_equal(one, two, err_msg=name)
+    assert both.past.waiting.tolist() == [False, False, True, False]
+    np.testing.assert_allclose(both.past.start[2], moved[2])
+
+
+def test_paths_that_bend_are_nothing_for_a_policy_and_turns_on_the_spot_are() -> None:
+    way = np.linspace(0.0, 0.1, 5)
+    straight = np.stack([0 * way, way, 0 * way], axis=-1)
+    turn = np.stack([0 * way, 0 * way, -way], axis=-1)
+    angle, side = aims_of(np.stack([straight, turn]))
+    np.testing.assert_allclose(angle, [np.pi / 2, 0.0])
+    np.testing.assert_array_equal(side, [0.0, -1.0])
+    with pytest.raises(InputError, match="straight primitives"):
+        aims_of((straight + turn)[None])
+
+
+def test_a_turn_is_a_way_on_an_arc_and_what_it_moves_is_off() -> None:
+    aim = Aim(np.zeros(2), np.zeros((2, 3)), 0.01, turn=np.array([-1.0, 0.0]))
+    shift = aim.shift(np.array([[0.003, 0.004, -0.1], [0.003, 0.004, -0.1]]))
+    np.testing.assert_allclose(aim.come(shift), [0.1 * TURN_ARM, 0.003])
+    np.testing.assert_allclose(aim.off(shift), [[0.005, 0.004], [0.0, 0.1]])
+    np.testing.assert_array_equal(aim.heading, [[0.0, 0.0], [1.0, 0.0]])
+
+
+def test_a_policy_on_senses_holds_while_it_waits_then_is_told_its_way_and_ends(starts: Starts) -> None:
+    told = []
+
+    class Listens(Policy):
+        def __call__(self, observation: Array) -> Array:
+            told.append(observation[:, 3].copy())
+            return np.zeros((len(observation), HAND.n_joints))
+
+    policy = Listens(
+        (np.zeros((find_layout("senses").size(HAND), 4)),), (np.zeros(4),), "senses", "steps", "sensed", {}, None
+    )
+    path = Path(np.tile(np.linspace(0.0, 0.05, 3)[:, None] * [1.0, 0.0, 0.0], (4, 1, 1)))
+    entry = learned("senses", policy)
+    assert entry.reads == "sensed"
+    controller = entry.manipulate(Task(HAND, (CUBE,) * 4, path, distance=np.full(4, 0.03)))
+    assert isinstance(controller, SensedPolicyController)
+    controller.begin(seen_at(starts, 0))
+    done = []
+    for decision in range(40):
+        np.testing.assert_array_equal(controller.act(seen_at(starts, decision)), starts.state.targets)
+        done.append(bool(controller.finished(seen_at(starts, decision)).all()))
+    waits = round(WAIT / PERIOD)
+    np.testing.assert_allclose(told, np.repeat([0.0, 0.3], [waits, 40 - waits])[:, None] * np.ones(4))
+    assert done.index(True) == pytest.approx(waits + 0.4 / PERIOD, abs=2)
+
+
+def test_the_teacher_knows_zeros_and_carries_the_object_where_it_is_asked(starts: Starts) -> None:
+    interface = Interface("senses", "steps", "progress", horizon=200, truth="truth")
+    worlds = ManipulationWorlds(HELD, starts, 4, interface, np.random.default_rng(1))
+    worlds.reset(np.arange(4))
+    teach = expert_of(TEACHER, HELD, starts, worlds)
+    shift, lost = np.zeros((4, 3)), np.zeros(4, dtype=bool)
+    for _ in range(110):
+        step = worlds.step(actions_of(teach(), "steps", HAND, worlds.seen))
+        shift, lost = step.shift, lost | step.terminated
+    assert not lost.any()
+    np.testing.assert_allclose(shift[:, 0], 0.02, atol=2.5e-3)
+    assert np.abs(shift[:, 1]).max() < 2e-3
+    assert step.observation.shape == (4, 99 + 40)
+
+
+def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> None:
+    rows = np.array([0, 0])
+    twice = starts.take(rows, starts.angle_deg[rows])
+    assert twice.disturbed is not None
+    spec = replace(FIELD, pushes=type(FIELD.pushes)())
+    worlds = [
+        replace(each, spec=spec, drawn=replace(each.drawn, friction=f))
+        for each, f in zip(twice.disturbed, (0.1, 1.5), strict=True)
+    ]
+    found = taught_reach(HELD, replace(twice, disturbed=tuple(worlds)), np.random.default_rng(2))
+    assert 0.0 <= found[0] < found[1] - 0.005

@@ -103,8 +103,7 @@ class Trainer:
         worlds = ManipulationWorlds(
             ready.held, ready.starts, config.worlds, config.interface, np.random.default_rng((config.seed, 2))
         )
-        looking = config.learning.discount, config.learning.look_ahead
-        self._collector = Collector(worlds, ready.columns, looking)
+        self._collector = Collector(worlds, ready.columns, (config.learning.discount, config.learning.look_ahead))
         self._learner = new_learner(config.learning, ready.columns, config.seed)
         rows = config.agent_episodes * config.interface.horizon
         spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon

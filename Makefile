@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test fuzz sweep robustness bench learn ship study compare lock
+.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -41,6 +41,11 @@ bench: .venv/.dev
 	$(BIN)/python benchmarks/disturbed.py
 	$(BIN)/python benchmarks/report_time.py
 	$(BIN)/python benchmarks/before.py
+
+# PyBullet against MuJoCo: a minute, then hours on one core for 480 trials each of three controllers.
+engines: .venv/.dev
+	$(BIN)/python benchmarks/matching.py
+	$(BIN)/python benchmarks/gap.py --keep results/gap --out results/gap/gap.png
 
 # Trains every row of the learning tables: hours.
 learn: .venv/.dev

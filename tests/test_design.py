@@ -19,11 +19,13 @@ from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.figure import star
 from inhand.asterisk_test.design.looked import Look, Looked, bar_of, front_of, look, reached, variants
 from inhand.asterisk_test.design.run import DesignRun
+from inhand.asterisk_test.design.search import search
 from inhand.asterisk_test.study import command
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.hands.files import load_hand
 from inhand.hands.hand import HandSpec
+from inhand.records import configured
 from inhand.tasks.reach import Limit
 
 SMALL: dict[str, Any] = {
@@ -176,6 +178,26 @@ def test_a_hopeless_hand_is_given_up_and_one_that_is_short_is_not(tmp_path: Path
     short = replace(hand, left=replace(hand.left, links=(0.07, 0.07)))
     assert look(replace(job, hand=short), os.getpid()).whole
     assert front_of(asked, [best, seen(asked, 2, hand, 200.0), seen(asked, 3, short, 200.0), found])[1].number == 3
+
+
+@pytest.mark.parametrize("sampler", ["tpe", "nsga2"])
+def test_a_sampler_learns_and_proposes_the_same_hands_again(
+    sampler: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def wide(job: Look, _: int) -> Looked:
+        return seen(job.asked, job.number, job.hand, 1e3 * job.hand.link_width + 1e3 * job.hand.palm_width)
+
+    def searched(seed: int, hands: int) -> list[Looked]:
+        config = configured(DesignConfig, {"sampler": sampler, "seed": seed, "hands": hands})
+        return search(config, asked, [], tmp_path, lambda _: None)
+
+    asked = asked_of(aims=("mean",))
+    monkeypatch.setattr("inhand.asterisk_test.design.search.look", wide)
+    hands = searched(3, 50)
+    assert [each.hand for each in searched(3, 25)] == [each.hand for each in hands[:25]]
+    assert searched(4, 1)[0].hand != hands[0].hand
+    reach = [each.aims["mean"] for each in hands]
+    assert np.mean(reach[40:]) > np.mean(reach[:20]) + 3
 
 
 def test_turns_count_as_an_arc_and_hands_that_hold_nothing_as_nothing() -> None:

@@ -77,7 +77,11 @@ def test_a_card_tells_every_number_of_an_observation() -> None:
     reach = card.inputs[1]
     assert reach.middle[0] == 0.0
     assert reach.half[1] == pytest.approx(reach.half[0] / 2)
-    assert (card.actions, card.largest_step) == ("steps", 0.04)
+    assert (card.actions, card.largest_step, card.lags) == ("steps", 0.04, ())
+    counts = {part.name: part.count for part in card_of(a_policy("senses")).inputs}
+    lags = card_of(a_policy("senses")).lags
+    assert lags == (0, 1, 2, 4, 8)
+    assert counts["encoders [rad]"] == len(lags) * HAND.n_joints
     assert card.contract.joints == ("left 0", "left 1", "right 0", "right 1")
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import inhand
 from commands import in_a_process
-from inhand.control.catalogue import ControllerEntry, find_controller, rough_grasp
+from inhand.control.catalogue import ControllerEntry, find_controller, learned, rough_grasp
 from inhand.control.contract import contract_of
 from inhand.control.controller import Task
 from inhand.control.drive import Driven, check_entry, drive
@@ -366,6 +366,20 @@ def test_what_cannot_be_driven_is_refused_before_the_hand_is_asked(settings: dic
 def test_settings_that_no_hand_can_have_are_refused() -> None:
     with pytest.raises(InputError, match=r"rate_hz is 0; it must be above 0"):
         DriveConfig(rate_hz=0)
+
+
+def test_a_learned_policy_on_real_senses_drives_a_hand() -> None:
+    policy = replace(a_policy("senses", strength=5.0), actions="fine", contract=contract_of(HAND, FIELD))
+    time = Time()
+    hand = Hand(time, fine, PLACED)
+    settings: dict[str, Any] = {"controller": learned("mine", policy), "grasp": GRASP, "clock": time.clock}
+    found = drive(hand.read, hand.command, senses="field", **settings)
+    assert found.outcome in {"reached", "time out"}
+    targets = found.array("targets")[found.array("phase") == "manipulate"]
+    steps = np.abs(np.diff(targets, axis=0)).max(axis=1)
+    assert 0.001 < steps.max() <= 0.01 + 1e-9
+    with pytest.raises(InputError, match=r"camera.rate_hz 30 there, 25 here"):
+        drive(hand.read, hand.command, senses="hard", **settings)
 
 
 def test_a_policy_runs_with_the_rate_and_the_senses_of_its_contract_alone() -> None:

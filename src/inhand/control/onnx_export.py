@@ -21,6 +21,7 @@ from inhand.records import text_of
 from inhand.tasks.decisions import Actions, largest_step
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import numbers_for
+from inhand.tasks.past import LAGS
 
 if TYPE_CHECKING:
     import onnx
@@ -56,6 +57,9 @@ class ModelCard:
     """Name of the layout of its observations, with its version (`tasks/observations.py`)."""
     inputs: tuple[InputCard, ...]
     """All numbers of an observation, in their order."""
+    lags: tuple[int, ...]
+    """Decisions back of which a layout with a memory tells, the present one first; its parts stand lag by lag, which is
+    put together outside (docs/real-hand.md). Empty where a layout has none."""
     actions: Actions
     """What actions mean: steps of the joint targets, or angles over the joints' ranges; cut to the hand's limits."""
     largest_step: float
@@ -135,7 +139,8 @@ def card_of(policy: Policy) -> ModelCard:
         inputs.append(InputCard(part.name, first, count, middle, half))
         first += count
     step = largest_step(policy.actions)
-    return ModelCard(layout.name, tuple(inputs), policy.actions, step, policy.contract, policy.trained)
+    lags = LAGS if layout.sensed else ()
+    return ModelCard(layout.name, tuple(inputs), lags, policy.actions, step, policy.contract, policy.trained)
 
 
 Node = tuple[str, tuple[str, ...], str]

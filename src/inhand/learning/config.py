@@ -160,7 +160,7 @@ def default() -> Training:
         "default",
         directions="continuous",
         interface=Interface("grip", "steps", "progress", horizon=200),
-        recipe=Recipe(episodes=2048, push=0.01, midway=0.25, whole=0.5, grip_spread=15.0),
+        recipe=Recipe(episodes=2048, push=0.01, midway=0.5, whole=0.5, grip_spread=60.0),
         learning=Learning(
             critics=2,
             critic_rate=3e-4,

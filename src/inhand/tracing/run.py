@@ -215,7 +215,7 @@ def _planned(config: TraceConfig, entry: ControllerEntry) -> Carries | None:
 
     def carries(held: Held, plan: Plan) -> float:
         poses = plan.path.poses[None]
-        way = entry.grasp(*held, poses, poses[:, 0], engine=config.engine).way
+        way = (entry.fixed_grasp or entry.grasp)(*held, poses, poses[:, 0], engine=config.engine).way
         return float(plan.way[-1] if way is None else way[0])
 
     return carries

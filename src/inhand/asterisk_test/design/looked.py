@@ -23,9 +23,9 @@ from inhand.records import read_json, read_record
 from inhand.tasks.primitives import Primitive
 from inhand.tasks.reach import limits
 
-SLACK = 0.06
-"""A hand is not looked at any further if another is better by this share in the coarse directions, and no worse in any
-aim. Of 200 hands of the study in docs/design-study.md none would have come to the front."""
+SLACK = 0.04
+"""A hand is not looked at any further if another is better by this share in the coarse directions. What all directions
+come to, of what these do, differs from hand to hand by 1.3 % (SD of 79 hands), and upwards by 2.3 % at most."""
 OFF_MM, OFF_DEG, OFF_FRICTION = 1.0, 2.0, 0.2
 """By how much hands a little off differ: links, joint limits, the share of the friction."""
 Bar: TypeAlias = tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]

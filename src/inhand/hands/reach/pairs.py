@@ -54,10 +54,10 @@ def reach_from(fingers: tuple[Chain, Chain], pairs: Pairs, cone: float, sources:
     """
     from inhand.hands.reach.flood import ask, spread
 
-    stack = np.arange(pairs.known.size)
     if sources is None:
         pairs.known[:] = ASKED
-        return spread(pairs, fingers, cone, stack, len(stack)) > 0
+        return spread(pairs, fingers, cone, np.arange(pairs.known.size), pairs.known.size) > 0
+    stack = np.empty(pairs.known.size, dtype=np.int64)
     marked = np.empty((len(pairs.known), sources.held.shape[1]), dtype=bool)
     return spread(pairs, fingers, cone, stack, ask(pairs, sources, marked, stack)) > 0
 

@@ -179,7 +179,7 @@ def test_the_shipped_policy_on_senses_carries_as_far_as_it_is_told_and_says_what
 
 
 def test_what_has_no_memory_is_not_given_the_layout_of_senses() -> None:
-    with pytest.raises(InputError, match="remembered from decision to decision"):
+    with pytest.raises(InputError, match="has a memory: make a controller"):
         user_policy(np.tanh, "senses")
     with pytest.raises(InputError, match="knows primitives: leave task out"):
         check(replace(preset("sensed"), task="key"))

@@ -254,7 +254,7 @@ def learned_grasp(
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts
     if isinstance(policy, Policy) and policy.grasp == "sensed":
-        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest)
+        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__, SHARES)
         return sensed_grasp(hand, spec, poses, carrier=carrier, engine=engine)
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
@@ -307,5 +307,7 @@ def _plain(name: str) -> str:
     return f"{plain}-policy" if plain in {*CONTROLLERS, *SHIPPED} else plain
 
 
+SHARES = (1.0, 0.95, 0.9, 0.8)
+"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
 SHIPPED = {"rl": "default", "rl-sensed": "sensed"}
 """Policies that come with the package by name, each with the preset that trained it, which is its folder."""

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 import inhand
 from inhand.control import sensed_plan
-from inhand.control.catalogue import CONTROLLERS, rough_grasp
+from inhand.control.catalogue import CONTROLLERS, learned, rough_grasp
 from inhand.control.controller import Task
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
+from inhand.control.policy import Policy
 from inhand.control.seen import Seen
 from inhand.control.trial import LOST_CONTACT, REACHED
 from inhand.errors import InputError
@@ -21,6 +22,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance import FIELD, Camera, Disturbance
 from inhand.sim.names import ENGINE
 from inhand.sim.state import State
+from inhand.tasks.layouts import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import follow
 from inhand.tracing.run import prepare_trace
@@ -112,6 +114,16 @@ def test_what_a_sensed_controller_does_not_plan_to_carry_is_refused_or_scaled() 
     assert scaled.size == pytest.approx(0.012, abs=0.001)
     with pytest.raises(InputError, match=r"task key, trial 1 .* carries the object only 60 of 66 mm along it"):
         prepare_trace(TraceConfig(path="key", controller=name, trials=1))
+
+
+def test_a_learned_policy_holds_a_drawing_as_was_planned_with_what_can_carry_it() -> None:
+    """The policy itself knows straight primitives, and a drawing bends."""
+    rng, inputs = np.random.default_rng(0), find_layout("senses").size(HELD.hand)
+    weights = rng.normal(0.0, 0.01, (inputs, HELD.hand.n_joints))
+    policy = Policy((weights,), (np.zeros(HELD.hand.n_joints),), "senses", "fine", "sensed", {})
+    (found,) = follow(HELD, learned("student", policy), [THREE[0]], ASIDE[:1], Bench())
+    assert found.trial.passport.reads == "sensed"
+    assert {event.what for event in found.events} == {"stuck", "gave up"}  # one that knows nothing
 
 
 def test_nothing_is_told_of_a_world_after_its_object_was_lost(monkeypatch: pytest.MonkeyPatch) -> None:

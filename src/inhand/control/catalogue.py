@@ -224,7 +224,7 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
     summary, grip = "a learned policy", partial(learned_grasp, policy=policy)
     if find_layout(policy.observation).sensed:
         summary, made = f"{summary} on encoders and a camera", partial(SensedPolicyController, policy=policy)
-        return ControllerEntry(name, summary, grip, made, policy, SENSED)
+        return ControllerEntry(name, summary, grip, made, policy, SENSED, fixed_grasp=sensed_grasp)
     controller = RouteController if policy.task else PolicyController
     return ControllerEntry(name, summary, grip, partial(controller, policy=policy), policy)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from inhand.control.catalogue import find_controller
 from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
 from inhand.control.ik_sensed import IkSensedController
+from inhand.control.looking import Looking
+from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import MARGIN, PRICE, sensed_grasp, told_way
+from inhand.control.sensed_plan import MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
@@ -107,8 +110,27 @@ def test_a_path_is_gone_whole_where_most_worlds_come_to_its_end() -> None:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan in few worlds."""
-    monkeypatch.setattr(sensed_plan, "DRAWS", (1, 3))
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
     monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
+
+
+def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 2), (1, 4)))
+    poses, rounds = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], []
+
+    def tried(*given: Any) -> list[Candidate]:
+        rounds.append((given[2], given[4]))
+        far = {each.plan.contacts.tobytes(): 0.01 * (k + 1) for k, each in enumerate(rounds[0][0])}
+        return [replace(each, ways=[far[each.plan.contacts.tobytes()]] * 4) for each in given[2]]
+
+    monkeypatch.setattr(sensed_plan, "_tried", tried)
+    monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
+    found = sensed_grasp(HAND, CUBE, poses)
+    (first, few), (second, more) = rounds
+    assert len({each.plan.contacts.tobytes() for each in first}) == 3
+    assert (few, more) == (range(2), range(2, 6))
+    assert [each.plan for each in second] == [first[2].plan]
+    assert found.way == pytest.approx([0.03 - MARGIN])
 
 
 @pytest.mark.usefixtures("quick")
@@ -161,12 +183,68 @@ def test_a_world_that_was_not_gripped_holds_up_no_other() -> None:
 
 
 @pytest.mark.usefixtures("quick")
+def test_fingers_close_where_the_object_is_seen() -> None:
+    poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None]
+    grasp = sensed_grasp(HAND, CUBE, poses)
+    starts = poses[:, 0] + [0.004, 0.0, 0.0]
+    task = Task(HAND, (CUBE,), Path(poses - poses[:, :1]))
+    moved = []
+    for each in (grasp, replace(grasp, follows=None)):
+        _, found = loop.simulate(task, each, starts, None, loop.Bench())
+        moved.append(float(starts[0, 0] - found.states[-1].pose[0, 0]))
+    # What is pressed on off the plan is drawn towards it.
+    assert moved[1] > 0.003
+    assert abs(moved[0]) < 0.5 * moved[1]
+
+
+def test_a_mean_of_frames_counts_each_once() -> None:
+    task = Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3))))
+    planned, joints = HAND.start_pose[None], np.zeros((1, HAND.n_joints))
+    looking = Looking(task, joints, planned)
+    for row, (off, taken) in enumerate([(0.003, 0.0), (0.001, 0.04), (0.001, 0.04), (0.001, 0.04)]):
+        frame = np.add(planned, (off, 0.0, 2 * np.pi))
+        seen = Seen(np.full(1, PERIOD * row), joints, joints, joints, frame, np.full(1, taken))
+        if row == 0:
+            looking.begin(seen)
+        looking.act(seen)
+    np.testing.assert_allclose(looking.off, [[0.002, 0.0, 0.0]], atol=1e-12)
+
+
+@pytest.mark.usefixtures("quick")
+def test_commands_stay_as_they_are_at_the_end_of_the_way() -> None:
+    run = inhand.asterisk(controller="ik-sensed", directions="Left", trials=1, disturb="field")
+    targets = run.trials[0].targets
+    assert np.abs(np.diff(targets[-30:-16], axis=0)).min() > 0.0
+    # Commands are on their way for at most a decision.
+    assert np.ptp(targets[-13:], axis=0).max() == 0.0
+
+
+@pytest.mark.usefixtures("quick")
 def test_a_path_that_comes_back_is_planned_to_its_end() -> None:
     out = straight_path(primitive_at(90.0), 0.02).poses
     poses = HAND.start_pose + np.concatenate([out, out[::-1]])[None]
     way = sensed_grasp(HAND, CUBE, poses).way
     assert way is not None
     assert way[0] == pytest.approx(0.04)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sensed_plan, "STAYS", 5)
+    poses, shares = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], (1.0, 0.75)
+    stays = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="stays", shares=shares)).way
+    carried = vars(sensed_plan)["_carried"]
+
+    def lost(*given: Any) -> tuple[Recording, list[Array]]:
+        found, aimed = carried(*given)
+        far = stays is not None and given[1][1][0] > 0.8 * stays[0]
+        return (replace(found, outcomes=("lost contact",) * 5) if len(given[4]) == 5 and far else found), aimed
+
+    monkeypatch.setattr(sensed_plan, "_carried", lost)
+    slips = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="slips", shares=shares)).way
+    assert stays is not None
+    assert slips is not None
+    np.testing.assert_allclose(slips, 0.75 * stays)
 
 
 @pytest.mark.usefixtures("quick")

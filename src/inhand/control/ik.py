@@ -83,7 +83,8 @@ class IkController:
         """How far the set point has gone along each path `(B,)` [m]."""
         self._point = self._set_point()
         self._speed = np.zeros(n)
-        self._held = np.zeros(n)
+        self.held = np.zeros(n)
+        """For how long each set point has been at the end of its way `(B,)` [s]."""
         self._integral = np.zeros((n, 3))
 
     def act(self, state: State) -> Array:
@@ -114,7 +115,7 @@ class IkController:
     def finished(self, state: State) -> NDArray[np.bool_]:
         """Return which worlds have held the end of their path for a while `(B,)`."""
         del state
-        return np.asarray(self._held >= self.config.settle)
+        return np.asarray(self.held >= self.config.settle)
 
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
@@ -126,7 +127,7 @@ class IkController:
         speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
         self._speed = np.minimum(self._speed + config.acceleration * period, speed)
         self.progress = np.minimum(self.progress + self._speed * period, self.limit)
-        self._held = np.where(room < 2e-4, self._held + period, 0.0)
+        self.held = np.where(room < 2e-4, self.held + period, 0.0)
         self._point = self._set_point()
         error = self._point - pose
         error[:, 2] = wrap_angle(error[:, 2])

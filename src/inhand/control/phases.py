@@ -8,6 +8,7 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.controller import Controller, Task
 from inhand.control.joint import JointPid
+from inhand.control.looking import Looking
 from inhand.control.trial import MANIPULATE, TWIST
 from inhand.errors import InputError
 from inhand.geometry import Array, Path
@@ -28,6 +29,10 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
     way: Array | None = None
     """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
+    planned: Array | None = None
+    """Where objects were planned to stand `(B, 3)` [m, m, rad], if the grasp follows where they are seen to stand,"""
+    follows: Array | None = None
+    """and how joints that press change with where they are seen beside that `(B, n_joints, 3)` [rad/m, rad/m, 1]."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +71,10 @@ def standard_phases(
     `manipulate` makes the controller of the last, and of the twist, which follows poses on the spot `(B, S, 3)` after
     the phases `between`; None ends with the object held. Manipulation ends after `longest` [s].
     """
+    place, close = _fingers(grasp)
     phases: tuple[Phase, ...] = (
-        Phase("place", lambda task: JointPid(task, grasp.opened), longest=0.5),
-        Phase("grasp", lambda task: JointPid(task, grasp.closed), longest=1.2, must_hold=True),
+        Phase("place", place, longest=0.5),
+        Phase("grasp", close, longest=1.2, must_hold=True),
     )
     if manipulate is None:
         return phases
@@ -80,6 +86,23 @@ def standard_phases(
 
         phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
     return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))
+
+
+def _fingers(grasp: Grasp) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:
+    """Return what makes the controllers that place the fingers of a grasp and close them."""
+    planned, follows = grasp.planned, grasp.follows
+    if planned is None or follows is None:
+        return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
+    placing: list[Looking] = []
+
+    def place(task: Task) -> Controller:
+        placing[:] = [Looking(task, grasp.opened, planned)]
+        return placing[0]
+
+    def close(task: Task) -> Controller:
+        return JointPid(task, grasp.closed + (follows @ placing[0].off[..., None])[..., 0])
+
+    return place, close
 
 
 LONGEST = 60.0

@@ -1,10 +1,10 @@
 """Grasps and ways for worlds that are not known: planned before the episode, for a range of frictions and starts.
 
-The contact search gives candidates for several shares of the friction. Each is closed and carried by the
-controller itself in
-worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to reach. How
-far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every object lost
-before. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on disk.
+The contact search gives candidates for several shares of the friction. Each is closed and carried by the controller
+itself in worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to
+reach. How far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every
+object lost before. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on
+disk. How fingers then close follows where the camera sees the object.
 """
 
 from collections.abc import Callable
@@ -22,6 +22,7 @@ from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.seen import SENSED, Seen
+from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -32,31 +33,35 @@ from inhand.sim.drawn import draw
 from inhand.sim.memory import batches
 from inhand.sim.names import ENGINE
 
-CONES = ((0.92, 0.82), (0.7, 0.65), (0.5, 0.45))
+CONES = ((0.92, 0.82), (0.7, 0.65), (0.5, 0.45), (0.36, 0.36))
 """Shares of the friction on the way and at the start that candidates are searched for: it may be less than is told."""
-CANDIDATES = 4
-"""Candidates of each search."""
-DRAWS = (6, 34)
-"""Worlds in which every candidate is tried, and further ones for the best."""
-BEST = 3
-"""Candidates of a path that are tried in further worlds."""
-PRICE = 12.0
-"""What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 12 % longer."""
+CANDIDATES = 8
+"""Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
+ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
+"""How many candidates of a path are tried, the best so far, and in how many further worlds."""
+PRICE = 5.0
+"""What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 5 % longer."""
 ENOUGH = 0.85
 """A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
-ASTRAY = 0.008
-"""An object that is farther than this from its path counts as lost [m]; 18 deg at `TURN_ARM`."""
+ASTRAY = 0.012
+"""An object that is farther than this from its path counts as lost [m]; 27 deg at `TURN_ARM`."""
 OFTEN = 3
 """Of the decisions of a rehearsal one in so many is judged."""
 SQUEEZE = 0.0035
 """How far inside the object fingers aim when they close [m]: it may be smaller, and joints stand elsewhere."""
-MARGIN = 0.002
+MARGIN = 0.001
 """Distance kept from where the first would be lost [m]."""
+LOOKED = 0.7
+"""Share of the way by which fingers follow an object that is seen off its plan: a camera has a bias."""
+SHIFTS = np.diag([0.002, 0.002, np.deg2rad(2.0)])
+"""Poses beside the plan from which it is computed how joints follow [m, m, rad]."""
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
+STAYS = 64
+"""Worlds in which ways are gone to their end, to see whether the object stays there."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
-PLAN = ("opened", "closed", "way")
+PLAN = ("opened", "closed", "way", "planned", "follows")
 """Names of what is kept of a plan."""
 SEED = 20_000
 """First number of the keys of the worlds that plans are tried in, away from the seeds of runs."""
@@ -92,6 +97,11 @@ class Carrier:
     """Makes the controller."""
     digest: str = "ik-sensed"
     """What tells it from others."""
+    module: str = __name__
+    """Module on whose sources, and on those that it imports, what it does depends."""
+    shares: tuple[float, ...] = ()
+    """Shares of the way that is found to which it is then carried and held, of which the best is told: a policy may
+    lose where it is to stay what it carries farther. Without any what is found is told."""
     engine: str = ENGINE
 
 
@@ -106,7 +116,7 @@ def sensed_grasp(
 ) -> Grasp:
     """Return the grasp of each path of object poses `(P, S, 3)`, with the way that is to be gone by a carrier.
 
-    Where objects really stand is not known: `starts` is not looked at.
+    Where objects really stand is not known: `starts` is not looked at. The grasp follows where they are seen to.
     """
     del starts
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
@@ -115,14 +125,13 @@ def sensed_grasp(
     found = [
         cached(
             "sensed-plan",
-            (hand, spec, part, by.digest, engine),
-            __name__,
+            (hand, spec, part, by.digest, engine, by.shares),
+            by.module,
             partial(_planned, Held(hand, spec), part, by),
         )
         for part in parts
     ]
-    opened, closed, way = (np.concatenate([each[name] for each in found])[index] for name in PLAN)
-    return Grasp(opened, closed, way)
+    return Grasp(**{name: np.concatenate([each[name] for each in found])[index] for name in PLAN})
 
 
 def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
@@ -131,16 +140,16 @@ def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
     looked = np.append(np.arange(0, last, PLAN_EVERY), last)
     some, way = poses[:, looked], way_along(poses)[:, looked]
     searches = [SearchConfig(cone=cone, start_cone=start, count=CANDIDATES) for cone, start in CONES]
-    found = [
-        Candidate(path, plan, float(way[path, plan.reach - 1]))
+    found = {
+        (path, plan.contacts.tobytes()): Candidate(path, plan, float(way[path, plan.reach - 1]))
         for search in searches
         for path, plans in enumerate(plan_grasps(*held, some, search))
         for plan in plans
-    ]
+    }
     reach = np.zeros(len(poses))
-    for each in found:
+    for each in found.values():
         reach[each.path] = max(reach[each.path], each.reach)
-    return found, reach
+    return list(found.values()), reach
 
 
 def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
@@ -161,21 +170,48 @@ def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
 
 def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
-    found, reach = candidates(held, poses)
-    whole = way_along(poses)[:, -1]
-    tried = _tried(held, (poses, reach), found, by, range(DRAWS[0]))
-    finalists = [each for path in range(len(poses)) for each in _best(tried, path, whole[path])[:BEST]]
-    tried = _tried(held, (poses, reach), finalists, by, range(DRAWS[0], sum(DRAWS)))
-    chosen = [_best(tried, path, whole[path])[0] for path in range(len(poses))]
-    grasp = closing_joints(*held, [each.plan for each in chosen], poses[:, 0], poses[:, 0], squeeze=SQUEEZE)
+    left, reach = candidates(held, poses)
+    whole, first = way_along(poses)[:, -1], 0
+    for best, worlds in ROUNDS:
+        left = [each for path in range(len(poses)) for each in _best(left, path, whole[path])[:best]]
+        left = _tried(held, (poses, reach), left, by, range(first, first + worlds))
+        first += worlds
+    chosen = [_best(left, path, whole[path])[0] for path in range(len(poses))]
     told = np.array([told_way(np.array(each.ways), whole[each.path])[0] for each in chosen])
-    return {"opened": grasp.opened, "closed": grasp.closed, "way": told}
+    if by.shares:
+        told = _stayed(held, (poses, told), chosen, by, range(first, first + STAYS))
+    return {**_closing(held, chosen, poses), "way": told}
+
+
+def _stayed(held: Held, paths: tuple[Array, Array], chosen: list[Candidate], by: Carrier, draws: range) -> Array:
+    """Return the ways `(P,)` [m] that are worth most of some shares of those found, where the object is to stay."""
+    poses, told = paths
+    worth = []
+    for share in by.shares:
+        found, _ = _carried(held, (poses, share * told), chosen, by, draws)
+        kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)).reshape(len(chosen), len(draws))
+        worth.append(share * (1 - PRICE * (len(draws) - kept.sum(axis=1) + 0.5) / (len(draws) + 1)))
+    return np.asarray(np.array(by.shares)[np.argmax(worth, axis=0)] * told)
+
+
+def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str, Array]:
+    """Return what a `Grasp` has of joints for candidates of paths of poses `(P, S, 3)`, by name."""
+    plans, starts = [each.plan for each in candidates], poses[[each.path for each in candidates], 0]
+    grasp = closing_joints(*held, plans, starts, starts, squeeze=SQUEEZE)
+    beside = [
+        closing_joints(*held, plans, starts, starts + sign * shift, squeeze=SQUEEZE).closed
+        for shift in SHIFTS
+        for sign in (1, -1)
+    ]
+    slopes = [(beside[2 * k] - beside[2 * k + 1]) / (2 * SHIFTS[k, k]) for k in range(len(SHIFTS))]
+    follows = LOOKED * np.stack(slopes, axis=-1)
+    return {"opened": grasp.opened, "closed": grasp.closed, "planned": starts, "follows": follows}
 
 
 def _best(candidates: list[Candidate], path: int, whole: float) -> list[Candidate]:
     """Return the candidates of a path, so long in all [m], the one that is worth most first."""
     own = [each for each in candidates if each.path == path]
-    return sorted(own, key=lambda each: -told_way(np.array(each.ways), whole)[1])
+    return sorted(own, key=lambda each: -told_way(np.array(each.ways), whole)[1] if each.ways else 0.0)
 
 
 def _tried(
@@ -192,12 +228,22 @@ def _tried(
 def _tried_together(
     held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
+    found, aimed = _carried(held, paths, candidates, by, draws)
+    own = paths[0][np.repeat([each.path for each in candidates], len(draws))]
+    ways = _ways(found, Path(own - own[:, :1]), aimed).reshape(len(candidates), len(draws))
+    return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
+
+
+def _carried(
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
+) -> tuple[Recording, list[Array]]:
+    """Return what came of candidates in worlds, and how far each was to be after every decision `(B,)` [m]."""
     poses, reach = paths
     owner = np.repeat([each.path for each in candidates], len(draws))
     own, starts = poses[owner], poses[owner, 0]
-    first = [each.path for each in candidates]
-    grasp = closing_joints(*held, [each.plan for each in candidates], poses[first, 0], poses[first, 0], squeeze=SQUEEZE)
-    grasp = Grasp(*(np.repeat(part, len(draws), axis=0) for part in (grasp.opened, grasp.closed)))
+    grasp = Grasp(
+        **{name: np.repeat(rows, len(draws), axis=0) for name, rows in _closing(held, candidates, poses).items()}
+    )
     worlds = [draw(WORLDS, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
     task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
     watched = list[_Watched]()
@@ -208,8 +254,7 @@ def _tried_together(
 
     longest = max(LEAST, float(reach.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
-    ways = _ways(found, task.path, watched[0].ways).reshape(len(candidates), len(draws))
-    return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
+    return found, watched[0].ways
 
 
 class _Watched:

@@ -73,6 +73,11 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     check_engine(config.engine)
     if entry.policy is not None:
         check_joints(entry.policy, held.hand)
+        if entry.reads == SENSED:
+            raise InputError(
+                f"policy {entry.name!r} on real senses carries single primitives: take --controller ik-sensed here, or"
+                " run the policy with `inhand asterisk`"
+            )
     task = TASKS.find(config.path)
     if task is None:
         if config.size is not None and config.size <= 0:

@@ -14,6 +14,7 @@ from inhand.asterisk_test.design.looked import Looked
 from inhand.errors import InputError
 from inhand.geometry import Array, unit
 from inhand.hands.hand import HandSpec
+from inhand.hands.names import LAB_LIMITS_SUFFIX
 from inhand.plots.scenes import scene_of
 from inhand.plots.shapes import (
     CLEAR,
@@ -67,9 +68,9 @@ def design_figure(found: Found) -> Figure:
 
 
 def label_of(hand: HandSpec) -> str:
-    """Return a hand's name, and its numbers of links where the name does not tell them."""
-    form = "v".join(str(len(finger.links)) for finger in hand.fingers)
-    return hand.name if form in hand.name else f"{hand.name} ({form})"
+    """Return a hand's name, in short, and its numbers of links where the name does not tell them."""
+    form, name = "v".join(str(len(finger.links)) for finger in hand.fingers), hand.name
+    return name.replace(LAB_LIMITS_SUFFIX, " (lab)") if form in name else f"{name} ({form})"
 
 
 def _subtitle(found: Found) -> str:
@@ -105,8 +106,10 @@ def _draw_front(ax: Axes, found: Found) -> None:
             ax.scatter(x, y, s=14, linewidth=0.7, zorder=2.0, facecolor=fill, edgecolor="#8a949e")
     x, y = places(sorted(front, key=lambda each: each.aims[second] if second else each.number))
     ax.plot(x, y, color=OURS, linewidth=1.2, marker="o", markersize=4, zorder=3.0)
-    x, y = places(found.catalogue)
-    ax.scatter(x if second else np.zeros(len(y)), y, s=26, marker="P", color=THEIRS, linewidth=0, zorder=3.5)
+    known = [each for each in found.catalogue if not each.reasons]  # those that hold all objects
+    if known:
+        x, y = places(known)
+        ax.scatter(x if second else np.zeros(len(y)), y, s=26, marker="P", color=THEIRS, linewidth=0, zorder=3.5)
     x, y = places([found.winner.looked])
     ax.scatter(x, y, s=120, marker="*", color=OURS, edgecolor="white", linewidth=0.6, zorder=4.0)
     ax.set(xlabel=AIMS[second].label if second else "Hand of the study", ylabel=AIMS[first].label)

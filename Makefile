@@ -51,10 +51,12 @@ engines: .venv/.dev
 learn: .venv/.dev
 	$(BIN)/python benchmarks/learning.py --groups default given thesis ablations
 
-# Trains the policy that ships and puts it, with its cards, where it ships from: minutes.
+# Trains the policies that ship and puts them, with their cards, where they ship from: minutes.
 ship: .venv/.dev
 	$(BIN)/inhand train --seed 1 --out results/ship --overwrite
 	cp results/ship/best/actor.json results/ship/best/actor.safetensors results/ship/config.json src/inhand/policies/default
+	$(BIN)/inhand train --preset sensed --out results/ship-sensed --overwrite
+	cp results/ship-sensed/best/actor.json results/ship-sensed/best/actor.safetensors results/ship-sensed/config.json src/inhand/policies/sensed
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py

@@ -170,7 +170,7 @@ def main() -> None:
     print(HEADER)
     for group in given.groups:
         if group == "given":
-            for name in ("ik", "thesis-ik", SHIPPED):
+            for name in ("ik", "thesis-ik", *SHIPPED):
                 print(line_of(summary(tested(name, given.engine)) | {"name": name}), flush=True)
             continue
         for name, config in GROUPS[group].items():

@@ -2,19 +2,25 @@
 
 import json
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 from inhand import caches, compiled
+from inhand.aside import here
 from inhand.caches import Arrays, cached, keep, key_of, look_up, sources
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
+from inhand.sim.engines import compile_aside, step_once
 
+P = ParamSpec("P")
+R = TypeVar("R")
 MODULE = "inhand.hands.shapes"
 RESULT: Arrays = {"way": np.array(0.1), "cells": np.arange(6).reshape(2, 3)}
 HELD = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
@@ -180,3 +186,38 @@ def test_damaged_code_is_compiled_anew_and_where_none_can_be_kept_it_is_said(
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert compiled.kernel(double)(2.0) == 4.0
     assert "(double), up to 15 s in every run, as the cache cannot be written: set NUMBA_CACHE_DIR" in caplog.text
+
+
+def test_a_kernel_that_another_process_compiles_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fcntl = pytest.importorskip("fcntl", reason="files cannot be locked here")
+
+    def triple(value: float) -> float:
+        return 3.0 * value
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    run = compiled.kernel(triple)
+    folder = next(tmp_path.iterdir())
+    assert not compiled.is_kept(triple.__module__, "triple")
+    with (folder / "triple.lock").open("w") as file, ThreadPoolExecutor(1) as pool:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        found = pool.submit(run, 2.0)
+        with pytest.raises(TimeoutError):
+            found.result(timeout=0.2)
+        assert not list(folder.rglob("*.nbc"))
+        fcntl.flock(file, fcntl.LOCK_UN)
+        assert found.result() == 6.0
+    assert compiled.is_kept(triple.__module__, "triple")
+
+
+def test_the_planar_engine_is_compiled_aside_where_it_is_not_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[object] = []
+
+    def aside(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> Callable[[], R]:
+        begun.append(function)
+        return here(function, *args, **kwargs)
+
+    for kept in (True, False):
+        monkeypatch.setattr(compiled, "is_kept", lambda *_, kept=kept: kept)
+        compile_aside(aside, "planar")
+        compile_aside(aside, "mujoco")
+    assert begun == [step_once]

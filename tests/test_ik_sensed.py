@@ -18,8 +18,9 @@ from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
+from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import MARGIN, PRICE, Candidate, sensed_grasp, told_way
+from inhand.control.sensed_plan import MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
@@ -225,6 +226,25 @@ def test_a_path_that_comes_back_is_planned_to_its_end() -> None:
     way = sensed_grasp(HAND, CUBE, poses).way
     assert way is not None
     assert way[0] == pytest.approx(0.04)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sensed_plan, "STAYS", 5)
+    poses, shares = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], (1.0, 0.75)
+    stays = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="stays", shares=shares)).way
+    carried = vars(sensed_plan)["_carried"]
+
+    def lost(*given: Any) -> tuple[Recording, list[Array]]:
+        found, aimed = carried(*given)
+        far = stays is not None and given[1][1][0] > 0.8 * stays[0]
+        return (replace(found, outcomes=("lost contact",) * 5) if len(given[4]) == 5 and far else found), aimed
+
+    monkeypatch.setattr(sensed_plan, "_carried", lost)
+    slips = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="slips", shares=shares)).way
+    assert stays is not None
+    assert slips is not None
+    np.testing.assert_allclose(slips, 0.75 * stays)
 
 
 @pytest.mark.usefixtures("quick")

@@ -7,17 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inhand.control.catalogue import learned
+from inhand.control.catalogue import find_controller, learned
+from inhand.control.contract import contract_of
 from inhand.control.controller import Task
 from inhand.control.memory import WAIT, Memory
 from inhand.control.policy import Policy, aims_of
 from inhand.control.seen import Seen, exact
 from inhand.control.sensed_policy import SensedPolicyController
+from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, Path
 from inhand.hands.fit import Held
 from inhand.hands.sides import rough_plan
+from inhand.learning.config import preset
 from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.run_cards import check
 from inhand.learning.starts import Starts, gripped
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.disturbance import FIELD
@@ -25,6 +29,8 @@ from inhand.tasks.decisions import actions_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim
 from inhand.tasks.past import LAGS
+from inhand.tracing.config import TraceConfig
+from inhand.tracing.run import check_trace
 from test_simulator import CUBE, HAND
 
 HELD, PERIOD = Held(HAND, CUBE), 0.02
@@ -154,6 +160,31 @@ def test_the_teacher_knows_zeros_and_carries_the_object_where_it_is_asked(starts
     np.testing.assert_allclose(shift[:, 0], 0.02, atol=2.5e-3)
     assert np.abs(shift[:, 1]).max() < 2e-3
     assert step.observation.shape == (4, 99 + 40)
+
+
+def test_the_shipped_policy_on_senses_carries_as_far_as_it_is_told_and_says_what_it_reads(starts: Starts) -> None:
+    entry = find_controller("rl-sensed")
+    policy = entry.policy
+    assert policy is not None
+    assert (entry.reads, policy.grasp, policy.trained["preset"]) == ("sensed", "sensed", "sensed")
+    assert policy.contract == contract_of(HAND, FIELD)
+    interface = Interface(policy.observation, policy.actions, "progress", horizon=200)
+    worlds = ManipulationWorlds(HELD, starts, 4, interface, np.random.default_rng(1))
+    seen, lost = worlds.reset(np.arange(4)), np.zeros(4, dtype=bool)
+    for _ in range(90):
+        step = worlds.step(policy(seen))
+        seen, lost = step.observation, lost | step.terminated
+    assert not lost.any()
+    np.testing.assert_allclose(step.shift[:, 0], 0.02, atol=3e-3)
+
+
+def test_what_has_no_memory_is_not_given_the_layout_of_senses() -> None:
+    with pytest.raises(InputError, match="has a memory: make a controller"):
+        user_policy(np.tanh, "senses")
+    with pytest.raises(InputError, match="knows primitives: leave task out"):
+        check(replace(preset("sensed"), task="key"))
+    with pytest.raises(InputError, match="carries single primitives: take --controller ik-sensed"):
+        check_trace(TraceConfig(controller="rl-sensed"))
 
 
 def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> None:

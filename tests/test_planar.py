@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import mujoco
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE, ObjectSpec, centre_of_mass, polygon, polygon_object
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import describe_model
+from inhand.sim.planar import engine as planar_engine
 from inhand.sim.planar.build import build, friction_arm
 from inhand.sim.planar.engine import PlanarSimulator
 from inhand.sim.scene import SceneSpec
@@ -254,7 +257,19 @@ def test_the_arm_of_a_boxs_friction_is_half_its_diagonal() -> None:
     assert friction_arm(CATALOGUE["triangle"]) == pytest.approx(away.mean(), rel=1e-4)  # a third of its weight on each
 
 
-def test_worlds_of_any_hands_objects_and_walls_share_a_batch_and_move_as_alone() -> None:
+@pytest.mark.parametrize("worth", [0, planar_engine.WORTH], ids=["on threads", "few worlds"])
+def test_worlds_of_any_hands_objects_and_walls_share_a_batch_and_move_as_alone(
+    worth: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    handed: list[object] = []
+
+    class Told(ThreadPoolExecutor):
+        def _adjust_thread_count(self) -> None:
+            handed.append(self)
+            super()._adjust_thread_count()
+
+    monkeypatch.setattr(planar_engine, "WORTH", worth)
+    monkeypatch.setattr(planar_engine, "ThreadPoolExecutor", Told)
     hands = [HAND, parse_hand_name("2v2_70.30_50.50_0.9.1_53")] * 3
     specs = [CATALOGUE[n] for n in ("cube_39", "cylinder_40", "hourglass", "triangle", "ellipse_40x25", "cube_43")]
     near = SceneSpec(walls=(Wall((0.025, 0.09), 180.0),))
@@ -268,6 +283,7 @@ def test_worlds_of_any_hands_objects_and_walls_share_a_batch_and_move_as_alone()
 
     both = [follow(PlanarSimulator(hands, specs, scenes, threads), slice(None)) for threads in (1, 3)]
     assert_same(both[0], both[1])
+    assert bool(handed) == (worth == 0)
     for k, world in enumerate(zip(hands, specs, scenes, strict=True)):
         alone = follow(PlanarSimulator(world[0], [world[1]], world[2]), slice(k, k + 1))
         assert_same(alone, both[0], slice(k, k + 1))

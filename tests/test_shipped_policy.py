@@ -1,29 +1,35 @@
-"""The policy that ships: small, made by a known configuration, and able to do what the documentation says."""
+"""The policies that ship: small, made by known configurations, and able to do what the documentation says."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
+import pytest
+
 import inhand.policies
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.control.catalogue import SHIPPED
 from inhand.control.policy import load_policy
 from inhand.records import table_of
 from inhand.tasks.cards import interface_card
 from inhand.tasks.layouts import find_layout
 
-FOLDER = Path(inhand.policies.__file__).parent / "default"
+PLACE = Path(inhand.policies.__file__).parent
 
 
-def test_it_is_small_and_says_how_it_was_made() -> None:
-    assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
-    card = json.loads((FOLDER / "config.json").read_text())
+@pytest.mark.parametrize("name", SHIPPED.values())
+def test_they_are_small_and_say_how_they_were_made(name: str) -> None:
+    folder = PLACE / name
+    assert sum(path.stat().st_size for path in folder.iterdir()) < 1_000_000
+    card = json.loads((folder / "config.json").read_text())
     made = card["config"]
     assert card["interface"] == table_of(interface_card(find_layout(made["interface"]["observation"])))
-    trained = load_policy(FOLDER).trained
-    assert {name: made[name] for name in ("preset", "hand", "object", "seed")} == trained
+    trained = load_policy(folder).trained
+    disturb = {"disturb": made["disturb"]} if made["disturb"] != "none" else {}
+    assert {key: made[key] for key in ("preset", "hand", "object", "seed")} | disturb == trained
     assert made["directions"] == "continuous"
 
 

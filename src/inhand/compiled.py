@@ -14,7 +14,8 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import wraps
 from importlib.metadata import version
 from pathlib import Path
@@ -53,7 +54,6 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     if folder is None:
         compiled = numba.njit(**INNER)(function)
     else:
-        _drop_damaged(folder, name)
         # Numba reads where to write from its settings, while it decorates.
         before, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder)
         try:
@@ -61,19 +61,34 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
         finally:
             settings["CACHE_DIR"] = before
 
-    untold = iter([True])  # the first of several threads that wait for a kernel takes it
+    def first(*args: P.args, **kwargs: P.kwargs) -> R:
+        with _alone(folder, name):
+            if len(compiled.overloads) == 0:  # no other thread has been here meanwhile
+                if folder is not None:
+                    _drop_damaged(folder, name)
+                _begin(function, folder)
+            result = compiled(*args, **kwargs)
+            if folder is not None:
+                _write_digests(folder, name)
+        return cast("R", result)
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
         known = len(compiled.overloads)  # `signatures` would hash every array's type at each call
-        if known == 0 and next(untold, False):
-            _begin(function, folder)
+        if known == 0:
+            return first(*args, **kwargs)
         result = compiled(*args, **kwargs)
         if len(compiled.overloads) > known and folder is not None:
             _write_digests(folder, name)
         return cast("R", result)
 
     return run
+
+
+def is_kept(module: str, name: str) -> bool:
+    """Return whether a kernel of a module has been compiled for this machine."""
+    folder = cache_folder(module)
+    return folder is not None and (folder / f"{name}.json").is_file()
 
 
 def cache_folder(module: str) -> Path | None:
@@ -87,6 +102,19 @@ def cache_folder(module: str) -> Path | None:
     except OSError:
         return None
     return folder if os.access(folder, os.W_OK) else None
+
+
+@contextmanager
+def _alone(folder: Path | None, name: str) -> Iterator[None]:
+    """Wait for others that compile a kernel, or read it: what one has compiled the next finds on disk."""
+    with ExitStack() as held:
+        if folder is not None:
+            with suppress(ImportError, OSError):  # where no file can be locked each compiles
+                import fcntl
+
+                file = held.enter_context((folder / f"{name}.lock").open("w"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def _begin(function: Callable[..., object], folder: Path | None) -> None:

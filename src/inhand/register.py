@@ -41,7 +41,7 @@ ObjectGiver = TypeVar("ObjectGiver", bound=Callable[[], ObjectSpec])
 
 def controller(name: str) -> Callable[[T], T]:
     """Register a class with `begin`, `act` and `finished`, made with the task; its `grasp` is planned or rough."""
-    return _adding(CONTROLLERS, name, (SHIPPED,))
+    return _adding(CONTROLLERS, name, tuple(SHIPPED))
 
 
 def primitive(name: str, angle_deg: float | None = None) -> Callable[[PoseGiver], PoseGiver]:

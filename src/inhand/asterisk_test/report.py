@@ -42,7 +42,7 @@ from inhand.versions import versions
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
-ASIDE = 0.6
+ASIDE = 0.75
 """Share of the paths that is drawn aside: the replay and the asterisks take as long as the others."""
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""

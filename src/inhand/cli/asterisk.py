@@ -8,6 +8,7 @@ from inhand.asterisk_test.table import failures, shown_columns, table_rows, with
 from inhand.cli.terminal import print_table, say, trials_shown
 from inhand.control.trial import Trial
 from inhand.folders import run_folder
+from inhand.sim.engines import compile_aside
 
 SPARE = ("Overlap", "Force", "Gap [s]", "Contact", "Eff.", "Turn", "Lateral", "Of limit", "Limit [mm]")
 """Columns that a narrow terminal does without, the first first."""
@@ -20,6 +21,7 @@ def run_asterisk(config: AsteriskConfig) -> None:
         run_folder(config.out, overwrite=config.overwrite) as folder,
         second_process("inhand.asterisk_test.report") as aside,
     ):
+        compile_aside(aside, config.engine)
         run = finish(config, known, simulated)
         run.write(folder, aside)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)

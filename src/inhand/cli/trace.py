@@ -3,6 +3,7 @@
 from inhand.aside import second_process
 from inhand.cli.terminal import print_table, progress, say, trials_shown
 from inhand.folders import run_folder
+from inhand.sim.engines import compile_aside
 from inhand.tracing import tracing
 from inhand.tracing.config import MARK, TraceConfig
 from inhand.tracing.follow import Followed
@@ -21,6 +22,7 @@ def run_trace(config: TraceConfig) -> None:
         run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder,
         second_process("inhand.plots.replay") as aside,
     ):
+        compile_aside(aside, config.engine)
         run = tracing.run_trace(config, prepared, simulated)
         run.write(folder, aside)
     header, rows = trace_rows(run.traces)

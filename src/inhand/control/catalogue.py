@@ -199,20 +199,20 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
 
 
 def find_controller(name: str) -> ControllerEntry:
-    """Return a controller of the catalogue, `rl` of the package, or that of a folder, of a training run its best.
+    """Return a controller of the catalogue, a policy of the package, or that of a folder, of a training run its best.
 
     Raises:
         InputError: there is none of that name (the text offers near matches), or a folder without a policy.
     """
-    if name == SHIPPED:
-        return _shipped()
+    if name in SHIPPED:
+        return _shipped(name)
     folder = Path(name)
     if folder.is_dir():
         return learned(*policy_of(folder))
     entry = CONTROLLERS.find(name)
     if entry is not None:
         return entry
-    known = (*CONTROLLERS, SHIPPED)
+    known = (*CONTROLLERS, *SHIPPED)
     raise InputError(
         f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)}, the folder of a"
         " run of `inhand train` and FILE.py:NAME"
@@ -254,7 +254,7 @@ def learned_grasp(
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts
     if isinstance(policy, Policy) and policy.grasp == "sensed":
-        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest)
+        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__, SHARES)
         return sensed_grasp(hand, spec, poses, carrier=carrier, engine=engine)
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
@@ -291,21 +291,23 @@ def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
     )
 
 
-def _shipped() -> ControllerEntry:
-    with resources.as_file(resources.files("inhand") / "policies" / "default") as folder:
+def _shipped(name: str) -> ControllerEntry:
+    with resources.as_file(resources.files("inhand") / "policies" / SHIPPED[name]) as folder:
         if not (folder / ACTOR).is_file():
             raise InputError(
                 "this version comes without a trained policy: train one with `inhand train --out results/train` (extra"
                 " `rl`) and use it with --controller results/train"
             )
-        return learned(SHIPPED, load_policy(folder))
+        return learned(name, load_policy(folder))
 
 
 def _plain(name: str) -> str:
     """Return a folder's name as a controller's: for file names, and never one of the catalogue."""
     plain = re.sub(r"[^\w.+-]+", "_", name) or "policy"
-    return f"{plain}-policy" if plain in {*CONTROLLERS, SHIPPED} else plain
+    return f"{plain}-policy" if plain in {*CONTROLLERS, *SHIPPED} else plain
 
 
-SHIPPED = "rl"
-"""Name of the policy that comes with the package."""
+SHARES = (1.0, 0.95, 0.9, 0.8)
+"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
+SHIPPED = {"rl": "default", "rl-sensed": "sensed"}
+"""Policies that come with the package by name, each with the preset that trained it, which is its folder."""

@@ -22,6 +22,7 @@ from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.seen import SENSED, Seen
+from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -56,6 +57,8 @@ SHIFTS = np.diag([0.002, 0.002, np.deg2rad(2.0)])
 """Poses beside the plan from which it is computed how joints follow [m, m, rad]."""
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
+STAYS = 64
+"""Worlds in which ways are gone to their end, to see whether the object stays there."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
 PLAN = ("opened", "closed", "way", "planned", "follows")
@@ -94,6 +97,11 @@ class Carrier:
     """Makes the controller."""
     digest: str = "ik-sensed"
     """What tells it from others."""
+    module: str = __name__
+    """Module on whose sources, and on those that it imports, what it does depends."""
+    shares: tuple[float, ...] = ()
+    """Shares of the way that is found to which it is then carried and held, of which the best is told: a policy may
+    lose where it is to stay what it carries farther. Without any what is found is told."""
     engine: str = ENGINE
 
 
@@ -117,8 +125,8 @@ def sensed_grasp(
     found = [
         cached(
             "sensed-plan",
-            (hand, spec, part, by.digest, engine),
-            __name__,
+            (hand, spec, part, by.digest, engine, by.shares),
+            by.module,
             partial(_planned, Held(hand, spec), part, by),
         )
         for part in parts
@@ -170,7 +178,20 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
         first += worlds
     chosen = [_best(left, path, whole[path])[0] for path in range(len(poses))]
     told = np.array([told_way(np.array(each.ways), whole[each.path])[0] for each in chosen])
+    if by.shares:
+        told = _stayed(held, (poses, told), chosen, by, range(first, first + STAYS))
     return {**_closing(held, chosen, poses), "way": told}
+
+
+def _stayed(held: Held, paths: tuple[Array, Array], chosen: list[Candidate], by: Carrier, draws: range) -> Array:
+    """Return the ways `(P,)` [m] that are worth most of some shares of those found, where the object is to stay."""
+    poses, told = paths
+    worth = []
+    for share in by.shares:
+        found, _ = _carried(held, (poses, share * told), chosen, by, draws)
+        kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)).reshape(len(chosen), len(draws))
+        worth.append(share * (1 - PRICE * (len(draws) - kept.sum(axis=1) + 0.5) / (len(draws) + 1)))
+    return np.asarray(np.array(by.shares)[np.argmax(worth, axis=0)] * told)
 
 
 def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str, Array]:
@@ -207,6 +228,16 @@ def _tried(
 def _tried_together(
     held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
+    found, aimed = _carried(held, paths, candidates, by, draws)
+    own = paths[0][np.repeat([each.path for each in candidates], len(draws))]
+    ways = _ways(found, Path(own - own[:, :1]), aimed).reshape(len(candidates), len(draws))
+    return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
+
+
+def _carried(
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
+) -> tuple[Recording, list[Array]]:
+    """Return what came of candidates in worlds, and how far each was to be after every decision `(B,)` [m]."""
     poses, reach = paths
     owner = np.repeat([each.path for each in candidates], len(draws))
     own, starts = poses[owner], poses[owner, 0]
@@ -223,8 +254,7 @@ def _tried_together(
 
     longest = max(LEAST, float(reach.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
-    ways = _ways(found, task.path, watched[0].ways).reshape(len(candidates), len(draws))
-    return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
+    return found, watched[0].ways
 
 
 class _Watched:

@@ -16,6 +16,8 @@ from inhand.tasks.decisions import targets_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
 
+ARRIVED = 0.001
+"""Less than this left to go [m] is nothing: from then on commands stay as they are, as those of `ik-sensed` do."""
 GAINED = 5e-4
 """A hand whose object is believed to have come no farther than this along its way [m] during"""
 STILL_TIME = 0.4
@@ -45,6 +47,7 @@ class SensedPolicyController:
         self._asked = Aim(self._angle, seen.frame_pose, self._way(held, seen), turn=self._turn)
         self.progress = np.zeros(seen.n_worlds)
         """How far each object is believed to have come along its path `(B,)` [m]."""
+        self._arrived = np.zeros(seen.n_worlds, dtype=bool)
         self._best = np.zeros(seen.n_worlds)
         self._still = np.zeros(seen.n_worlds)
 
@@ -56,8 +59,10 @@ class SensedPolicyController:
         self._past = self._memory.past
         aim = self._past.aimed(self._asked)
         self.progress = aim.come(self._past.shift(aim))
+        self._arrived |= ~self._past.waiting & (aim.distance - self.progress < ARRIVED)
         action = self._policy(observe(self._layout, self._past, aim, self._scene))
-        return targets_of(action, self._policy.actions, self._task.hand, self._past)
+        targets = targets_of(action, self._policy.actions, self._task.hand, self._past)
+        return np.where(self._arrived[:, None], seen.targets, targets)
 
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
         """Return which worlds have gained nothing on their way for a while `(B,)`."""

@@ -79,7 +79,8 @@ def user_policy(
         acts = function
     else:
         raise InputError(f"policy {describe(function)}: give a function of observations, or a model with `predict`")
-    find_layout(observation)
+    if find_layout(observation).sensed:
+        raise InputError(f"layout {observation!r} has a memory: make a controller with reads = 'sensed' instead")
     for word, given, allowed in (("actions", actions, get_args(Actions)), ("grasp", grasp, get_args(GraspKind))):
         if given not in allowed:
             raise InputError(f"unknown {word} {given!r}{near_matches(str(given), allowed)}; use {' or '.join(allowed)}")

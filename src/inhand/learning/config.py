@@ -195,6 +195,7 @@ def sensed() -> Training:
         recipe=Recipe(1024, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=8.0, grasp="sensed"),
         imitate=10000,
         rounds=4,
+        episodes=250,
         learning=replace(base.learning, imitation=4.0),
     )
 

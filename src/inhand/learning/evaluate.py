@@ -156,7 +156,7 @@ def name_of(config: EvaluateConfig) -> str:
     """
     if not config.last:
         return config.run
-    if config.run == SHIPPED or not (Path(config.run) / "last").is_dir():
+    if config.run in SHIPPED or not (Path(config.run) / "last").is_dir():
         raise InputError(f"--last: {config.run} holds no last policy; give the folder of a run of `inhand train`")
     return str(Path(config.run) / "last")
 

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from tensorboardX import SummaryWriter
 
+from inhand.control.policy import Policy
 from inhand.geometry import Array
 from inhand.learning.collect import Finished
 from inhand.learning.progress import JOURNAL
@@ -49,6 +51,18 @@ class Evaluation:
     """Share of the hand's limit that each test start reached `(N,)`."""
     score: float
     """Mean sum of rewards over the training directions: what `best` is chosen by."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trying:
+    """An evaluation under way."""
+
+    policy: Policy
+    """What is tried out."""
+    counters: Counters
+    """How far the run was."""
+    found: Future[Tried]
+    """What the policy reaches, once it is known."""
 
 
 class Journal:

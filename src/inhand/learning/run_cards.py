@@ -83,7 +83,10 @@ def check(config: Training) -> None:
         InputError: the text names the value.
     """
     hand, thing = load_hand(config.hand), load_object(config.object)
-    find_layout(config.interface.observation)
+    if find_layout(config.interface.observation).sensed and config.task:
+        raise InputError(
+            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
+        )
     find_reward(config.interface.reward)
     check_engine(config.engine)
     load_disturbance(config.disturb)

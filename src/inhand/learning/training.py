@@ -1,12 +1,13 @@
 """The loop that trains: the agent acts while the networks learn, round after round, until its episodes are done.
 
 A round's updates are launched first and run beside the simulation of the same round, which acts with the actor from
-before them. An evaluation runs beside the updates of the round after it, and the imitated actor's beside the fit of the
-critic. What is drawn and computed does not depend on which of the two is faster, so a seed gives the same bytes.
+before them. An evaluation runs beside all that comes until the next one or a checkpoint, and is told then. What is
+drawn and computed does not depend on which of them is faster, so a seed gives the same bytes.
 """
 
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
 from inhand.learning.demonstrations import recorded
-from inhand.learning.journal import Counters, Evaluation, Journal
+from inhand.learning.journal import Counters, Evaluation, Journal, Trying
 from inhand.learning.networks import Network
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
 from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Rows, rows_of
@@ -102,8 +103,7 @@ class Trainer:
         worlds = ManipulationWorlds(
             ready.held, ready.starts, config.worlds, config.interface, np.random.default_rng((config.seed, 2))
         )
-        looking = config.learning.discount, config.learning.look_ahead
-        self._collector = Collector(worlds, ready.columns, looking)
+        self._collector = Collector(worlds, ready.columns, (config.learning.discount, config.learning.look_ahead))
         self._learner = new_learner(config.learning, ready.columns, config.seed)
         rows = config.agent_episodes * config.interface.horizon
         spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon
@@ -113,8 +113,8 @@ class Trainer:
         self._new = not checkpoint.is_file()
         if not self._new:
             self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
-            self.counters, written, shown = Counters(**head["counters"]), head["written"], head["shown"]
-            length = head["journal"]
+            self.counters = Counters(**head["counters"])
+            written, shown, length = (head[name] for name in ("written", "shown", "journal"))
             self._rng.bit_generator.state = arrays["rng.training"]
             self._collector.load_state_dict(arrays)
         self._journal = Journal(folder, length)
@@ -123,6 +123,7 @@ class Trainer:
         self._agent = ReplayBuffer(folder / AGENT, ready.columns, rows, spare, written)
         self._priorities = self._all_priorities(arrays)
         self._began = time.perf_counter() - self.counters.seconds
+        self._beside, self._trying = ThreadPoolExecutor(1), list[Trying]()
 
     def run(self) -> Path:
         """Train to the end and return the folder of the best policy.
@@ -133,13 +134,17 @@ class Trainer:
         if self._new:
             self._imitate()
             self._warm_up()
+            self._tell()
             self._keep(CHECKPOINT)
         while self.counters.episodes < self.config.episodes:
             self._round()
             if self._due:
+                self._tell()
                 self._keep(CHECKPOINT)
         if self.counters.evaluated != self.counters.episodes:
             self._evaluate()
+        self._tell()
+        self._beside.shutdown()
         self._journal.close()
         return self._folder / BEST
 
@@ -282,21 +287,29 @@ class Trainer:
         self._journal.scalars("learning", self.counters.episodes, {name: float(value) for name, value in told.items()})
 
     def _evaluate(self) -> None:
-        """Try the actor out, and keep the last and the best."""
-        ready, counters = self._ready, self.counters
-        policy = self.actor()
-        found = tried(ready.held, ready.tests, self.config.interface, policy)
-        fraction = found.distance / ready.limit
-        score = float(found.total[ready.trained].mean())
+        """Begin to try the actor out, beside what comes next."""
+        self._tell()
+        ready, policy, counters = self._ready, self.actor(), self.counters
         counters.evaluated = counters.episodes
-        counters.seconds = time.perf_counter() - self._began
-        save_policy(policy, self._folder / "last")
-        if score > counters.best:
-            counters.best = score
-            save_policy(policy, self._folder / BEST)
-        evaluation = Evaluation(Counters(**vars(counters)), found, fraction, score)
-        self._journal.evaluation(evaluation, ready)
-        self._told(evaluation)
+        found = self._beside.submit(tried, ready.held, ready.tests, self.config.interface, policy)
+        self._trying.append(Trying(policy, Counters(**vars(counters)), found))
+
+    def _tell(self) -> None:
+        """Wait for the evaluation under way, if there is one; tell what it found and keep the last and the best."""
+        ready, counters = self._ready, self.counters
+        while self._trying:
+            trying = self._trying.pop()
+            found = trying.found.result()
+            fraction = found.distance / ready.limit
+            score = float(found.total[ready.trained].mean())
+            trying.counters.seconds = counters.seconds = time.perf_counter() - self._began
+            save_policy(trying.policy, self._folder / "last")
+            if score > counters.best:
+                trying.counters.best = counters.best = score
+                save_policy(trying.policy, self._folder / BEST)
+            evaluation = Evaluation(trying.counters, found, fraction, score)
+            self._journal.evaluation(evaluation, ready)
+            self._told(evaluation)
 
     def _keep(self, name: str) -> None:
         self._agent.flush()

@@ -6,9 +6,11 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.aside import Aside
 from inhand.errors import InputError, near_matches
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.names import parse_hand_name
+from inhand.hands.objects import CATALOGUE, ObjectSpec
 from inhand.sim.bullet_model import load_pybullet
 from inhand.sim.engine import Simulator
 from inhand.sim.names import Engine
@@ -44,6 +46,26 @@ def make_simulator(
     from inhand.sim.mujoco_engine import MujocoSimulator
 
     return MujocoSimulator(hand, objects, scenes, threads, kinds=kinds)
+
+
+def compile_aside(aside: Aside, engine: str) -> None:
+    """Have the planar engine compiled aside where it is not yet: half of all that a first run has to compile.
+
+    Who needs it before it is done waits for it.
+    """
+    if engine == "planar":
+        from inhand.compiled import is_kept
+
+        if not is_kept("inhand.sim.planar.kernels", "step_worlds"):
+            aside(step_once)
+
+
+def step_once() -> None:
+    """Step and measure a world of the planar engine, which compiles it."""
+    hand, cube = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
+    simulator = make_simulator("planar", hand, [cube], threads=1)
+    start = simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints)))
+    simulator.step(start.targets, 1)
 
 
 def check_engine(engine: str) -> None:

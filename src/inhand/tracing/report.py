@@ -34,7 +34,7 @@ from inhand.versions import versions
 
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row),"""
-MOST_FRAMES = 300
+MOST_FRAMES = 250
 """and more where it would have more frames than this."""
 FAULTLESS = "Every trial followed its plan to the end without a failure."
 

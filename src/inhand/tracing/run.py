@@ -73,6 +73,11 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     check_engine(config.engine)
     if entry.policy is not None:
         check_joints(entry.policy, held.hand)
+        if entry.reads == SENSED:
+            raise InputError(
+                f"policy {entry.name!r} on real senses carries single primitives: take --controller ik-sensed here, or"
+                " run the policy with `inhand asterisk`"
+            )
     task = TASKS.find(config.path)
     if task is None:
         if config.size is not None and config.size <= 0:
@@ -186,7 +191,10 @@ def _sized(
     if fit.fits:
         return drawing, ()
     what = "grip" if carries is None else f"grip of {entry.name} in {config.engine}"
-    most = _largest(what, held, drawing, partial(_fits, carries=carries), told)
+    if not fit.outside:
+        what += " inside the reach"  # as are all smaller sizes then: what takes longest need not be looked at
+    fitting = partial(_fits, carries=carries, inside=not fit.outside)
+    most = _largest(what, held, drawing, fitting, told)
     if config.scale and most > 0:
         return scaled(drawing, most), (
             f"Scaled from {1e3 * larger_side(drawing):.0f} to {1e3 * most:.0f} mm, the largest that fits.",
@@ -198,9 +206,12 @@ def _sized(
     raise refusal(name, fit, held.start, fits if most > 0 else none)
 
 
-def _fits(held: Held, plan: Plan, carries: Carries | None) -> bool:
+def _fits(held: Held, plan: Plan, carries: Carries | None, *, inside: bool) -> bool:
+    """Return whether a grip carries the object along a whole plan, which may be known to lie `inside` the reach."""
     whole = plan.way[-1] - 1e-9
-    return carried(held, plan) >= whole and reached(held, plan) and (carries is None or carries(held, plan) >= whole)
+    if carried(held, plan) < whole or not (inside or reached(held, plan)):
+        return False
+    return carries is None or carries(held, plan) >= whole
 
 
 def _planned(config: TraceConfig, entry: ControllerEntry) -> Carries | None:

@@ -14,6 +14,7 @@ from inhand.sim.state import State, select
 from inhand.tasks.decisions import REWARDS, Decision, reward
 from inhand.tasks.layouts import LAYOUTS
 from inhand.tasks.observations import Aim, Scene, observe
+from inhand.tasks.past import LAGS, Past
 
 CUBE = CATALOGUE["cube_39"]
 
@@ -55,7 +56,7 @@ def test_a_simulator_measures_every_finger(stepped: tuple[State, State]) -> None
     np.testing.assert_allclose(state.gaps[:, 2], middle, atol=1e-3)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", [name for name, layout in LAYOUTS.items() if not layout.sensed])
 def test_every_layout_sees_every_finger(name: str, stepped: tuple[State, State]) -> None:
     layout, state = LAYOUTS[name], replace(stepped[1], gaps=np.zeros((2, 3)), link_gaps=np.zeros((2, 6)))
     aim = Aim(np.zeros(2), state.pose, np.full(2, 0.05), 0.0, state.pose)
@@ -66,6 +67,22 @@ def test_every_layout_sees_every_finger(name: str, stepped: tuple[State, State])
         gaps[:, finger], link_gaps[:, HAND.slices[finger]] = 0.004, 0.004
         other = replace(state, gaps=gaps, link_gaps=link_gaps)
         assert (observe(layout, other, aim, Scene(HAND, (CUBE, CUBE))) != seen).any()
+
+
+@pytest.mark.parametrize("name", ["joints", "commands", "first", "points", "askew"])
+def test_what_is_sensed_of_every_finger_is_seen(name: str) -> None:
+    lags, poses = len(LAGS), np.zeros((2, 3))
+    joints, frames = np.zeros((lags, 2, HAND.n_joints)), np.zeros((lags, 2, 3))
+    grips = np.zeros((2, 3, 2)), np.zeros((2, 3))
+    past = Past(joints, joints, frames, np.zeros((lags, 2)), joints[0], poses, np.ones(2, bool), poses, poses, *grips)
+    layout, aim, scene = LAYOUTS["senses"], Aim(np.zeros(2), poses, np.full(2, 0.05)), Scene(HAND, (CUBE, CUBE))
+    seen = observe(layout, past, aim, scene)
+    assert seen.shape == (2, layout.size(HAND))
+    for finger in range(3):
+        of_finger = HAND.slices[finger] if name in ("joints", "commands", "first") else finger
+        values = getattr(past, name).copy()
+        values[(..., of_finger, slice(None)) if name == "points" else (..., of_finger)] = 0.01
+        assert (observe(layout, replace(past, **{name: values}), aim, scene) != seen).any()
 
 
 @pytest.mark.parametrize("name", REWARDS)

@@ -209,9 +209,10 @@ def _notes(config: DesignConfig, found: Found) -> tuple[str, ...]:
     """Return what a reader should know, a sentence each."""
     notes = []
     for controller in config.controllers:
-        for final in (*found.finals, found.known):
-            reason = final.reason(controller)
-            if reason is not None:
-                notes.append(f"{controller} did not run on {final.looked.hand.name}: {reason}")
+        reasons = {final.looked.hand.name: final.reason(controller) for final in (*found.finals, found.known)}
+        told = {name: reason for name, reason in reasons.items() if reason is not None}
+        if told:
+            name, reason = next(iter(told.items()))
+            notes.append(f"{controller} did not run on {', '.join(told)}. Of {name}: {reason}")
     given_up = sum(not each.whole for each in found.looked)
     return (*notes, f"{given_up} of {len(found.looked)} hands were given up after the first directions.")

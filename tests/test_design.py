@@ -1,7 +1,6 @@
 """A design study: it finds the better hand, goes on where it was stopped, and says what bounds and aims cannot be."""
 
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -107,7 +106,7 @@ def test_a_stopped_study_tells_how_far_it_is(
         assert isinstance(job, Look)
         if job.number == 1:
             raise KeyboardInterrupt
-        return look(job, os.getpid())
+        return look(job)
 
     del study  # whose limits are known now
     monkeypatch.setattr("inhand.asterisk_test.design.search.look", stopped)
@@ -170,13 +169,13 @@ def test_a_hopeless_hand_is_given_up_and_one_that_is_short_is_not(tmp_path: Path
     best = seen(asked, 1, hand, 300.0)
     assert [asked.primitives[k].name for k in asked.coarse] == ["Out", "Right", "In", "Left"] or len(asked.coarse) == 2
     job = Look(2, hand, asked, bar_of(asked, [best]), tmp_path / "hand.json")
-    found = look(job, os.getpid())
+    found = look(job)
     assert not found.whole
     assert np.isfinite(found.table).sum() == len(asked.coarse)
     coarse = asked.mean(found.table, asked.coarse)
     assert found.aims["mean"] == pytest.approx(coarse)  # as the best one's, all directions are as good as the coarse
     short = replace(hand, left=replace(hand.left, links=(0.07, 0.07)))
-    assert look(replace(job, hand=short), os.getpid()).whole
+    assert look(replace(job, hand=short)).whole
     assert front_of(asked, [best, seen(asked, 2, hand, 200.0), seen(asked, 3, short, 200.0), found])[1].number == 3
 
 
@@ -184,7 +183,7 @@ def test_a_hopeless_hand_is_given_up_and_one_that_is_short_is_not(tmp_path: Path
 def test_a_sampler_learns_and_proposes_the_same_hands_again(
     sampler: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def wide(job: Look, _: int) -> Looked:
+    def wide(job: Look) -> Looked:
         return seen(job.asked, job.number, job.hand, 1e3 * job.hand.link_width + 1e3 * job.hand.palm_width)
 
     def searched(seed: int, hands: int) -> list[Looked]:

@@ -10,7 +10,8 @@ import pytest
 from inhand.control.catalogue import find_controller, learned
 from inhand.control.contract import contract_of
 from inhand.control.controller import Task
-from inhand.control.memory import WAIT, Memory
+from inhand.control.estimator import WAIT
+from inhand.control.memory import Memory
 from inhand.control.policy import Policy, aims_of
 from inhand.control.seen import Seen, exact
 from inhand.control.sensed_policy import SensedPolicyController

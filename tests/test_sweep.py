@@ -75,7 +75,7 @@ async def killed_after_a_cell(out: Path) -> None:
 
 WORKER = """
 import os, time
-from inhand.asterisk_test.cells import end_with
+from inhand.asterisk_test.cores import end_with
 end_with(os.getppid())
 print(os.getpid(), flush=True)
 time.sleep(60)

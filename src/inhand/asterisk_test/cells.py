@@ -1,10 +1,7 @@
 """A cell of a study, one run of the Asterisk Test: what it is computed from, its file, and its computation."""
 
-import os
 import re
 import shutil
-import signal
-import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -24,8 +21,6 @@ from inhand.records import read_json, read_record, table_of
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.tasks.primitives import parse_directions
 
-WATCH = "end with the parent"
-"""Name of the thread that ends a process that computes for a study which is gone."""
 LOST_KEPT = 4
 """Trials of a cell that lost their object and are kept to be shown again; one takes some 100 kB."""
 LONGEST = 60
@@ -104,13 +99,11 @@ def _beside(cell: Path) -> Path:
     return cell.with_name(cell.name.removesuffix(".json"))
 
 
-def compute(job: Job, parent: int) -> Job:
+def compute(job: Job) -> Job:
     """Run a cell on one thread and write its file; a cell that cannot be run leaves the reason in it.
 
-    Some trials that lost their object are kept beside it, in a folder of its name. Once the process `parent`, which
-    leads the study, is gone, so is the one that computes for it.
+    Some trials that lost their object are kept beside it, in a folder of its name.
     """
-    end_with(parent)
     clock, cpu = time.perf_counter(), time.process_time()
     entries: list[dict[str, Any]] = []
     reason = None
@@ -138,18 +131,6 @@ def _keep_lost(trials: Sequence[Trial], folder: Path) -> None:
     lost = sorted((trial for trial in trials if trial.outcome in LOST), key=lambda trial: trial.passport.trial)
     for trial in lost[:LOST_KEPT]:
         save_trial(trial, folder / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")
-
-
-def end_with(parent: int) -> None:
-    """Let this process end within a second of its parent's end, however busy it is; once in a process is enough."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    if parent != os.getpid() and all(thread.name != WATCH for thread in threading.enumerate()):
-        threading.Thread(target=watch, name=WATCH, daemon=True).start()
 
 
 def read_cell(path: Path) -> CellFile:

@@ -30,6 +30,10 @@ FASTEST = (0.004, 0.004, 0.1)
 
 EVERY = np.ones(1, dtype=bool)
 """Every world of a batch."""
+WAIT = 0.24
+"""Time in the grip before the object is moved [s]: seven frames at 30 Hz."""
+SOON = 1e-9
+"""Times that are less apart are one [s]."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,11 @@ class EstimatorConfig:
     """Overlap of a finger and the object in a grip [m]."""
     memory: int = 32
     """Decisions that are remembered, for frames that come late."""
+
+
+def waited(began: Array, seen: Seen) -> NDArray[np.bool_]:
+    """Return which hands have waited in their grips since a time [s] for their first frames `(B,)`."""
+    return np.asarray(seen.time - began >= WAIT - SOON)
 
 
 class Estimator:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
-from inhand.control.estimator import Estimator, EstimatorConfig
+from inhand.control.estimator import Estimator, EstimatorConfig, waited
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
@@ -29,8 +29,6 @@ SENSED_IK = IkConfig(
 """The expert's numbers on real senses: a firmer grip, for heavier objects and pushes; softer feedback, which fights an
 object less that slides; faster, as there are pushes all the time. Where no way was planned, the end that is predicted
 uses the least friction of `field`."""
-WAIT = 0.24
-"""Time in the grip before the object is moved [s]: seven frames at 30 Hz."""
 
 
 class IkSensedController:
@@ -58,7 +56,7 @@ class IkSensedController:
         self._taken = False
         self._state = self._estimator.state(seen)
         # Time stands still in a world whose episode has ended: it holds up no other.
-        if not self._carrying and bool((seen.time - self._began >= WAIT - 1e-9).any()):
+        if not self._carrying and bool(waited(self._began, seen).any()):
             self._carrying = True
             self._law.begin(self._state)
         if not self._carrying:

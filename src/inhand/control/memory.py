@@ -3,17 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.estimator import Estimator
+from inhand.control.estimator import SOON, Estimator, waited
 from inhand.control.kept import Remembered, remember, remembered
 from inhand.control.seen import Seen
 from inhand.geometry import Array, wrap_angle
 from inhand.hands.fit import Held
+from inhand.sim.state import State
 from inhand.tasks.past import LAGS, Past
-
-WAIT = 0.24
-"""Time in the grip before the object is moved [s]: seven frames at 30 Hz."""
-SOON = 1e-9
-"""Times that are less apart are one [s]."""
 
 
 class Memory:
@@ -58,7 +54,11 @@ class Memory:
         self._start = self._start + np.where(fresh[:, None], away / self._frames[:, None], 0.0)
         self._newest = np.where(fresh, seen.frame_time, self._newest)
         self._believed = np.where(self._waiting[:, None], self._estimator.pose, self._believed)
-        self._waiting = self._waiting & (seen.time - self._began < WAIT - SOON)
+        self._waiting = self._waiting & ~waited(self._began, seen)
+
+    def state(self, seen: Seen) -> State:
+        """Return what is believed of the worlds now, for the law that needs poses and contacts."""
+        return self._estimator.state(seen)
 
     @property
     def waiting(self) -> NDArray[np.bool_]:

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
-from inhand.control.estimator import Estimator
 from inhand.control.follow import follow_limit
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.memory import Memory
@@ -42,9 +41,8 @@ class SensedPolicyController:
 
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
-        held = Held(self._task.hand, self._task.objects[0])
-        self._memory, self._taken = Memory(held, seen), True
-        self._asked = Aim(self._angle, seen.frame_pose, self._way(held, seen), turn=self._turn)
+        self._memory, self._taken = Memory(Held(self._task.hand, self._task.objects[0]), seen), True
+        self._asked = Aim(self._angle, seen.frame_pose, self._way(seen), turn=self._turn)
         self.progress = np.zeros(seen.n_worlds)
         """How far each object is believed to have come along its path `(B,)` [m]."""
         self._arrived = np.zeros(seen.n_worlds, dtype=bool)
@@ -72,10 +70,8 @@ class SensedPolicyController:
         self._still = np.where(gained, 0.0, self._still + self._task.control_period)
         return np.asarray(self._still >= STILL_TIME)
 
-    def _way(self, held: Held, seen: Seen) -> Array:
+    def _way(self, seen: Seen) -> Array:
         """Return the way to go `(B,)` [m]: as the task says, or as far as the grip is predicted to carry."""
         if self._task.distance is not None:
             return np.minimum(self._task.distance, self._task.path.length)
-        estimator = Estimator(*held)
-        estimator.begin(seen)
-        return follow_limit(self._task, estimator.state(seen), SENSED_IK.friction_share, SENSED_IK.margin)
+        return follow_limit(self._task, self._memory.state(seen), SENSED_IK.friction_share, SENSED_IK.margin)

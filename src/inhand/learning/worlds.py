@@ -220,8 +220,11 @@ class ManipulationWorlds:
 
     def _observed(self) -> Array:
         """Return what all worlds see, and beside it what critics do `(B, d + c)`."""
-        view = self.seen if self._memory is None else self._memory.past
-        found = observe(self.layout, view, self._seen_aim(), self.scene)
+        if self._memory is None:
+            found = observe(self.layout, self.seen, self._seen_aim(), self.scene)
+        else:
+            past = self._memory.past
+            found = observe(self.layout, past, past.aimed(self._aim), self.scene)
         if self._truth is None:
             return found
         scene = self.scene if self._drawn is None else replace(self.scene, drawn=self._drawn[self._row])
@@ -251,9 +254,7 @@ class ManipulationWorlds:
         return [given[self._row[world]].again((int(self._key[world]),)) for world in worlds.tolist()]
 
     def _seen_aim(self) -> Aim:
-        """Return what is asked as a controller knows it: a direction starts where it then saw the object."""
-        if self._memory is not None:
-            return self._memory.past.aimed(self._aim)
+        """Return what is asked as a privileged controller knows it: a direction starts where it then saw the object."""
         if self._between is None or self._starts.routes is not None:
             return self._aim
         return self._told

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
-from inhand.control.estimator import Estimator
-from inhand.control.ik_sensed import WAIT
+from inhand.control.estimator import Estimator, waited
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
 from inhand.tracing.plan import Plan
@@ -47,7 +46,7 @@ class SensedSequencer:
         self._taken, state = False, self._estimator.state(seen)
         self.sequence.seen = seen
         # Time stands still in a world whose episode has ended: it holds up no other.
-        if not self._going and bool((seen.time - self._began >= WAIT - 1e-9).any()):
+        if not self._going and bool(waited(self._began, seen).any()):
             self._going = True
             self.sequence.begin(state)
         if self._going:

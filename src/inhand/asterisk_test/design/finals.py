@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from inhand.asterisk_test.cells import differences, end_with
+from inhand.asterisk_test.cells import differences
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.cores import on_cores
 from inhand.asterisk_test.design.asked import Asked
@@ -124,12 +124,8 @@ def _final(config: DesignConfig, asked: Asked, hand: Looked, found: dict[Path, F
     return Final(hand, fought, {controller: asked.mean(final.distances(controller)) for controller in ran})
 
 
-def fight(bout: Bout, parent: int) -> Fought:
-    """Simulate, on one thread, and write the file; what cannot be run leaves the reason in it.
-
-    Once the process `parent`, which leads the study, is gone, so is the one that computes for it.
-    """
-    end_with(parent)
+def fight(bout: Bout) -> Fought:
+    """Simulate, on one thread, and write the file; what cannot be run leaves the reason in it."""
     config, reason, rows, kept = bout.config, None, [], 0
     try:
         setup = _setup(bout)

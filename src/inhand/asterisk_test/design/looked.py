@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from inhand.asterisk_test.cells import end_with
 from inhand.asterisk_test.design.asked import AIMS, Asked
 from inhand.control.trial import write_json
 from inhand.errors import InputError
@@ -68,12 +67,8 @@ class Look:
     """Its file."""
 
 
-def look(job: Look, parent: int) -> Looked:
-    """Look at a hand and write its file: in the coarse directions, and in all if it may come to the front.
-
-    Once the process `parent`, which leads the study, is gone, so is the one that computes for it.
-    """
-    end_with(parent)
+def look(job: Look) -> Looked:
+    """Look at a hand and write its file: in the coarse directions, and in all if it may come to the front."""
     cpu, asked, hand = time.process_time(), job.asked, job.hand
     reach, reasons = reached(asked, hand, asked.coarse)
     better = _better(signed(asked, aims_of(asked, hand, reach, asked.coarse)), job.bar)

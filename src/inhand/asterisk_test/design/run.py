@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from inhand.asterisk_test.cells import differences, end_with
+from inhand.asterisk_test.cells import differences
 from inhand.asterisk_test.cores import on_cores
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import MARK, DesignConfig
@@ -156,8 +156,7 @@ def _off(config: DesignConfig, asked: Asked, hand: HandSpec, told: Told) -> dict
     return {off: found[off] for off in hands}
 
 
-def _mean_off(job: tuple[str, HandSpec, Asked], parent: int) -> tuple[str, float]:
-    end_with(parent)
+def _mean_off(job: tuple[str, HandSpec, Asked]) -> tuple[str, float]:
     off, hand, asked = job
     return off, asked.mean(reached(asked, hand)[0])
 

@@ -92,7 +92,7 @@ def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
 
 def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path: Path, inhand: Call) -> None:
     file = run / "trials" / "square_1.npz"
-    code, out, err = inhand("metrics", file, "--json", tmp_path / "numbers.json")
+    code, out, err = inhand("metrics", file, "--out", tmp_path / "numbers.json")
     assert (code, out) == (2, "")
     told = "followed square, which is no primitive: its errors are in the trace.json of its run; give trials of"
     assert err == f"inhand: {file} {told} `inhand asterisk`\n"

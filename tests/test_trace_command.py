@@ -14,6 +14,8 @@ from PIL import Image
 import inhand as front
 from commands import Call
 from inhand import caches
+from inhand.cli.answer import tell
+from inhand.cli.commands import Printing
 from inhand.cli.terminal import print_table
 from inhand.cli.trace import SPARE, run_trace
 from inhand.control.trial import load_trial
@@ -42,7 +44,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small run, with what it printed."""
     out = tmp_path_factory.mktemp("results") / "small run"
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        run_trace(TraceConfig(path="square", size=30, trials=2, seed=4, out=out))
+        tell("trace", run_trace(TraceConfig(path="square", size=30, trials=2, seed=4, out=out)), Printing())
     (out / "printed.txt").write_text(printed.getvalue(), encoding="utf-8")
     return out
 
@@ -198,7 +200,7 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     assert (code, err) == (0, "")
     assert "Letter L of 24 mm by rl" in printed
     assert "The policy moves; twists and recoveries are the expert's (`ik`)." in printed
-    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "trace.json", "trials"]
+    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "run.toml", "trace.json", "trials"]
     assert (out / "trials" / "letter_l_1.npz").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
 

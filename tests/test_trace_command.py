@@ -53,6 +53,7 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     names = {str(path.relative_to(run)) for path in run.rglob("*") if path.is_file()}
     assert names == {
         "run.toml",
+        "trials.csv",
         "trace.json",
         "report.md",
         "figures/trace.png",
@@ -200,7 +201,14 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     assert (code, err) == (0, "")
     assert "Letter L of 24 mm by rl" in printed
     assert "The policy moves; twists and recoveries are the expert's (`ik`)." in printed
-    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "run.toml", "trace.json", "trials"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "figures",
+        "report.md",
+        "run.toml",
+        "trace.json",
+        "trials",
+        "trials.csv",
+    ]
     assert (out / "trials" / "letter_l_1.npz").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
 

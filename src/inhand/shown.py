@@ -42,6 +42,12 @@ class Shown:
         """Write everything into a folder that is there."""
         raise NotImplementedError
 
+    def draw(self, folder: Path) -> None:
+        """Draw its figures into `figures` of a folder."""
+        from inhand.plots.save import save_picture
+
+        save_picture(self.figure(), folder, "figure.png", "")
+
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
         """Write what its command writes, numbers, figures and report, and return the folder.
 

@@ -91,8 +91,7 @@ class Reach(Shown):
         from inhand.plots.save import save_figure
 
         for twist in self.twists:
-            name = f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
-            save_figure(self.figure(twist), folder / name)
+            save_figure(self.figure(twist), folder / _figure_name(twist))
         content = {
             "limits": [_entry(limit) for limit in self.limits],
             "config": asdict(self.config),
@@ -101,7 +100,19 @@ class Reach(Shown):
             "versions": versions(),
         }
         write_json(content, folder / MARK)
+        self.table().to_csv(folder / "limits.csv", index=False)
         write_repeat(folder, "reach", self.config)
+
+    def draw(self, folder: Path) -> None:
+        """Draw the workspace into `figures` of a folder, a figure for each twist."""
+        from inhand.plots.save import save_picture
+
+        for twist in self.twists:
+            save_picture(self.figure(twist), folder, _figure_name(twist), "")
+
+
+def _figure_name(twist: float) -> str:
+    return f"reach_{'p' if twist < 0 else 'm'}{abs(twist):g}.png" if twist else "reach.png"
 
 
 @dataclass(frozen=True, eq=False)

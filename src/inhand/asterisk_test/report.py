@@ -102,6 +102,10 @@ class Run(Shown):
         self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "asterisk", self.config)
 
+    def draw(self, folder: Path) -> None:
+        """Draw figures and replay into `figures` of a folder."""
+        write_report(self, folder)
+
     @property
     def name(self) -> str:
         """What tells it from the runs beside it."""

@@ -71,6 +71,23 @@ class ViewConfig(Config):
 
 
 @dataclass(frozen=True)
+class FiguresConfig(Config):
+    """Draw a run's figures again, for a paper, or those of one of its trials, with its replay."""
+
+    run: tyro.conf.Positional[Path]
+    """The folder of a run, or a .npz file from its `trials`."""
+    format: Literal["pdf", "svg", "png"] = "pdf"
+    """Form of the files."""
+    width_mm: float | None = None
+    """Width of every figure [mm], such as a column's 85: texts of 7 pt, legends below, no heading. Without it figures
+    are as large as they need."""
+    out: Path | None = None
+    """Folder to write to; without it results/figures and the run's name in there."""
+    overwrite: bool = False
+    """Replace the figures that the folder holds."""
+
+
+@dataclass(frozen=True)
 class AgainConfig(Config):
     """Run again what a folder holds, by its run.toml, and tell whether all numbers are the same."""
 
@@ -118,6 +135,7 @@ COMMANDS: dict[str, type[Config]] = {
     "export": ExportConfig,
     "metrics": MetricsConfig,
     "view": ViewConfig,
+    "figures": FiguresConfig,
     "again": AgainConfig,
     "hands": HandsConfig,
     "objects": ObjectsConfig,

@@ -87,7 +87,12 @@ class Compared(Shown):
             "seed": self.config.seed,
         }
         write_json(content, folder / "metrics.json")
+        self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "evaluate", self.config)
+
+    def draw(self, folder: Path) -> None:
+        """Draw the figures into `figures` of a folder."""
+        write_evaluation(self, folder)
 
     @property
     def run(self) -> Run:

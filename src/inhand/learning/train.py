@@ -84,6 +84,12 @@ class Trained(Kept):
 
         return learning_figure(self.learned, self.folder.resolve().name, self.title)
 
+    def draw(self, folder: Path) -> None:
+        """Draw the learning curves into `figures` of a folder."""
+        from inhand.learning.report import curve_pictures
+
+        curve_pictures(self.learned, folder, self.folder.resolve().name, self.title)
+
 
 def train(
     hand: str | Path | HandSpec | None = None,
@@ -261,4 +267,5 @@ def _told(out: Path) -> Trained:
     words = command_of(found.config, out)
     if words is not None:
         write_repeat(out, "train", words)
+    found.table().to_csv(out / "directions.csv", index=False)
     return found

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.pages import pictured
+from inhand.plots.paper import paper
 
 PNG_DPI = 160
 """Resolution of PNG files [dots/in]: sharp on a page at 9 pt, small enough for a repository."""
@@ -40,6 +41,10 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
 
 
 def save_picture(figure: Figure, folder: Path, name: str, text: str) -> str:
-    """Write a figure into `figures` of a run's folder and return it as a part of the run's page."""
+    """Write a figure into `figures` of a run's folder and return it as a part of the run's page.
+
+    What is drawn for decides the suffix of its name.
+    """
+    name = Path(name).with_suffix(paper().suffix).as_posix()
     save_figure(figure, folder / "figures" / name)
     return pictured(text, f"figures/{name}")

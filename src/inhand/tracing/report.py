@@ -79,7 +79,12 @@ class TraceRun(Shown):
             "seed": self.config.seed,
         }
         write_json(content, folder / MARK)
+        self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "trace", self.config)
+
+    def draw(self, folder: Path) -> None:
+        """Draw figure and replay into `figures` of a folder."""
+        write_trace(self, folder)
 
     def _entries(self) -> list[dict[str, Any]]:
         pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose

@@ -21,7 +21,7 @@ from inhand.versions import versions
 def write_robustness(config: RobustnessConfig, found: Robustness, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, figures and page of a study, which took `wall_s` [s], into its folder, with notes on it."""
     told = sensitivities(config, found)
-    pictures = _pictures(config, found, told)
+    pictures = draw_figures(config, found, told)
     content = {
         "rows": found.rows.to_dict("records"),
         "sensitivity": {name: table.to_dict("records") for name, table in told.items()},
@@ -81,7 +81,7 @@ def page(
     )
 
 
-def _pictures(config: RobustnessConfig, found: Robustness, told: dict[str, pd.DataFrame]) -> list[str]:
+def draw_figures(config: RobustnessConfig, found: Robustness, told: dict[str, pd.DataFrame]) -> list[str]:
     """Draw the figures, and return them as parts of the page."""
     out = config.out
     text = "Share of the undisturbed way that controllers keep under disturbances, and objects lost"

@@ -69,6 +69,12 @@ class RobustnessRun(Study):
         write_robustness(replace(self.config, out=folder), self.found, self.seconds, self.notes)
         write_repeat(folder, "robustness", self.config)
 
+    def draw(self, folder: Path) -> None:
+        """Draw the figures into `figures` of a folder."""
+        from inhand.asterisk_test.robustness import page
+
+        page.draw_figures(replace(self.config, out=folder), self.found, page.sensitivities(self.config, self.found))
+
 
 def robustness(
     controllers: object = DEFAULT.controllers,

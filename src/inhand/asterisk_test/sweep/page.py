@@ -33,11 +33,7 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 
 def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, heat maps and page of a sweep, which took `wall_s` [s], into its folder, with notes on it."""
-    pictures = []
-    for kind, text in KINDS.items():
-        for column, over in OVER.items():
-            figure, told = figure_of(config, sweep, kind, column), f"{text}: hands and {column}s, means over the {over}"
-            pictures.append(save_picture(figure, config.out, f"{column}s_{kind}.png", told))
+    pictures = heat_maps(config, sweep)
     content = {
         "median_share": sweep.cases.share.median(),
         "kept_share": sweep.cases.kept.mean(),
@@ -51,6 +47,16 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
     write_json(content, config.out / "sweep.json")
     told = page(config, sweep, wall_s, pictures, notes)
     write_texts({"trials.csv": sweep.trials.to_csv(index=False), "report.md": told}, config.out)
+
+
+def heat_maps(config: SweepConfig, sweep: Sweep) -> list[str]:
+    """Draw the heat maps of a sweep into `figures` of its folder, and return them as parts of the page."""
+    pictures = []
+    for kind, text in KINDS.items():
+        for column, over in OVER.items():
+            figure, told = figure_of(config, sweep, kind, column), f"{text}: hands and {column}s, means over the {over}"
+            pictures.append(save_picture(figure, config.out, f"{column}s_{kind}.png", told))
+    return pictures
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:

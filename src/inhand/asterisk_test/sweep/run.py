@@ -67,6 +67,12 @@ class SweepRun(Study):
         write_sweep(replace(self.config, out=folder), self.sweep, self.seconds, self.notes)
         write_repeat(folder, "sweep", self.config)
 
+    def draw(self, folder: Path) -> None:
+        """Draw the heat maps into `figures` of a folder."""
+        from inhand.asterisk_test.sweep.page import heat_maps
+
+        heat_maps(replace(self.config, out=folder), self.sweep)
+
 
 def sweep(
     hands: Sequence[str | Path | HandSpec] = DEFAULT.hands,

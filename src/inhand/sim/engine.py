@@ -117,6 +117,7 @@ class Simulator(ABC):
 
     def let_go(self, worlds: NDArray[np.bool_]) -> None:
         """Let go of objects that some worlds `(B,)` have held where they were placed; on a plane none is held."""
+        del worlds
 
     def measure(self) -> State:
         """Return the state of the present instant, worlds that diverged put back first."""

@@ -6,20 +6,19 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.kinematics import measure
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.engine import Simulator
 from inhand.sim.mujoco_engine import model_batch
 from inhand.sim.scene import PALM_UP, SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.spatial_model import build_spatial_model
-from inhand.sim.spatial_touch import nearest
-from inhand.sim.state import State, ran_away
+from inhand.sim.state import NEAREST, State, ran_away
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,9 @@ class SpatialSimulator(Simulator):
         """
         super().__init__(hand, objects, scenes, kinds)
         _check_alike(objects, [scene for _, _, scene in self._kinds])
-        alike = len({kind[:2] for kind in self._kinds}) == 1
+        pairs = {kind[:2]: None for kind in self._kinds}
+        self._pairs, alike = list(pairs), len(pairs) == 1
+        self._pair = np.array([self._pairs.index(kind[:2]) for kind in self._kinds])
         models = {kind: build_spatial_model(*kind) for kind in (self._kinds[:1] if alike else set(self._kinds))}
         self._models = [models[self._kinds[0] if alike else kind] for kind in self._kinds]
         self._gravity = np.array([scene.pull or PALM_UP for _, _, scene in self._kinds])
@@ -75,8 +76,9 @@ class SpatialSimulator(Simulator):
         self._batch = model_batch([self._models[kind] for kind in self._kind.tolist()], threads)
         self._pull = self._batch.expand("opt.gravity") if alike else None
         self._become(np.arange(self.n_worlds))
-        self._readings = Readings(**{name: self._batch.bind(name) for name in Readings.__annotations__})
+        self._readings = Readings(**{name: self._batch.bind(name) for name in Readings.__dataclass_fields__})
         self._start = self._readings.qpos.copy()
+        self._last_links = np.array([len(finger.links) - 1 for finger in self.hand.fingers])
 
     @property
     def gravity(self) -> Array:
@@ -99,9 +101,37 @@ class SpatialSimulator(Simulator):
         self._put_back()
         now, n = self._readings, self.hand.n_joints
         qpos, qvel = now.qpos.copy(), now.qvel.copy()
-        body = qpos[:, n:], np.concatenate([qvel[:, n : n + 3], turn(qpos[:, n + 3 :], qvel[:, n + 3 :])], axis=-1)
-        links = nearest(self.hand, self.objects, qpos[:, :n], body[0])
-        return self._state(now.time.copy(), body, (qpos[:, :n], qvel[:, :n]), now.ctrl, links)
+        joints, pose = qpos[:, :n], qpos[:, n:]
+        points, normals, gaps, link_gaps = self._touch(joints, pose)
+        # Points of a finger that just touches are kept a little apart, so that they tell the normal.
+        apart = np.copysign(np.maximum(np.abs(gaps), 2 * NEAREST), gaps)[..., None]
+        return State(
+            time=now.time.copy(),
+            object_pose=pose,
+            object_velocity=np.concatenate([qvel[:, n : n + 3], turn(pose[:, 3:], qvel[:, n + 3 :])], axis=-1),
+            joint_angles=joints,
+            joint_velocities=qvel[:, :n],
+            targets=now.ctrl.copy(),
+            link_gaps=link_gaps,
+            contact_links=np.tile(self._last_links, (self.n_worlds, 1)),
+            finger_points=points + apart * normals,
+            object_points=points,
+            gaps=gaps,
+            forces=self._forces.copy(),
+            diverged=self._diverged.copy(),
+        )
+
+    def _touch(self, joints: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+        """Return where objects are nearest to fingertips, the normals and distances there, and distances of links."""
+        count, fingers = self.n_worlds, len(self.hand.fingers)
+        found = tuple(np.empty((count, *size)) for size in ((fingers, 3), (fingers, 3), (fingers,), (joints.shape[1],)))
+        mine = self._pair[self._kind]
+        for number in np.unique(mine).tolist():
+            rows = mine == number
+            told = measure(*self._pairs[number], joints[rows], pose[rows])
+            for array, part in zip(found, (told.points, told.normals, told.gaps, told.link_gaps), strict=True):
+                array[rows] = part
+        return found
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         now, n = self._readings, self.hand.n_joints

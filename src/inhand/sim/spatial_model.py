@@ -50,7 +50,7 @@ def describe_spatial_model(hand: SpatialHand, spec: SolidSpec, scene: SceneSpec)
     mj.option.disableflags = int(flags.mjDSBL_AUTORESET) | int(flags.mjDSBL_MULTICCD)
     add_geom(mj.worldbody, "palm", mujoco.mjtGeom.mjGEOM_BOX, list(hand.palm.half)).pos = hand.palm.centre
     parts = [_add_finger(mj, hand, finger, f"finger_{k}") for k, finger in enumerate(hand.fingers)]
-    _add_object(mj, hand, spec)
+    _add_object(mj, hand, spec, scene)
     _add_pairs(mj, parts, hand, spec, scene)
     for k in range(len(hand.fingers)):
         add_force(mj, f"finger_{k}_0")
@@ -81,7 +81,7 @@ def _add_finger(mj: mujoco.MjSpec, hand: SpatialHand, finger: SpatialFinger, nam
     return [f"{name}_tip", *geoms]
 
 
-def _add_object(mj: mujoco.MjSpec, hand: SpatialHand, spec: SolidSpec) -> None:
+def _add_object(mj: mujoco.MjSpec, hand: SpatialHand, spec: SolidSpec, scene: SceneSpec) -> None:
     """Add the object with its weld to a body that stands still, which each world lets go when it is held."""
     body = mj.worldbody.add_body(name="object", pos=hand.start_position)
     body.add_freejoint(name="object")
@@ -104,11 +104,10 @@ def _add_object(mj: mujoco.MjSpec, hand: SpatialHand, spec: SolidSpec) -> None:
     weld = mj.add_equality(name=HOLDER, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
     weld.name1, weld.name2, weld.active = HOLDER, "object", True
     weld.data[:11] = [0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1]  # no offset, not turned, a radian counts as a metre
+    weld.solref, weld.solimp = [2 * scene.timestep, 1.0], SOLIMP
 
 
-def _add_pairs(
-    mj: mujoco.MjSpec, parts: list[list[str]], hand: SpatialHand, spec: SolidSpec, scene: SceneSpec
-) -> None:
+def _add_pairs(mj: mujoco.MjSpec, parts: list[list[str]], hand: SpatialHand, spec: SolidSpec, scene: SceneSpec) -> None:
     grip = hand.friction * spec.friction
     for tip, *links in parts:
         _pair(mj, (tip, "object"), grip, scene, SPOT)
@@ -126,4 +125,3 @@ def _pair(mj: mujoco.MjSpec, names: tuple[str, str], friction: float, scene: Sce
     pair.friction = [slip, slip, TORSION, ROLLING, ROLLING]
     pair.solref = [2 * scene.timestep, 1.0]  # the stiffest contact that this step can hold
     pair.solimp = SOLIMP
-

@@ -128,8 +128,8 @@ def _draw_plane(ax: Axes, curves: Sequence[SpatialCurve], plane: tuple[int, int]
         ax.plot(*curve.points_mm[:, [a, b]].T, color=_look(curve), linewidth=2.6, zorder=2.0)
         if curve.failed:
             ax.plot(*curve.points_mm[-1, [a, b]], "x", color="#d1242f", markersize=6, markeredgewidth=1.6, zorder=3.0)
-        place = curve.direction[[a, b]] * (max(curve.distance_mm, curve.limit_mm or 0.0) + 0.085 * largest)
-        ax.text(*place, f"{curve.distance_mm:.0f}", fontsize=TICK_POINTS - 1, ha="center", va="center", zorder=4.0)
+        x, y = curve.direction[[a, b]] * (max(curve.distance_mm, curve.limit_mm or 0.0) + 0.085 * largest)
+        ax.text(x, y, f"{curve.distance_mm:.0f}", fontsize=TICK_POINTS - 1, ha="center", va="center", zorder=4.0)
     ax.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     ax.set_xlabel(f"{AXES[a][0]}  ·  {AXES[a][1]} [mm]", fontsize=TICK_POINTS)
     ax.set_ylabel(f"{AXES[b][0]}  ·  {AXES[b][1]} [mm]", fontsize=TICK_POINTS)
@@ -149,22 +149,17 @@ def _draw_map(ax: Axes, curves: Sequence[SpatialCurve], way: float, distance: No
         height = way * float(curve.direction[2])
         if height < -IN_PLANE:
             continue
-        place = on_map(curve.direction, way)
+        x, y = on_map(curve.direction, way)
         colour = mpl.colormaps["YlGnBu"](distance(curve.distance_mm))
         edge = "#d1242f" if curve.failed else INK
-        ax.plot(*place, "o", color=colour, markersize=11 if few else 4, markeredgecolor=edge, markeredgewidth=0.7)
+        ax.plot(x, y, "o", color=colour, markersize=11 if few else 4, markeredgecolor=edge, markeredgewidth=0.7)
         if few:
             ax.annotate(
-                f"{curve.distance_mm:.0f}", place, (0, -11), textcoords="offset points", ha="center", va="center",
+                f"{curve.distance_mm:.0f}", (x, y), (0, -11), textcoords="offset points", ha="center", va="center",
                 fontsize=TICK_POINTS - 1.5, path_effects=halo(2.0),
             )  # fmt: skip
-    for text, place in (
-        (AXES[0][1], (1.2, 0.0)),
-        (AXES[0][0], (-1.2, 0.0)),
-        (AXES[1][1], (0.0, 1.14)),
-        (AXES[1][0], (0.0, -1.2)),
-    ):
-        ax.text(*place, text, ha="center", va="center", fontsize=TICK_POINTS - 1, color=MUTED)
+    for text, (x, y) in zip(AXES[0] + AXES[1], ((-1.2, 0.0), (1.2, 0.0), (0.0, -1.2), (0.0, 1.14)), strict=True):
+        ax.text(x, y, text, ha="center", va="center", fontsize=TICK_POINTS - 1, color=MUTED)
     ax.set(xlim=(-1.4, 1.4), ylim=(-1.3, 1.3), aspect="equal")
     ax.axis("off")
 

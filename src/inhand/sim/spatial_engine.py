@@ -67,7 +67,8 @@ class SpatialSimulator(Simulator):
         super().__init__(hand, objects, scenes, kinds)
         _check_alike(objects, [scene for _, _, scene in self._kinds])
         pairs = {kind[:2]: None for kind in self._kinds}
-        self._pairs, alike = list(pairs), len(pairs) == 1
+        self._pairs: list[tuple[SpatialHand, SolidSpec]] = [(hand, spec) for hand, spec in pairs]
+        alike = len(pairs) == 1
         self._pair = np.array([self._pairs.index(kind[:2]) for kind in self._kinds])
         models = {kind: build_spatial_model(*kind) for kind in (self._kinds[:1] if alike else set(self._kinds))}
         self._models = [models[self._kinds[0] if alike else kind] for kind in self._kinds]
@@ -124,14 +125,15 @@ class SpatialSimulator(Simulator):
     def _touch(self, joints: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
         """Return where objects are nearest to fingertips, the normals and distances there, and distances of links."""
         count, fingers = self.n_worlds, len(self.hand.fingers)
-        found = tuple(np.empty((count, *size)) for size in ((fingers, 3), (fingers, 3), (fingers,), (joints.shape[1],)))
-        mine = self._pair[self._kind]
+        points, normals, gaps = np.empty((count, fingers, 3)), np.empty((count, fingers, 3)), np.empty((count, fingers))
+        link_gaps, mine = np.empty(joints.shape), self._pair[self._kind]
         for number in np.unique(mine).tolist():
             rows = mine == number
-            told = measure(*self._pairs[number], joints[rows], pose[rows])
-            for array, part in zip(found, (told.points, told.normals, told.gaps, told.link_gaps), strict=True):
-                array[rows] = part
-        return found
+            hand, spec = self._pairs[number]
+            told = measure(hand, spec, joints[rows], pose[rows])
+            points[rows], normals[rows], gaps[rows] = told.points, told.normals, told.gaps
+            link_gaps[rows] = told.link_gaps
+        return points, normals, gaps, link_gaps
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         now, n = self._readings, self.hand.n_joints

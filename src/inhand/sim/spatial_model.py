@@ -99,7 +99,8 @@ def _add_object(mj: mujoco.MjSpec, hand: SpatialHand, spec: SolidSpec, scene: Sc
         add_geom(body, "object", mujoco.mjtGeom.mjGEOM_MESH, None).meshname = "object"
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia_of(spec)
     body.explicitinertial = True
-    body.mass, body.fullinertia = spec.mass, [xx, yy, zz, xy, xz, yz]
+    # Without ipos the centre of mass would be at the body's own place in the palm frame (4.0.1).
+    body.mass, body.ipos, body.fullinertia = spec.mass, [0, 0, 0], [xx, yy, zz, xy, xz, yz]
     mj.worldbody.add_body(name=HOLDER, mocap=True, pos=hand.start_position)
     weld = mj.add_equality(name=HOLDER, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
     weld.name1, weld.name2, weld.active = HOLDER, "object", True

@@ -26,7 +26,7 @@ tip's. With points the largest lateral errors of the expert are two to three tim
 SPOT = 4
 """MuJoCo's number of directions of a contact that resists spinning (3: one that does not)."""
 OTHERS = 0.3
-"""Friction between two fingers, guessed."""
+"""Friction of a finger on another, guessed."""
 HOLDER = "holder"
 """Name of the body that stands still, and of the weld to it."""
 

@@ -44,9 +44,7 @@ class Shown:
 
     def draw(self, folder: Path) -> None:
         """Draw its figures into `figures` of a folder."""
-        from inhand.plots.save import save_picture
-
-        save_picture(self.figure(), folder, "figure.png", "")
+        raise NotImplementedError
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
         """Write what its command writes, numbers, figures and report, and return the folder.

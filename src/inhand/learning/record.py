@@ -117,6 +117,12 @@ class Dataset(Kept):
 
         return dataset_figure(self.angle_deg, self.distance, self.lost, self.title)
 
+    def draw(self, folder: Path) -> None:
+        """Draw where the episodes ended into `figures` of a folder."""
+        from inhand.plots.save import save_picture
+
+        save_picture(self.figure(), folder, "dataset.png", "")
+
 
 def record(
     hand: str | Path | HandSpec = DEFAULT.hand,

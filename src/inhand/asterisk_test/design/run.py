@@ -78,6 +78,12 @@ class DesignRun(Study):
         write_design(self.config, self.found, folder, (self.seconds, self.notes))
         write_repeat(folder, "design", self.config)
 
+    def draw(self, folder: Path) -> None:
+        """Draw the front, its hands and what they gain into `figures` of a folder."""
+        from inhand.plots.save import save_picture
+
+        save_picture(self.figure(), folder, "design.png", "")
+
 
 def design(
     objects: Sequence[str | Path | ObjectSpec] = DEFAULT.objects,

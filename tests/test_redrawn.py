@@ -10,6 +10,7 @@ from matplotlib.text import Text
 
 import inhand as front
 from commands import Call
+from inhand.control.trial import write_trials
 from inhand.errors import InputError
 from inhand.plots.paper import COLUMN_POINTS, MM_PER_IN, Paper, drawn_for, paper
 from inhand.plots.sheet import Size, sheet
@@ -21,7 +22,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with a small reach and a small test."""
     place = tmp_path_factory.mktemp("runs")
     front.reach(directions="Right,Left", resolution_mm=6).save(place / "reach")
-    front.asterisk(controller="thesis-ik", directions="Out", trials=1).save(place / "test")
+    write_trials(front.asterisk(controller="thesis-ik", directions="Out", trials=1).trials, place / "test")
     return place
 
 
@@ -64,9 +65,8 @@ def test_a_trial_of_choice_is_drawn_with_its_replay(runs: Path, tmp_path: Path, 
     assert names == {"asterisk.svg", "radar.svg", "paths/out.svg", "replay.gif", "run.toml"}
 
 
-def test_tables_are_there_as_csv(runs: Path) -> None:
+def test_a_reach_has_its_table_as_csv(runs: Path) -> None:
     assert (runs / "reach" / "limits.csv").read_text().startswith("direction,angle_deg,")
-    assert (runs / "test" / "trials.csv").read_text().startswith("hand,object,controller,")
 
 
 def test_a_column_has_its_width_and_smaller_texts_and_no_heading() -> None:

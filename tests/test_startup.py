@@ -44,6 +44,7 @@ WRONG = (
     "sweep --hands nonsense", "sweep --objects nonsense", "robustness --controllers nonsense",
     "robustness --disturbances nonsense", "robustness --curves nonsense", "robustness --strengths nan",
     "train --preset nonsense", "train --out missing --resume",
+    "export nonsense --as csv", "export nonsense --as policy", "import missing",
     "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
     "metrics missing.npz", "metrics missing.csv", "metrics missing",
     "view missing.npz", "again missing", "figures missing", "completion fish", "nonsense", "asterisk --nonsense",

@@ -26,7 +26,8 @@ GIVES = {
     "bullet": "--engine bullet",
     "design": "`inhand design`",
     "dxf": "outlines and drawings from DXF files",
-    "onnx": "`inhand export`",
+    "lerobot": "LeRobotDatasets in and out",
+    "onnx": "policies as ONNX models",
     "rl": "`inhand record`, `train` and environments",
     "sb3": "training with Stable-Baselines3",
 }

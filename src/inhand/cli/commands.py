@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import tyro
 
@@ -50,14 +50,34 @@ class EvaluateCommand(EvaluateConfig):
 
 @dataclass(frozen=True)
 class ExportConfig(Config):
-    """Write a learned policy as an ONNX model, with its contract in the metadata (extra `onnx`)."""
+    """Write a policy as an ONNX model or a folder with a model card, or trials and demonstrations for others."""
 
-    policy: tyro.conf.Positional[str]
-    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
-    out: Path = Path("policy.onnx")
-    """The file to write."""
+    run: tyro.conf.Positional[str]
+    """A policy: the folder of a run of `inhand train` (its best) or of a policy, rl or rl-sensed. Or data: the folder
+    of a run of asterisk, trace or evaluate, one of `inhand record`, or a trial's .npz file."""
+    form: Annotated[Literal["onnx", "policy", "csv", "minari", "lerobot"], tyro.conf.arg(name="as")] = "onnx"
+    """onnx (a model with its contract, extra `onnx`), policy (a folder with its card); csv (recordings in the form of
+    the Asterisk Test), minari (extra `rl`), lerobot (LeRobotDataset v3, extra `lerobot`)."""
+    results: Path | None = None
+    """For the card of a policy: the folder of its `inhand evaluate`."""
+    out: Path | None = None
+    """The file or the folder to write; without it policy.onnx, or results/export and the run's name in there."""
     overwrite: bool = False
-    """Replace a file of that name."""
+    """Replace what is there of an earlier export."""
+
+
+@dataclass(frozen=True)
+class ImportConfig(Config):
+    """Make a dataset to learn from of demonstrations in a LeRobotDataset v3 or in Minari's form."""
+
+    dataset: tyro.conf.Positional[Path]
+    """Its folder."""
+    like: Path | None = None
+    """A dataset of `inhand record` whose hand, object, observations and actions it has, where it does not say."""
+    out: Path = Path("results/datasets/imported")
+    """Folder of the new dataset."""
+    overwrite: bool = False
+    """Replace the dataset that the folder holds."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +153,7 @@ COMMANDS: dict[str, type[Config]] = {
     "train": TrainConfig,
     "evaluate": EvaluateCommand,
     "export": ExportConfig,
+    "import": ImportConfig,
     "metrics": MetricsConfig,
     "view": ViewConfig,
     "figures": FiguresConfig,
@@ -143,5 +164,5 @@ COMMANDS: dict[str, type[Config]] = {
     "completion": CompletionConfig,
 }
 """What each command is configured with."""
-MODULES = {"hands": "lists", "objects": "lists"}
+MODULES = {"hands": "lists", "objects": "lists", "import": "imports"}
 """The module of a command in `inhand.cli`, where it has not its name."""

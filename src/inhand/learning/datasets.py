@@ -132,7 +132,7 @@ def read_head(folder: Path) -> DatasetHead:
     try:
         metadata = read_json(path.read_bytes())
         ours = metadata.get(OURS) if isinstance(metadata, dict) else None
-        return read_record(ours, _Entry, FORMAT, NEW).head
+        return read_told(ours)
     except InputError as error:
         raise InputError(
             f"{folder} is no dataset of `inhand record`: {error}; record it again, or read it with Minari"
@@ -154,6 +154,27 @@ class StoredEpisodes:
     def __iter__(self) -> Iterator[DatasetEpisode]:
         """Give one after the other."""
         return _episodes(self.folder, self.kind, self.storage)
+
+
+def told_head(head: DatasetHead) -> dict[str, Any]:
+    """Return what a dataset says of itself as JSON's table, with the version of that form."""
+    return table_of(_Entry(FORMAT, head))
+
+
+def read_told(entry: object) -> DatasetHead:
+    """Return what `told_head` has told.
+
+    Raises:
+        InputError: another version, or something else.
+    """
+    return read_record(entry, _Entry, FORMAT, NEW).head
+
+
+def env_spec_of(folder: Path) -> str | None:
+    """Return Gymnasium's JSON for the environment of a dataset of ours, where it has one."""
+    metadata = read_json((folder / DATA / METADATA).read_bytes())
+    spec = metadata.get("env_spec") if isinstance(metadata, dict) else None
+    return spec if isinstance(spec, str) else None
 
 
 def check_installed(what: str) -> None:
@@ -183,7 +204,7 @@ def _metadata(head: DatasetHead) -> dict[str, Any]:
         f" ({head.directions}); observations {kind.interface.layout}, actions {kind.actions}, reward {head.reward};"
         " infos hold what the expert wanted before noise pushed its hands",
         "requirements": [f"{OURS}=={head.versions[OURS]}"] if OURS in head.versions else [],
-        OURS: table_of(_Entry(FORMAT, head)),
+        OURS: told_head(head),
     }
 
 

@@ -23,15 +23,15 @@ Entry: TypeAlias = tuple[Arrays, Arrays, Mapping[str, ArrayLike]]
 """An episode's arrays by name, `rewards` among them `(T,)`, those of its infos, and numbers that are kept beside."""
 
 
-def new_storage(folder: Path, sizes: tuple[int, int]) -> Storage:
-    """Return an empty storage for observations and actions of so many numbers within [-1, 1].
+def new_storage(folder: Path, sizes: tuple[int, int], bound: float = 1.0) -> Storage:
+    """Return an empty storage for observations and actions of so many numbers within a bound, either way.
 
     Minari's own reader makes its spaces, so that Gymnasium stays elsewhere.
     """
     from minari.dataset.minari_storage import MinariStorage
     from minari.serialization import deserialize_space
 
-    spaces = map(deserialize_space, _spaces(sizes).values())
+    spaces = map(deserialize_space, _spaces(sizes, bound).values())
     return MinariStorage.new(folder, *spaces, data_format=STORED)
 
 
@@ -107,8 +107,8 @@ def reading(folder: Path) -> Iterator[None]:
         raise InputError(f"the episodes in {folder} cannot be read: {error}; record them again") from error
 
 
-def _spaces(sizes: tuple[int, int]) -> dict[str, str]:
+def _spaces(sizes: tuple[int, int], bound: float = 1.0) -> dict[str, str]:
     return {
-        name: json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-1.0] * n, "high": [1.0] * n})
+        name: json.dumps({"type": "Box", "dtype": "float32", "shape": [n], "low": [-bound] * n, "high": [bound] * n})
         for name, n in zip(("observation_space", "action_space"), sizes, strict=True)
     }

@@ -65,7 +65,7 @@ SENSED = replace(
     SMALL,
     disturb="field",
     interface=replace(SMALL.interface, observation="senses", truth="truth"),
-    recipe=replace(SMALL.recipe, expert="teacher", episodes=16),
+    recipe=replace(SMALL.recipe, expert="teacher", episodes=16, turns=0.25, legs=0.25),
     rounds=2,
     relabelled=8,
     refit=1000,

@@ -273,15 +273,15 @@ def straight_angles(paths: Array) -> Array:
     return np.asarray(angle)
 
 
-def aims_of(paths: Array) -> tuple[Array, Array]:
-    """Return directions [rad] and sides of turns, each `(B,)`, of paths `(B, S, 3)`: straight, or turns on the spot.
+def parts_of(paths: Array) -> tuple[Array, Array]:
+    """Return directions and turns, each `(B,)` [rad], of paths `(B, S, 3)` that turn on the spot, then go straight on.
 
     Raises:
-        InputError: a path that bends, or turns and moves.
+        InputError: a path that bends, or turns while it moves.
     """
-    turning = np.abs(paths[..., :2]).max(axis=(1, 2)) <= BENT
-    side = np.where(turning, np.sign(paths[:, -1, 2]), 0.0)
-    return straight_angles(np.where(turning[:, None, None], 0.0, paths)), side
+    turned, moving = paths[:, -1, 2], np.abs(paths[..., :2]).max(axis=-1) > BENT
+    held = np.where(moving, paths[..., 2] - turned[:, None], 0.0)
+    return straight_angles(np.concatenate([paths[..., :2], held[..., None]], axis=-1)), turned
 
 
 def check_task(policy: Policy, task: Task) -> None:

@@ -8,7 +8,7 @@ drawn and computed does not depend on which of them is faster, so a seed gives t
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -192,8 +192,7 @@ class Trainer:
         rng = np.random.default_rng((config.seed, 4, number))
         self._progress("relabelling the actor's episodes", number, config.rounds)
         rows = rng.choice(len(ready.starts), min(config.relabelled, len(ready.starts)), replace=False)
-        starts = replace(ready.starts.take(rows, ready.starts.angle_deg[rows]), distance=ready.starts.distance[rows])
-        episodes, _ = recorded(config.recording, starts, rng, self._policy(actor))
+        episodes, _ = recorded(config.recording, ready.starts.rows(rows), rng, self._policy(actor))
         looking = config.learning.discount, config.learning.look_ahead
         for shown in episodes.apart():
             episode = shown.observations, shown.actions, shown.wanted, shown.rewards

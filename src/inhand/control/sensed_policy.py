@@ -20,10 +20,10 @@ from inhand.tasks.past import Past
 
 ARRIVED = 0.001
 """Less than this left to go [m] is nothing: from then on commands stay as they are, as those of `ik-sensed` do."""
-GAINED = 5e-4
-"""A hand whose object is believed to have come no farther than this along its way [m] during"""
-STILL_TIME = 0.4
-"""this time [s] holds, and its episode is over."""
+SETTLE = SENSED_IK.settle
+"""Its episode is over when it has held that end for this time [s], or where the object has come no farther than"""
+GAINED, STILL_TIME = 5e-4, 0.4
+"""this [m] in this time [s]."""
 
 
 class SensedPolicyController:
@@ -47,7 +47,7 @@ class SensedPolicyController:
         way, arc = self._way(seen), TURN_ARM * np.abs(self._turned)
         self._asked = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
         self._rest = np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0)
-        self._gone, self._best, self._still = np.zeros((3, seen.n_worlds))
+        self._gone, self._best, self._still, self._held = np.zeros((4, seen.n_worlds))
         self.progress = np.zeros(seen.n_worlds)
         """How far each object is believed to have come along its path `(B,)` [m]."""
         self._arrived = np.zeros(seen.n_worlds, dtype=bool)
@@ -66,12 +66,14 @@ class SensedPolicyController:
         return np.where(self._arrived[:, None], seen.targets, self._decide(self._past, self._aim))
 
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
-        """Return which worlds have gained nothing on their way for a while `(B,)`."""
+        """Return which worlds have held the end of their way, or gained nothing on it, for a while `(B,)`."""
         del seen
+        period = self._task.control_period
         gained = (self.progress > self._best + GAINED) | self._past.waiting
         self._best = np.where(gained, self.progress, self._best)
-        self._still = np.where(gained, 0.0, self._still + self._task.control_period)
-        return np.asarray(self._still >= STILL_TIME)
+        self._still = np.where(gained, 0.0, self._still + period)
+        self._held = np.where(self._arrived, self._held + period, 0.0)
+        return np.asarray((self._held >= SETTLE) | (self._still >= STILL_TIME))
 
     def _look(self) -> None:
         """Find out what is remembered, how far objects have come and which are near the end of what is asked."""

@@ -94,11 +94,17 @@ class Trainer:
         )
         self._collector = Collector(worlds, ready.columns, (config.learning.discount, config.learning.look_ahead))
         self._learner = new_learner(config.learning, ready.columns, config.seed)
+        self._go_on_from(folder / CHECKPOINT)
+        self._began = time.perf_counter() - self.counters.seconds
+        self._began_cpu = time.process_time() - spent - self.counters.cpu_s
+        self._beside, self._trying = ThreadPoolExecutor(1), list[Trying]()
+
+    def _go_on_from(self, checkpoint: Path) -> None:
+        """Open what is written on and on; go on from a checkpoint, if it is there."""
+        config, ready, folder = self.config, self._ready, checkpoint.parent
         rows = config.agent_episodes * config.interface.horizon
         spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon
-        checkpoint = folder / CHECKPOINT
-        arrays: dict[str, Any] = {}
-        written, shown, length = 0, ready.expert_rows, 0
+        arrays, written, shown, length = dict[str, Any](), 0, ready.expert_rows, 0
         self._new = not checkpoint.is_file()
         if not self._new:
             self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
@@ -111,9 +117,6 @@ class Trainer:
         self._expert = ReplayBuffer(folder / EXPERT, ready.columns, most, 0, shown)
         self._agent = ReplayBuffer(folder / AGENT, ready.columns, rows, spare, written)
         self._priorities = self._all_priorities(arrays)
-        self._began = time.perf_counter() - self.counters.seconds
-        self._began_cpu = time.process_time() - spent - self.counters.cpu_s
-        self._beside, self._trying = ThreadPoolExecutor(1), list[Trying]()
 
     def run(self) -> Path:
         """Train to the end and return the folder of the best policy.
@@ -308,8 +311,8 @@ class Trainer:
         shown = config.recipe.episodes + config.rounds * config.relabelled
         fitted = config.imitate * (2 if config.rounds else 1) + config.refit * max(config.rounds - 1, 0)
         updates = fitted + config.warm_up + counters.updates
-        decisions = self._expert.written + counters.decisions
-        cost = Cost(shown + counters.episodes, decisions, updates, round(counters.cpu_s, 1))
+        decided = self._expert.written + counters.decisions
+        cost = Cost(shown + counters.episodes, decided, updates, round(counters.cpu_s, 1))
         for place in ("last", BEST):
             save_policy(replace(load_policy(self._folder / place), cost=cost), self._folder / place)
 

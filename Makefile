@@ -81,5 +81,5 @@ compare: .venv/.dev
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
 lock:
 	$(LOCK) $(INPUTS) --output-file requirements/run.txt
-	$(LOCK) $(INPUTS) --extra dev --extra bullet --extra design --extra dxf --extra onnx --extra rl --constraints requirements/run.txt --overrides requirements/overrides.txt \
+	$(LOCK) $(INPUTS) --extra dev --extra bullet --extra design --extra dxf --extra lerobot --extra onnx --extra rl --constraints requirements/run.txt --overrides requirements/overrides.txt \
 		$(addprefix --no-emit-package ,mujoco mujoco-studio glfw pyopengl websockets) --output-file requirements/dev.txt

@@ -56,11 +56,8 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
     n = problem.points.shape[1]
     cx, cy, cz = _middle(problem, b)
     t = _inertia(problem, b, (cx, cy, cz))
-    fx, fy, fz = problem.wanted[b, 0], problem.wanted[b, 1], problem.wanted[b, 2]
-    x, y, z = problem.centres[b, 0] - cx, problem.centres[b, 1] - cy, problem.centres[b, 2] - cz
-    mx = (problem.wanted[b, 3] + y * fz - z * fy) / ARM
-    my = (problem.wanted[b, 4] + z * fx - x * fz) / ARM
-    mz = (problem.wanted[b, 5] + x * fy - y * fx) / ARM
+    wanted = _wanted(problem, b, (cx, cy, cz))
+    fx, fy, fz, mx, my, mz = wanted
     pulls, forces, inside = problem.pulls[b], problem.forces[b], problem.inside[b]
     for _ in range(int(rules[1])):
         sx = sy = sz = tx = ty = tz = 0.0
@@ -90,7 +87,7 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
                 missed += (forces[j, i] - inside[j, i]) ** 2
         if missed < rules[2] * rules[2]:
             break
-    problem.misses[b] = _miss(problem, b, (cx, cy, cz), (fx, fy, fz, mx, my, mz))
+    problem.misses[b] = _miss(problem, b, (cx, cy, cz), wanted)
 
 
 @leaf
@@ -100,6 +97,23 @@ def _middle(problem: Problem, b: int) -> tuple[float, float, float]:
     for j in range(n):
         x, y, z = x + problem.points[b, j, 0], y + problem.points[b, j, 1], z + problem.points[b, j, 2]
     return x / n, y / n, z / n
+
+
+@leaf
+def _wanted(
+    problem: Problem, b: int, middle: tuple[float, float, float]
+) -> tuple[float, float, float, float, float, float]:
+    """Return the wanted force [N], and the moment about the contacts' middle by `ARM` [N]."""
+    fx, fy, fz = problem.wanted[b, 0], problem.wanted[b, 1], problem.wanted[b, 2]
+    x, y, z = problem.centres[b, 0] - middle[0], problem.centres[b, 1] - middle[1], problem.centres[b, 2] - middle[2]
+    return (
+        fx,
+        fy,
+        fz,
+        (problem.wanted[b, 3] + y * fz - z * fy) / ARM,
+        (problem.wanted[b, 4] + z * fx - x * fz) / ARM,
+        (problem.wanted[b, 5] + x * fy - y * fx) / ARM,
+    )
 
 
 @leaf

@@ -81,7 +81,7 @@ def card(name: str, policy: Policy, cost: dict[str, Any], found: Compared | None
     made = [f"{key}: {value}" for key, value in dict(policy.trained.get("versions") or {}).items()]
     sees = "encoders and a camera alone" if layout.sensed else "the simulation's true state"
     return page_of(
-        f"# {name}: a policy that moves an object within a two-finger hand",
+        f"# {name}: a policy that moves an object within the hand",
         f"A network of {' - '.join(map(str, layers))} numbers (ReLU, tanh at its end), run in NumPy. It sees {sees};"
         f" its actions are {policy.actions} of joint targets; the object is given to it in a {policy.grasp} grip.",
         f"Use it: `inhand evaluate FOLDER`, `inhand asterisk --controller FOLDER`, or `inhand.drive` for a hand outside"

@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare docs docs-links lock
+.PHONY: demo test release fuzz sweep robustness bench engines learn ship study compare docs docs-links lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -22,6 +22,11 @@ test: .venv/.dev
 # 2,000 bad inputs, other ones each time: minutes.
 fuzz: .venv/.dev
 	$(BIN)/pytest -n 2 --hypothesis-profile fuzz tests/test_fuzz.py
+
+# Wheel and sdist in empty environments, oldest and newest requirements, every Python that is here, a notebook: 10 minutes.
+# Needs uv and a package index.
+release: .venv/.dev
+	.ci/release
 
 sweep: .venv/.run
 	$(BIN)/inhand sweep

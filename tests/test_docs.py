@@ -7,6 +7,8 @@ from types import ModuleType
 
 import pytest
 
+from inhand import __version__
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 FOLDERS = ("src", "tests", "examples", "benchmarks", "studies", "docs")
@@ -94,6 +96,15 @@ def test_what_a_page_speaks_of_is_there(page: Path) -> None:
     assert not missing_names(text)
     assert not missing_words(text)
     assert not broken_links(page)
+
+
+def test_the_citation_is_of_this_version_and_names_what_is_known() -> None:
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {__version__}\n" in text
+    cited = (ROOT / "docs" / "metrics.md").read_text(encoding="utf-8")
+    for fact in ("A Structured Approach for In-Hand Manipulation", "Oregon State University", "Asar", "Anjali Harish"):
+        assert fact in text
+        assert fact in cited
 
 
 def test_docstrings_name_pages_that_are_there() -> None:

@@ -1,10 +1,13 @@
 """The Python blocks of README.md and docs/ run as they stand, each page from top to bottom."""
 
+import json
 import re
 import runpy
 from pathlib import Path
 
 import pytest
+
+import inhand
 
 ROOT = Path(__file__).resolve().parents[1]
 ELSEWHERE = {"learn_with_sb3.py", "real_hand.py", "simulated_hand.py"}
@@ -37,6 +40,16 @@ def test_examples_are_short(example: Path) -> None:
 
 def test_the_readme_has_an_example() -> None:
     assert ROOT / "README.md" in PAGES
+
+
+def test_the_notebook_shows_nothing_old_and_asks_for_what_is_there() -> None:
+    """It runs in `make release`, by Jupyter."""
+    notebook = json.loads((ROOT / "examples" / "first_steps.ipynb").read_text(encoding="utf-8"))
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in cells)
+    code = "\n".join("".join(cell["source"]) for cell in cells)
+    compile(code, "first_steps.ipynb", "exec")
+    assert {"reach", "asterisk"} <= set(re.findall(r"inhand\.(\w+)\(", code)) <= set(inhand.__all__)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)

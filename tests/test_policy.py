@@ -24,7 +24,6 @@ from inhand.control.contract import ANGLES, check_senses, contract_of
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.draws import disturbance_notes
 from inhand.control.policy import (
-    ACTOR,
     CARD,
     STILL_TIME,
     Policy,
@@ -33,6 +32,7 @@ from inhand.control.policy import (
     load_policy,
     save_policy,
 )
+from inhand.control.policy_arrays import ACTOR
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.hands.files import assumed

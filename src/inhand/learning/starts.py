@@ -8,7 +8,7 @@ that a primitive can begin anywhere in the workspace.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ from inhand.sim.names import ENGINE, Engine
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
-from inhand.tasks.primitives import primitive_at
+from inhand.tasks.primitives import TURNS, primitive_at
 from inhand.tasks.routes import Routes
 
 Plans = Mapping[float, GraspPlan | list[GraspPlan]]
@@ -63,6 +63,20 @@ class Noise(Config):
 
 
 @dataclass(frozen=True, eq=False)
+class Pairs:
+    """Which hand and object is in each of N worlds, where they differ: hands of one number of joints of each finger."""
+
+    held: tuple[Held, ...]
+    """The hands and objects."""
+    of: NDArray[np.int64]
+    """The number of each world's `(N,)`."""
+
+    def take(self, rows: NDArray[np.int64]) -> Pairs:
+        """Return those of some worlds."""
+        return Pairs(self.held, self.of[rows])
+
+
+@dataclass(frozen=True, eq=False)
 class Starts:
     """N states to start from."""
 
@@ -80,6 +94,10 @@ class Starts:
     """The engine in which the object is held; episodes from here run in it."""
     disturbed: tuple[Disturbed, ...] | None = None
     """How the world of each start is disturbed, which episodes from it are too; None where nothing is."""
+    pairs: Pairs | None = None
+    """The hand and the object of each start, where they differ."""
+    turn: Array | None = None
+    """Side to turn to on the spot `(N,)`, 0 where a direction is asked for; None where it is everywhere."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
@@ -90,7 +108,11 @@ class Starts:
         routes = None if self.routes is None else Routes(self.routes.poses[rows])
         disturbed = None if self.disturbed is None else tuple(self.disturbed[row] for row in rows.tolist())
         snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
-        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed)
+        pairs, turn = (
+            None if self.pairs is None else self.pairs.take(rows),
+            None if self.turn is None else self.turn[rows],
+        )
+        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs, turn)
 
 
 def joined(parts: Sequence[Starts]) -> Starts:
@@ -101,7 +123,17 @@ def joined(parts: Sequence[Starts]) -> Starts:
     routes = Routes(np.concatenate(found)) if found else None
     snapshot = join([part.snapshot for part in parts])
     worlds = tuple(world for part in parts for world in part.disturbed or ()) or None
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds)
+    turns = [part.turn for part in parts if part.turn is not None]
+    turn = np.concatenate(turns) if turns else None
+    pairs = _all_pairs([part.pairs for part in parts if part.pairs is not None])
+    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, pairs, turn)
+
+
+def _all_pairs(parts: Sequence[Pairs]) -> Pairs | None:
+    """Return the pairs of several pools as one; None of none."""
+    known = {held: number for number, held in enumerate(dict.fromkeys(held for part in parts for held in part.held))}
+    numbers = [np.array([known[held] for held in part.held])[part.of] for part in parts]
+    return Pairs(tuple(known), np.concatenate(numbers)) if parts else None
 
 
 def straight_task(held: Held, angle_deg: Array, distance: Array | None = None) -> Task:
@@ -120,8 +152,31 @@ def expert_task(held: Held, starts: Starts) -> Task:
     return Task(held.hand, objects, Path(paths), distance=distance, start=poses[:, 0])
 
 
+def turn_task(held: Held, sides: Array) -> Task:
+    """Return the task of turning on the spot to sides `(B,)`, 1 counter-clockwise and -1 clockwise."""
+    paths = {float(np.sign(each.rotation_deg)): straight_path(each).poses for each in TURNS}
+    return Task(held.hand, (held.object,) * len(sides), Path(np.stack([paths[side] for side in sides.tolist()])))
+
+
 def reach_of(held: Held, starts: Starts) -> Array:
-    """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
+    """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m].
+
+    Of pairs each start's own hand and object counts, of one that is to turn the arc that it turns by.
+    """
+    found = np.zeros(len(starts))
+    of = np.zeros(len(starts)) if starts.pairs is None else starts.pairs.of
+    turning = np.zeros(len(starts)) if starts.turn is None else np.abs(starts.turn)
+    for number, turns in dict.fromkeys(zip(of.tolist(), turning.tolist(), strict=True)):
+        rows = np.flatnonzero((of == number) & (turning == turns))
+        own = held if starts.pairs is None else starts.pairs.held[number]
+        found[rows] = _reach_of_one(own, starts.take(rows, starts.angle_deg[rows]))
+    return found
+
+
+def _reach_of_one(held: Held, starts: Starts) -> Array:
+    """Return the same of starts of one pair, which are all to move or all to turn."""
+    if starts.turn is not None and starts.turn.any():
+        return carried_by(turn_task(held, starts.turn), starts.state)
     task, between = straight_task(held, starts.angle_deg), None
     if starts.disturbed is not None and len(starts):
         between = loop.stand_between(starts.disturbed, starts.state, task.timestep, task.substeps)
@@ -201,12 +256,19 @@ def taken(
     state: State,
     worlds: NDArray[np.int64],
     angle_deg: Array,
-    disturbed: Sequence[Disturbed] | None = None,
+    of: Starts | None = None,
 ) -> Starts:
-    """Return what some worlds of a running batch look like now, as starts; `disturbed` tells how each world is."""
+    """Return what some worlds of a running batch look like now, as starts with directions `(N,)` [deg].
+
+    They are disturbed, and of hands and objects, as the starts `of` the whole batch.
+    """
     snapshot, distance = simulator.snapshot().take(worlds), np.full(len(worlds), np.inf)
-    own = None if disturbed is None else tuple(disturbed[world] for world in worlds.tolist())
-    return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine, disturbed=own)
+    found = Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine)
+    if of is None:
+        return found
+    own = of.take(worlds, angle_deg)
+    turn = None if own.turn is None else np.zeros(len(worlds))
+    return replace(found, disturbed=own.disturbed, pairs=own.pairs, turn=turn)
 
 
 def _worlds(
@@ -243,4 +305,5 @@ def _close(
     grasp = closing_joints(*held, plans, planned, poses if known else planned, squeeze=squeeze)
     task = Task(held.hand, (held.object,) * count, Path(np.zeros((count, 1, 3))))
     simulator, recording = simulate(task, grasp, poses, None, bench, disturbed=disturbed)
-    return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count), disturbed)
+    found = taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))
+    return replace(found, disturbed=disturbed)

@@ -344,7 +344,7 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
     (folder.parent / "empty").mkdir()
     with pytest.raises(InputError, match=r"no trained policy in .*empty"):
         find_controller(str(folder.parent / "empty"))
-    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-sensed, the folder of a run"):
+    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-sensed, rl-family, the folder of"):
         find_controller(str(folder / "nothing"))
 
 

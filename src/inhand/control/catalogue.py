@@ -287,10 +287,11 @@ def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
     trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
     if entry.policy.family is not None or trained == {"hand": hand, "object": spec}:
         return notes
+    other = "" if trained["hand"] == hand else f" {FAMILY} was trained for hands and objects that differ."
     return (
         *notes,
         f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
-        f" {hand}. `{FAMILY}` was trained for hands and objects that differ.",
+        f" {hand}.{other}",
     )
 
 

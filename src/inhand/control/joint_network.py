@@ -58,8 +58,6 @@ def joint_sizes(observation: int, hidden: Sequence[int]) -> list[tuple[int, int]
         InputError: hidden layers of different sizes.
     """
     if len(set(hidden)) != 1:
-        raise InputError(
-            f"hidden layers of {tuple(hidden)} units: a network over joints has one size for all of them"
-        )
+        raise InputError(f"hidden layers of {tuple(hidden)} units: a network over joints has one size for all of them")
     width, first = hidden[0], observation - len(COLUMNS) * (SLOTS - 1)
     return [(first, width), *[(len(SEEN) * width, width)] * (len(hidden) - 1), (width, 1)]

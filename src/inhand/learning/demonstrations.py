@@ -37,7 +37,7 @@ from inhand.learning.starts import (
 from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import ENGINE, Engine
-from inhand.tasks.decisions import actions_of, largest_step
+from inhand.tasks.decisions import largest_step
 from inhand.tasks.paths import stacked
 from inhand.tasks.routes import Routes, routes_of
 from inhand.tracing.tasks import find_task
@@ -247,14 +247,10 @@ def recorded(
     for number in range(interface.horizon):
         there = np.flatnonzero((pick == number) & running & worlds.state.touching.all(axis=-1))
         if len(there):
-            now = worlds.simulator, worlds.state, there, starts.angle_deg[there]
-            parts.append(taken(*now, of=starts))
+            parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there], of=starts))
         targets = expert()
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
-        wanted, action = (
-            worlds.widened(actions_of(t, interface.actions, worlds.limited, worlds.seen))
-            for t in (targets, targets + strength * push)
-        )
+        wanted, action = (worlds.actions_of(t) for t in (targets, targets + strength * push))
         action = does(action, seen[-1][:, :size], worlds.widened(strength * push))
         step = worlds.step(action)
         for name, value in zip(rows, (action, wanted, step.reward, running), strict=True):

@@ -1,4 +1,4 @@
-"""Which worlds starts are held in: alike, each disturbed by itself, or of hands and objects that differ."""
+"""Which worlds starts are held in, alike, disturbed or of hands that differ, and what is asked of them."""
 
 import math
 
@@ -14,6 +14,7 @@ from inhand.sim.drawn import Drawn, truths
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.scene import SceneSpec
+from inhand.tasks.observations import Aim
 
 
 def simulator_of(held: Held, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
@@ -34,6 +35,14 @@ def kinds_of(starts: Starts, rows: NDArray[np.int64]) -> NDArray[np.int64] | Non
     if starts.disturbed is not None:
         return rows
     return None if starts.pairs is None else starts.pairs.of[rows]
+
+
+def asked_of(starts: Starts) -> Aim:
+    """Return what starts are asked to do."""
+    if starts.routes is None:
+        turn = np.zeros(len(starts)) if starts.turn is None else starts.turn
+        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance, turn=turn)
+    return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))
 
 
 def _numbers(drawn: Drawn) -> Array:

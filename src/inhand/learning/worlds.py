@@ -15,13 +15,23 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
-from inhand.learning.kinds import kinds_of, simulator_of
+from inhand.learning.kinds import asked_of, kinds_of, simulator_of
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
-from inhand.tasks.decisions import Actions, Decision, Limited, Made, checked_actions, find_reward, reward, targets_of
+from inhand.tasks.decisions import (
+    Actions,
+    Decision,
+    Limited,
+    Made,
+    actions_of,
+    checked_actions,
+    find_reward,
+    reward,
+    targets_of,
+)
 from inhand.tasks.hand_arrays import arrays_of, slots_of, slotted
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
@@ -105,7 +115,7 @@ class ManipulationWorlds:
         self._starts, self._held = starts, held
         self._between: Between | None = None
         self._memory: Memory | None = None
-        self._pool = _asked(starts)
+        self._pool = asked_of(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.zeros(count))
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
@@ -139,6 +149,10 @@ class ManipulationWorlds:
     def limited(self) -> Limited:
         """What tells the joint limits of the worlds."""
         return self.scene.told or self.hand
+
+    def actions_of(self, targets: Array) -> Array:
+        """Return the actions that come nearest to commanding joint targets `(B, n)` [rad]."""
+        return self.widened(actions_of(targets, self.interface.actions, self.limited, self.seen))
 
     def widened(self, joints: Array) -> Array:
         """Return numbers of the joints `(B, n)` as actions have them: in their slots where the layout has slots."""
@@ -312,13 +326,6 @@ def size_of(interface: Interface, hand: HandSpec) -> int:
     """Return how many numbers an actor sees with a hand, and critics beside."""
     names = [interface.observation, *([interface.truth] if interface.truth else [])]
     return sum(find_layout(name).size(hand) for name in names)
-
-
-def _asked(starts: Starts) -> Aim:
-    if starts.routes is None:
-        turn = np.zeros(len(starts)) if starts.turn is None else starts.turn
-        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance, turn=turn)
-    return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))
 
 
 def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:

@@ -175,4 +175,4 @@ JOINTS = Layout(
     ),
     slotted=True,
 )
-"""The same numbers for any hand of two fingers: rows first, then what belongs to the hand, the object and the aim."""
+"""The same numbers for any hand: rows first, then what belongs to hand, object and aim."""

@@ -150,7 +150,7 @@ def _check_pairs(config: Training) -> None:
             held = Held(load_hand(config.hand), load_object(config.object))
             why = policy.family.outside(held)
             if why is not None:
-                raise InputError(f"{why}: train without --start")
+                raise InputError(f"{why}: train without start")
 
 
 def _check_dataset(config: Training, hand: HandSpec, thing: ObjectSpec) -> None:

@@ -217,11 +217,11 @@ def family() -> Training:
         pairs=96,
         interface=Interface("joints", "steps", "progress", horizon=180),
         recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
-        imitate=10000,
+        imitate=6000,
         rounds=3,
+        refit=3000,
         episodes=250,
         learning=replace(base.learning, network="joints", hidden=(64, 64), imitation=4.0),
-        trials=8,
     )
 
 
@@ -239,6 +239,8 @@ def hand_of_family() -> Training:
         rounds=1,
         relabelled=64,
         warm_up=0,
+        updates=1,
+        decisions=180,
         episodes=1,
         worlds=1,
         trials=1,

@@ -31,7 +31,7 @@ TURNED = 1 / 6
 TESTED = 6
 """Pairs that evaluations run with, drawn after those that are learned with."""
 SHORTEST = 0.004
-"""Grasps that are predicted to carry an object less far are not learned with [m]."""
+"""Grasps that are predicted to carry an object less far are not learned or tested with [m]."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,8 @@ def pools_of(config: Training, pairs: list[Planned], rng: np.random.Generator, t
             starts = _gripped(config, pair, (rows, angles), rng)
         except InputError:
             continue
-        found.append(replace(starts, distance=_shares(recipe.whole, len(starts), rng) * reach_of(pair.held, starts)))
+        far = far_enough(starts, pair.held)
+        found.append(replace(far, distance=_shares(recipe.whole, len(far), rng) * far.distance))
     return by_form(found)
 
 
@@ -110,7 +111,7 @@ def tests_of(config: Training, pairs: list[Planned], rng: np.random.Generator) -
     for pair in pairs:
         rows = np.repeat(np.arange(len(SIXTEEN)), max(config.trials // TESTED, 1))
         starts = _gripped(config, pair, (rows, pair.angle_deg[rows]), rng)
-        found.append(replace(starts, distance=reach_of(pair.held, starts)))
+        found.append(far_enough(starts, pair.held))
     return by_form(found)
 
 
@@ -118,8 +119,15 @@ def midway(recording: Recording, kept: Starts, count: int, rng: np.random.Genera
     """Return some states on the way of other episodes as starts, with new directions and ways to go."""
     rows = rng.choice(len(kept), min(count, len(kept)), replace=False)
     fresh = kept.take(rows, recording.draw(rng, len(rows)))
-    share = _shares(recording.recipe.whole, len(rows), rng)
-    return replace(fresh, distance=share * reach_of(recording.held, fresh))
+    far = far_enough(fresh, recording.held)
+    return replace(far, distance=_shares(recording.recipe.whole, len(far), rng) * far.distance)
+
+
+def far_enough(starts: Starts, held: Held) -> Starts:
+    """Return the starts whose grip is predicted to carry the object at least `SHORTEST`, told to go so far."""
+    reach = reach_of(held, starts)
+    rows = np.flatnonzero(reach >= SHORTEST)
+    return replace(starts.take(rows, starts.angle_deg[rows]), distance=reach[rows])
 
 
 def by_form(starts: list[Starts]) -> list[Starts]:

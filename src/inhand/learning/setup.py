@@ -117,7 +117,6 @@ def _ready_of_pairs(config: Training, folder: Path, told: Told) -> Ready:
     shown = [recorded(quiet, each, rng)[0] for each in tests]
     reward = np.concatenate([(each.rewards * each.valid).sum(axis=0) for each in shown])
     limit, came = (np.concatenate([each.distance for each in group]) for group in (tests, shown))
-    limit = np.maximum(limit, 1e-3)
     agent = tuple(by_form(starts))
     return Ready(recording.held, columns, agent, tuple(tests), limit, reward, came / limit, replay.written)
 

@@ -19,8 +19,10 @@ from inhand.hands.fit import Held
 from inhand.hands.pair_family import PairFamily
 from inhand.hands.sides import rough_plan
 from inhand.learning import pair_pools, setup
+from inhand.learning.beginning import begun
 from inhand.learning.config import family, hand_of_family
 from inhand.learning.experts import TEACHER, expert_of
+from inhand.learning.networks import layers_of
 from inhand.learning.pair_pools import DIRECTIONS, SIXTEEN, TURNS_TOO, Planned, pools_of
 from inhand.learning.run_cards import check
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
@@ -145,10 +147,8 @@ def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(folder: Path, rea
     assert len(losses) == 2
     own = replace(hand_of_family(), start=str(folder), learning=SMALL.learning, hand="2v3_50.50_40.30.30_1.1_63")
     check(own)
-    from inhand.learning.beginning import begun
-
     learner = begun(own, ready.columns)
-    assert np.allclose(learner.actor.layers[0].weight, best.weights[0])
+    assert np.allclose(layers_of(learner.actor)[0].weight, best.weights[0])
     with pytest.raises(InputError, match=r"start .* sees joints by a joints network, and what is to be trained"):
         begun(replace(own, learning=replace(own.learning, hidden=(16, 16))), ready.columns)
     with pytest.raises(InputError, match=r"palm width is 90 mm, the family's 40 to 80 mm: train without start"):

@@ -56,7 +56,7 @@ MADE = {"preset": "default", "hand": HAND.name, "object": CUBE.name, "seed": 3}
 def a_policy(layout: str = "grip", strength: float = 1.0) -> Policy:
     """Return a policy with drawn weights; with strength 0 it does nothing."""
     rng, size = np.random.default_rng(5), find_layout(layout).size(HAND)
-    sizes = [size, 16, 16, HAND.n_joints]
+    sizes = [size, 16, 16, find_layout(layout).actions(HAND)]
     drawn = [strength * rng.standard_normal((a, b)) / np.sqrt(a) for a, b in pairwise(sizes)]
     weights = tuple(weight.astype(np.float32).astype(float) for weight in drawn)
     biases = tuple(np.zeros(b) for b in sizes[1:])

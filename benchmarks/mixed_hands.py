@@ -15,7 +15,8 @@ from inhand.geometry import Array
 from inhand.hands.family import Form, HandFamily
 from inhand.hands.fit import Held
 from inhand.hands.pair_family import PairFamily
-from inhand.learning.starts import Pairs, Starts, gripped, joined, plans_for
+from inhand.learning.pairs import Pairs
+from inhand.learning.starts import Starts, gripped, joined, plans_for
 from inhand.learning.worlds import Interface, ManipulationWorlds
 
 PAIRS, WORLDS, DECISIONS, TURNS = 24, 240, 20, 4

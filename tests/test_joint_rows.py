@@ -143,7 +143,8 @@ def test_jax_and_numpy_give_the_same_actions() -> None:
 def a_policy(family: PairFamily | None = None) -> Policy:
     weights, biases = zip(*layers(), strict=True)
     trained = {"hand": TWO.name, "object": CUBE.name}
-    return Policy(weights, biases, "joints", "steps", "planned", trained, contract_of(TWO, None), "joints", family)
+    seen = Policy(weights, biases, "joints", "steps", "planned", trained, contract_of(TWO, None))
+    return replace(seen, network="joints", family=family)
 
 
 def test_a_policy_over_joints_is_kept_with_its_family_and_runs_on_any_form_of_hand(tmp_path: Path) -> None:

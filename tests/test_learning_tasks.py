@@ -1,6 +1,7 @@
 """What a learned controller sees, does and is rewarded for."""
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -225,7 +226,7 @@ def mirrored(state: State) -> State:
     )
 
 
-MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, float | tuple[float, ...]], ...] = (
+MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, Any], ...] = (
     ("for each joint's slot", (len(COLUMNS), 2, 3), 2, np.array([*[1.0] * 3, *[-1.0] * 12, *[1.0] * 3])[:, None, None]),
     ("line between the contacts", (2,), None, (-1.0, 1.0)),
     ("object position from its start", (3,), None, (-1.0, 1.0, -1.0)),

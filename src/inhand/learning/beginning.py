@@ -73,6 +73,6 @@ def policy_of(config: Training, contract: Contract, actor: Actor) -> Policy:
         | ({"pairs": config.pairs} if config.pairs else {})
         | ({"start": config.start} if config.start else {}),
         contract,
-        config.learning.network,
-        PairFamily() if config.pairs else None,
+        network=config.learning.network,
+        family=PairFamily() if config.pairs else None,
     )

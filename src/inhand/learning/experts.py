@@ -1,6 +1,7 @@
 """Who shows how it is done: a controller of the catalogue, or a teacher that knows every world as it was drawn."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from inhand.control.teacher import Teacher
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.learning.starts import Pairs, Starts, expert_task
+from inhand.learning.pairs import Pairs
+from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.state import select
 from inhand.tasks.decisions import actions_of
@@ -58,7 +60,7 @@ def _teachers(pairs: Pairs, worlds: ManipulationWorlds) -> Callable[[], Array]:
 
 def taught_reach(held: Held, starts: Starts, rng: np.random.Generator) -> Array:
     """Return how far the teacher carries the object of each start in its own world, before it is lost `(N,)` [m]."""
-    far = Starts(**(vars(starts) | {"distance": np.full(len(starts), FARTHEST)}))
+    far = replace(starts, distance=np.full(len(starts), FARTHEST), legs=None)
     interface = Interface("grip", "steps", "gain", horizon=LONGEST)
     worlds = ManipulationWorlds(held, far, len(far), interface, rng)
     worlds.reset(np.arange(len(far)))

@@ -19,8 +19,9 @@ from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.pair_family import PairFamily
 from inhand.learning.config import Training
+from inhand.learning.pairs import Pairs
 from inhand.learning.recipe import Recording
-from inhand.learning.starts import Pairs, Starts, gripped, joined, reach_of
+from inhand.learning.starts import Starts, gripped, joined, reach_of
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, primitive_at
 
@@ -127,7 +128,7 @@ def far_enough(starts: Starts, held: Held) -> Starts:
     """Return the starts whose grip is predicted to carry the object at least `SHORTEST`, told to go so far."""
     reach = reach_of(held, starts)
     rows = np.flatnonzero(reach >= SHORTEST)
-    return replace(starts.take(rows, starts.angle_deg[rows]), distance=reach[rows])
+    return replace(starts.rows(rows), distance=reach[rows])
 
 
 def by_form(starts: list[Starts]) -> list[Starts]:

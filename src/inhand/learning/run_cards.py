@@ -91,6 +91,8 @@ def check(config: Training) -> None:
         raise InputError(
             f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
         )
+    if config.recipe.expert != TEACHER and (config.recipe.turns or config.recipe.legs):
+        raise InputError(f"expert {config.recipe.expert!r} shows straight primitives: leave turns and legs at 0")
     find_reward(config.interface.reward)
     check_engine(config.engine)
     load_disturbance(config.disturb)

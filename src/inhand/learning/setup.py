@@ -27,9 +27,10 @@ from inhand.learning.demonstrations import (
     told_reach,
 )
 from inhand.learning.pair_pools import by_form, midway, planned_pairs, pools_of, tests_of
+from inhand.learning.pairs import Pairs
 from inhand.learning.progress import EXPERT
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
-from inhand.learning.starts import Pairs, Plans, Starts, gripped, joined
+from inhand.learning.starts import Plans, Starts, gripped, joined
 from inhand.learning.worlds import size_of
 from inhand.records import read_json, read_record, text_of
 from inhand.sim.disturbance import Disturbance
@@ -224,12 +225,12 @@ def save_ready(ready: Ready, path: Path) -> None:
     arrays["pools"] = np.array([len(ready.starts), len(ready.tests)])
     for name, starts in _named(ready):
         arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
-        if starts.pairs is not None and starts.turn is not None:
-            arrays |= {f"{name}.of": starts.pairs.of, f"{name}.turn": starts.turn}
+        if starts.pairs is not None:
             held = tuple((each.hand, each.object) for each in starts.pairs.held)
-            arrays[f"{name}.pairs"] = np.array(text_of(_Hands(held)))
-        if starts.routes is not None:
-            arrays[f"{name}.routes"] = starts.routes.poses
+            arrays |= {f"{name}.of": starts.pairs.of, f"{name}.pairs": np.array(text_of(_Hands(held)))}
+        routes = None if starts.routes is None else starts.routes.poses
+        asked = ("routes", routes), ("turn", starts.turn), ("legs", starts.legs)
+        arrays |= {f"{name}.{part}": given for part, given in asked if given is not None}
         if starts.disturbed is not None:
             drawn = tuple(each.drawn for each in starts.disturbed)
             arrays[f"{name}.disturbed"] = np.array(text_of(_Worlds(starts.disturbed[0].spec, drawn)))
@@ -247,13 +248,15 @@ def load_ready(config: Training, path: Path) -> Ready:
         def starts(name: str) -> Starts:
             snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
             state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
-            routes = Routes(data[f"{name}.routes"]) if f"{name}.routes" in data else None
+            routes, turn, legs = (data.get(f"{name}.{part}") for part in ("routes", "turn", "legs"))
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
-            both = (pairs(name), data[f"{name}.turn"]) if f"{name}.pairs" in data else (None, None)
-            how = routes, config.engine, worlds(f"{name}.disturbed")
-            return Starts(snapshot, state, angle_deg, distance, *how, *both)
+            found = Starts(snapshot, state, angle_deg, distance, None if routes is None else Routes(routes))
+            found = replace(found, engine=config.engine, disturbed=worlds(f"{name}.disturbed"), turn=turn, legs=legs)
+            return replace(found, pairs=pairs(name))
 
-        def pairs(name: str) -> Pairs:
+        def pairs(name: str) -> Pairs | None:
+            if f"{name}.pairs" not in data:
+                return None
             found = read_record(read_json(str(data[f"{name}.pairs"])), _Hands)
             return Pairs(tuple(Held(*each) for each in found.held), data[f"{name}.of"])
 

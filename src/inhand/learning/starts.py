@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
+from inhand.learning.pairs import Pairs, all_pairs
 from inhand.records import Config
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, draw
@@ -39,8 +41,8 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TURNS, primitive_at
 from inhand.tasks.routes import Routes
 
-Plans = Mapping[float, GraspPlan | list[GraspPlan]]
-"""Grasps by direction [deg]: one, or several of which one is drawn."""
+Plans = Mapping[Any, GraspPlan | list[GraspPlan]]
+"""Grasps by direction [deg], or by the word of what has none: one, or several of which one is drawn."""
 FAR = 0.75
 """Of several grasps those are taken that reach at least this share of the farthest."""
 GRID_DEG = 7.5
@@ -63,20 +65,6 @@ class Noise(Config):
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
-    """Which hand and object is in each of N worlds, where they differ: hands of one number of joints of each finger."""
-
-    held: tuple[Held, ...]
-    """The hands and objects."""
-    of: NDArray[np.int64]
-    """The number of each world's `(N,)`."""
-
-    def take(self, rows: NDArray[np.int64]) -> Pairs:
-        """Return those of some worlds."""
-        return Pairs(self.held, self.of[rows])
-
-
-@dataclass(frozen=True, eq=False)
 class Starts:
     """N states to start from."""
 
@@ -94,10 +82,12 @@ class Starts:
     """The engine in which the object is held; episodes from here run in it."""
     disturbed: tuple[Disturbed, ...] | None = None
     """How the world of each start is disturbed, which episodes from it are too; None where nothing is."""
+    turn: Array | None = None
+    """Side to which each is to turn on the spot instead `(N,)`, as `Aim.turn`; None where all move."""
+    legs: Array | None = None
+    """What is asked after that `(N, L, 3)`, as in `inhand.learning.legs`; None where nothing is."""
     pairs: Pairs | None = None
     """The hand and the object of each start, where they differ."""
-    turn: Array | None = None
-    """Side to turn to on the spot `(N,)`, 0 where a direction is asked for; None where it is everywhere."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
@@ -108,11 +98,14 @@ class Starts:
         routes = None if self.routes is None else Routes(self.routes.poses[rows])
         disturbed = None if self.disturbed is None else tuple(self.disturbed[row] for row in rows.tolist())
         snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
-        pairs, turn = (
-            None if self.pairs is None else self.pairs.take(rows),
-            None if self.turn is None else self.turn[rows],
-        )
-        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs, turn)
+        pairs = None if self.pairs is None else self.pairs.take(rows)
+        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs=pairs)
+
+    def rows(self, rows: NDArray[np.int64]) -> Starts:
+        """Return some starts, of which the same is asked."""
+        turn, legs = (None if each is None else each[rows] for each in (self.turn, self.legs))
+        taken = self.take(rows, self.angle_deg[rows])
+        return replace(taken, distance=self.distance[rows], turn=turn, legs=legs)
 
 
 def joined(parts: Sequence[Starts]) -> Starts:
@@ -123,17 +116,23 @@ def joined(parts: Sequence[Starts]) -> Starts:
     routes = Routes(np.concatenate(found)) if found else None
     snapshot = join([part.snapshot for part in parts])
     worlds = tuple(world for part in parts for world in part.disturbed or ()) or None
-    turns = [part.turn for part in parts if part.turn is not None]
-    turn = np.concatenate(turns) if turns else None
-    pairs = _all_pairs([part.pairs for part in parts if part.pairs is not None])
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, pairs, turn)
+    turn = _together([part.turn for part in parts], parts, 0.0)
+    legs = _together([part.legs for part in parts], parts, np.nan)
+    pairs = all_pairs([part.pairs for part in parts if part.pairs is not None])
+    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs)
 
 
-def _all_pairs(parts: Sequence[Pairs]) -> Pairs | None:
-    """Return the pairs of several pools as one; None of none."""
-    known = {held: number for number, held in enumerate(dict.fromkeys(held for part in parts for held in part.held))}
-    numbers = [np.array([known[held] for held in part.held])[part.of] for part in parts]
-    return Pairs(tuple(known), np.concatenate(numbers)) if parts else None
+def _together(given: Sequence[Array | None], parts: Sequence[Starts], nothing: float) -> Array | None:
+    """Return an array of several pools as one, filled where a pool has none; None where none has it."""
+    known = next((each for each in given if each is not None), None)
+    if known is None:
+        return None
+    return np.concatenate(
+        [
+            np.full((len(part), *known.shape[1:]), nothing) if each is None else each
+            for each, part in zip(given, parts, strict=True)
+        ]
+    )
 
 
 def straight_task(held: Held, angle_deg: Array, distance: Array | None = None) -> Task:
@@ -169,7 +168,7 @@ def reach_of(held: Held, starts: Starts) -> Array:
     for number, turns in dict.fromkeys(zip(of.tolist(), turning.tolist(), strict=True)):
         rows = np.flatnonzero((of == number) & (turning == turns))
         own = held if starts.pairs is None else starts.pairs.held[number]
-        found[rows] = _reach_of_one(own, starts.take(rows, starts.angle_deg[rows]))
+        found[rows] = _reach_of_one(own, starts.rows(rows))
     return found
 
 
@@ -194,18 +193,21 @@ def plans_for(
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":
         return dict.fromkeys(angles_deg, rough_plan(hand, spec))
-    poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
-    return dict(zip(angles_deg, direction_plans(hand, spec, poses, engine), strict=True))
+    return dict(zip(angles_deg, direction_plans(hand, spec, straight_poses(hand, angles_deg), engine), strict=True))
 
 
-def varied_plans(hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float]) -> dict[float, list[GraspPlan]]:
-    """Return grasps of each direction [deg] that are searched for several shares of the friction, all that go far."""
-    poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
-    found, reach = candidates(Held(hand, spec), poses)
-    plans: dict[float, list[GraspPlan]] = {angle: [] for angle in angles_deg}
+def straight_poses(hand: HandSpec, angles_deg: Sequence[float]) -> Array:
+    """Return the poses `(P, S, 3)` from where a hand holds objects straight along directions [deg]."""
+    return np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
+
+
+def varied_plans(held: Held, poses: Array) -> list[list[GraspPlan]]:
+    """Return grasps of each path `(P, S, 3)` that are searched for several shares of the friction, all that go far."""
+    found, reach = candidates(held, poses)
+    plans: list[list[GraspPlan]] = [[] for _ in poses]
     for each in found:
         if each.reach >= FAR * reach[each.path]:
-            plans[angles_deg[each.path]].append(each.plan)
+            plans[each.path].append(each.plan)
     return plans
 
 
@@ -267,8 +269,7 @@ def taken(
     if of is None:
         return found
     own = of.take(worlds, angle_deg)
-    turn = None if own.turn is None else np.zeros(len(worlds))
-    return replace(found, disturbed=own.disturbed, pairs=own.pairs, turn=turn)
+    return replace(found, disturbed=own.disturbed, pairs=own.pairs)
 
 
 def _worlds(
@@ -286,7 +287,7 @@ def _one_of(plans: GraspPlan | list[GraspPlan], rng: np.random.Generator) -> Gra
 
 def _nearest(plans: Plans, angles: Array) -> list[float]:
     """Return of each direction the nearest that has a plan [deg]."""
-    have = np.array(list(plans))
+    have = np.array([angle for angle in plans if not isinstance(angle, str)])
     away = np.abs((angles[:, None] - have + 180.0) % 360.0 - 180.0)
     return [float(a) for a in have[away.argmin(axis=1)]]
 

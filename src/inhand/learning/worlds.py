@@ -16,11 +16,12 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.learning.kinds import asked_of, kinds_of, simulator_of
+from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
 from inhand.sim.snapshot import Snapshot
-from inhand.sim.state import State, select
+from inhand.sim.state import State, put, put_rows, select
 from inhand.tasks.decisions import (
     Actions,
     Decision,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from inhand.control.between import Between
 
 _AIMED = ("angle", "start", "distance", "turn")
-_KEPT = ("observation", "steps", "lost", "last", "row", "come", "key", "seen_start")
+_KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start")
 """What worlds go on from, beside their states and aims."""
 
 
@@ -117,9 +118,9 @@ class ManipulationWorlds:
         self._memory: Memory | None = None
         self._pool = asked_of(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
-        self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.zeros(count))
+        self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.empty(count))
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
-        self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
+        self._steps, self._lost, self._row, self._come, self._leg = np.zeros((5, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
         self._told = self._aim
@@ -203,6 +204,7 @@ class ManipulationWorlds:
         self._state = after
         if self._memory is not None:
             self._memory.take(self.seen)
+        self._go_on()
         successor, shift = self._observed(), self._shift(decision)
         self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
@@ -220,6 +222,17 @@ class ManipulationWorlds:
         now, then = (routes.way[self._row, place] for place in (self._come, before))
         return Made(now - then, routes.way[self._row, -1] - now, *routes.off(self._row, self._come, after.pose))
 
+    def _go_on(self) -> None:
+        """Ask the next primitive of objects that have come to the end of one, if their episode has more."""
+        legs, aim, pose = self._starts.legs, self._aim, self._state.pose
+        if legs is None:
+            return
+        over, leg = due(aim, pose, legs[self._row], self._leg)
+        if self._memory is not None:
+            over &= ~self._memory.waiting
+            self._memory.go_on(np.flatnonzero(over), turned_by(aim)[over])
+        self._aim, self._leg = next_aim(aim, pose, leg, over), self._leg + over
+
     def _shift(self, decision: Decision) -> Array:
         """Return the way along, the way to the left and the angle turned of what was asked `(B, 3)`."""
         made, routes = decision.route, self._starts.routes
@@ -230,16 +243,18 @@ class ManipulationWorlds:
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
         self.simulator.restore(worlds, self._starts.snapshot, rows, kinds_of(self._starts, rows))
         self._state = put(self._state, worlds, self._starts.state, rows)
-        self._aim = Aim(
-            **{name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
-        )
-        self._row[worlds], self._come[worlds] = rows, 0
+        self._row[worlds], self._come[worlds], self._leg[worlds] = rows, 0, 0
         self._show_hands()
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
+        else:
+            aims = {
+                name: put_rows(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED
+            }
+            self._aim = Aim(**aims)
         self._look(worlds)
-        self._observation = _put(self._observation, worlds, self._observed()[worlds])
-        self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
+        self._observation = put_rows(self._observation, worlds, self._observed()[worlds])
+        self._last = put_rows(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
         self._lost[worlds] = 0
 
@@ -271,7 +286,7 @@ class ManipulationWorlds:
             else:
                 self._between.begin(worlds, self._disturbed(worlds), self._state)
         if not self.layout.sensed:
-            self._seen_start = _put(self._seen_start, worlds, self.seen.pose[worlds])
+            self._seen_start = put_rows(self._seen_start, worlds, self.seen.pose[worlds])
             self._told = replace(self._aim, start=self._seen_start)
         elif self._memory is None:
             self._memory = Memory(self._held, self.seen)
@@ -294,7 +309,7 @@ class ManipulationWorlds:
         snapshot = self.simulator.snapshot()
         arrays = {f"world.{field.name}": getattr(snapshot, field.name) for field in fields(Snapshot)}
         return arrays | {
-            **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
+            **{f"aim.{name}": np.asarray(getattr(self._aim, name)) for name in _AIMED},
             **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
             **({} if self._between is None else self._between.state_dict()),
             **({} if self._memory is None else self._memory.state_dict()),
@@ -315,9 +330,9 @@ class ManipulationWorlds:
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
             self._memory.load_state_dict(kept)
-        self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
-        if self._starts.routes is not None:
-            self._aim = self._starts.routes.aim(self._row, self._come)
+        routes = self._starts.routes
+        asked = {name: kept[f"aim.{name}"] for name in _AIMED}
+        self._aim = Aim(**asked) if routes is None else routes.aim(self._row, self._come)
         self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
 
@@ -326,19 +341,3 @@ def size_of(interface: Interface, hand: HandSpec) -> int:
     """Return how many numbers an actor sees with a hand, and critics beside."""
     names = [interface.observation, *([interface.truth] if interface.truth else [])]
     return sum(find_layout(name).size(hand) for name in names)
-
-
-def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:
-    """Return a state in which some worlds are rows of another."""
-    found = {
-        field.name: _put(getattr(state, field.name), worlds, getattr(other, field.name)[rows])
-        for field in fields(State)
-    }
-    return State(**found)
-
-
-def _put(array: np.ndarray, rows: NDArray[np.int64], values: np.ndarray) -> np.ndarray:
-    """Return a copy with some rows replaced: what was handed out before stays as it was."""
-    copy = array.copy()
-    copy[rows] = values
-    return copy

@@ -28,22 +28,7 @@ class Node(NamedTuple):
 
 def joint_nodes(policy: Policy, seen: str, acts: str) -> tuple[list[Node], dict[str, Numbers]]:
     """Return the operators from scaled observations to actions in their order, and their numbers by name."""
-    width, fingers, size = len(COLUMNS), SLOTS // PER_FINGER, len(policy.weights[0])
-    one = np.kron(np.eye(fingers), np.ones((1, PER_FINGER)))
-    arrays: dict[str, Numbers] = {
-        "rows.at": np.arange(width * SLOTS),
-        "whole.at": np.arange(width * SLOTS, width * (SLOTS - 1) + size),
-        "rows.shape": np.array([0, width, SLOTS]),
-        "first": np.array([0]),
-        "middle.axis": np.array([1]),
-        "last.axis": np.array([2]),
-        "finger.mean": one / PER_FINGER,
-        "hand.mean": np.full((1, SLOTS), 1 / SLOTS),
-        "finger.joints": one.T,
-        "0.rows": policy.weights[0][:width],
-        "0.whole": policy.weights[0][width:],
-        "0.bias": policy.biases[0],
-    }
+    arrays = _constants(policy)
     nodes = [
         Node("Gather", (seen, "rows.at"), "columns", {"axis": 1}),
         Node("Reshape", ("columns", "rows.shape"), "shaped"),
@@ -71,6 +56,26 @@ def joint_nodes(policy: Policy, seen: str, acts: str) -> tuple[list[Node], dict[
         Node("Squeeze", ("last.acts", "last.axis"), acts),
     ]
     return nodes, arrays
+
+
+def _constants(policy: Policy) -> dict[str, Numbers]:
+    """Return what the operators before the rounds take by name: places, shapes, means and the first layer."""
+    width, fingers, size = len(COLUMNS), SLOTS // PER_FINGER, len(policy.weights[0])
+    one = np.kron(np.eye(fingers), np.ones((1, PER_FINGER)))
+    return {
+        "rows.at": np.arange(width * SLOTS),
+        "whole.at": np.arange(width * SLOTS, width * (SLOTS - 1) + size),
+        "rows.shape": np.array([0, width, SLOTS]),
+        "first": np.array([0]),
+        "middle.axis": np.array([1]),
+        "last.axis": np.array([2]),
+        "finger.mean": one / PER_FINGER,
+        "hand.mean": np.full((1, SLOTS), 1 / SLOTS),
+        "finger.joints": one.T,
+        "0.rows": policy.weights[0][:width],
+        "0.whole": policy.weights[0][width:],
+        "0.bias": policy.biases[0],
+    }
 
 
 def _kept(name: str) -> list[Node]:

@@ -115,8 +115,8 @@ def test_worlds_of_different_hands_go_as_each_hands_own_do() -> None:
         step = worlds.step(action)
     for number, held in enumerate(mixed.pairs.held):
         mine = np.flatnonzero(mixed.pairs.of[rows] == number)
-        own = replace(mixed.take(rows[mine], mixed.angle_deg[rows[mine]]), distance=mixed.distance[rows[mine]])
-        alone = ManipulationWorlds(held, replace(own, pairs=None), len(mine), SMALL.interface, rng, threads=1)
+        own = replace(mixed.rows(rows[mine]), pairs=None)
+        alone = ManipulationWorlds(held, own, len(mine), SMALL.interface, rng, threads=1)
         assert np.array_equal(alone.reset(np.arange(len(mine))), seen[mine])
         for action in actions:
             other = alone.step(action[mine])

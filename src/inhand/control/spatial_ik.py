@@ -1,4 +1,4 @@
-"""The expert in space: the planar expert's law, with contact forces that hold the object in place of a line between them.
+"""The expert in space: the planar expert's law, with forces that hold the object in place of a line between contacts.
 
 Each control step moves a set point along the path and asks for the displacement and turn that feedback wants,
 
@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import SpatialTask
+from inhand.control.controller import Controller, SpatialTask
 from inhand.control.seen import PRIVILEGED
 from inhand.control.spatial_follow import spatial_limit
 from inhand.geometry import TURN_ARM, Array
-from inhand.hands.spatial.forces import Grip, GripRules, hold, weight_held
+from inhand.hands.spatial.forces import Grip, GripRules, hold
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.rotations import pose_from, rotation_between
 from inhand.sim.state import State
@@ -69,7 +69,7 @@ class SpatialIkConfig:
 
 
 def grips(task: SpatialTask, config: SpatialIkConfig) -> tuple[Array, Array]:
-    """Return the grip of each world `(B,)` [N], scaled with the object's weight, and its friction coefficient `(B,)`."""
+    """Return the grip of each world `(B,)` [N], scaled with the object's weight, and its friction `(B,)`."""
     weight = np.array([spec.mass for spec in task.objects]) * np.linalg.norm(task.gravity, axis=-1)
     friction = np.array([task.hand.friction * spec.friction for spec in task.objects])
     return config.grip * np.maximum(weight / config.weight, 1.0), friction
@@ -86,14 +86,18 @@ class SpatialIkController:
         self._task, self._period = task, task.control_period
         self.limit = np.zeros(task.n_worlds)
         """Way along each path to which the set point goes `(B,)` [m]."""
-        self._integral, self._forces = np.zeros((task.n_worlds, 6)), None
+        self.integral = np.zeros((task.n_worlds, 6))
+        """Integral part of the wanted displacement `(B, 6)` [m, rad],"""
+        self.forces: Grip | None = None
+        """and the forces that were last wanted."""
         self._grip, self._friction = grips(task, self.config)
         masses = np.array([spec.mass for spec in task.objects])
-        self._weight = weight_held(masses[:, None], task.gravity)
+        self._weight = np.concatenate([-masses[:, None] * task.gravity, np.zeros_like(task.gravity)], axis=-1)
 
-    def take_over(self, before: "SpatialIkController") -> None:
-        """Go on with the forces and the integral part of the controller that has held the objects."""
-        self._integral, self._forces = before._integral.copy(), before._forces
+    def take_over(self, before: Controller) -> None:
+        """Go on with the forces and the integral part of the controller of its kind that has held the objects."""
+        if isinstance(before, SpatialIkController):
+            self.integral, self.forces = before.integral.copy(), before.forces
 
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
@@ -112,7 +116,7 @@ class SpatialIkController:
         config, hand = self.config, self._task.hand
         step, velocity = self._wanted(state)
         inward, points, pose = state.normals, state.object_points, state.object_pose
-        self._forces = self._held_by((points, inward), pose)
+        grip = self.forces = self._held_by((points, inward), pose)
         told, targets = place(hand, state.joint_angles), state.joint_angles.copy()
         for i, own in enumerate(hand.slices):
             angles, point = state.joint_angles[:, own], points[:, i]
@@ -123,7 +127,7 @@ class SpatialIkController:
             posture = config.posture * (self._rest[:, own] - angles) if spare else None
             joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, config.damping, posture)
             joint_velocity = damped_least_squares(jacobian, carried(velocity, arm), config.damping)
-            torque = (jacobian * self._forces.forces[:, i, :, None]).sum(axis=-2)
+            torque = (jacobian * grip.forces[:, i, :, None]).sum(axis=-2)
             targets[:, own] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
         return targets
 
@@ -141,7 +145,7 @@ class SpatialIkController:
             self._weight,
             pose[:, :3],
             rules=rules,
-            before=self._forces,
+            before=self.forces,
             grip=self._grip,
             friction=friction,
         )
@@ -160,9 +164,9 @@ class SpatialIkController:
         self._moved, self._turned = self._task.path.at(self.progress)
         error = self._error(state, self._moved, self._turned)
         limit = np.repeat(config.integral_limit, 3)
-        self._integral = np.clip(self._integral + config.integral * period * error, -limit, limit)
+        self.integral = np.clip(self.integral + config.integral * period * error, -limit, limit)
         velocity = np.concatenate([self._moved - moved, self._turned - turned], axis=-1) / period
-        return config.proportional * error + self._integral, velocity
+        return config.proportional * error + self.integral, velocity
 
     def _error(self, state: State, moved: Array, turned: Array) -> Array:
         """Return how far set points are from the objects, and turned from them `(B, 6)` [m, rad]."""
@@ -174,4 +178,4 @@ def carried(motion: Array, arm: Array) -> Array:
     """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
     u, v, w = motion[:, 3:].T
     x, y, z = arm.T
-    return motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1)
+    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))

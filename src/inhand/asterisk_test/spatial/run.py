@@ -21,7 +21,7 @@ from inhand.hands.spatial.files import load_solid, load_spatial_hand
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.rotations import SpatialPath, pose_from
+from inhand.rotations import pose_from
 from inhand.sim.engines import engine_in_space
 from inhand.sim.scene import SceneSpec
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from inhand.control.controller import Controller, SpatialTask
 from inhand.control.seen import PRIVILEGED
-from inhand.control.spatial_follow import spatial_limit
+from inhand.control.spatial_follow import Hold, spatial_limit
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.forces import Grip, GripRules, hold
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
@@ -68,11 +68,16 @@ class SpatialIkConfig:
     """Time for which the object is held at the end of its path [s]."""
 
 
-def grips(task: SpatialTask, config: SpatialIkConfig) -> tuple[Array, Array]:
-    """Return the grip of each world `(B,)` [N], scaled with the object's weight, and its friction `(B,)`."""
+def grip_for(weight: Array, config: SpatialIkConfig) -> Array:
+    """Return the grip for objects of some weights [N]: it grows with what it has to hold."""
+    return np.asarray(config.grip * np.maximum(weight / config.weight, 1.0))
+
+
+def hold_of(task: SpatialTask, config: SpatialIkConfig) -> Hold:
+    """Return how the objects of a task are held; the friction is what may be used of it for the prediction."""
     weight = np.array([spec.mass for spec in task.objects]) * np.linalg.norm(task.gravity, axis=-1)
     friction = np.array([task.hand.friction * spec.friction for spec in task.objects])
-    return config.grip * np.maximum(weight / config.weight, 1.0), friction
+    return Hold(grip_for(weight, config), config.follow_share * friction, config.least)
 
 
 class SpatialIkController:
@@ -90,7 +95,7 @@ class SpatialIkController:
         """Integral part of the wanted displacement `(B, 6)` [m, rad],"""
         self.forces: Grip | None = None
         """and the forces that were last wanted."""
-        self._grip, self._friction = grips(task, self.config)
+        self._hold = hold_of(task, self.config)
         masses = np.array([spec.mass for spec in task.objects])
         self._weight = np.concatenate([-masses[:, None] * task.gravity, np.zeros_like(task.gravity)], axis=-1)
 
@@ -102,7 +107,7 @@ class SpatialIkController:
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         config, known = self.config, self._task.distance
-        self.limit = spatial_limit(self._task, state, config) if known is None else known
+        self.limit = spatial_limit(self._task, state, self._hold, config.margin) if known is None else known
         self._start, self._rest = self._task.origin(state), state.joint_angles
         count = state.n_worlds
         self.progress = np.zeros(count)
@@ -138,17 +143,11 @@ class SpatialIkController:
 
     def _held_by(self, contacts: tuple[Array, Array], pose: Array) -> Grip:
         """Return the forces that carry the weight at the contacts."""
-        rules = GripRules(least=self.config.least, rounds=self.config.rounds)
-        friction = self.config.friction_share * self._friction
-        return hold(
-            contacts,
-            self._weight,
-            pose[:, :3],
-            rules=rules,
-            before=self.forces,
-            grip=self._grip,
-            friction=friction,
-        )
+        config, grip = self.config, self._hold
+        rules = GripRules(least=config.least, rounds=config.rounds)
+        friction = config.friction_share / config.follow_share * grip.friction
+        wanted = self._weight, pose[:, :3]
+        return hold(contacts, *wanted, rules=rules, before=self.forces, grip=grip.grip, friction=friction)
 
     def _wanted(self, state: State) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 6)`."""

@@ -1,23 +1,130 @@
-"""temp."""
+"""Grasps in space tried out in simulation under every gravity that is asked for, and closed where an object stands.
 
-import sys
+As in the plane a search on paper does not know what closing the fingers does. The best few grasps of every path are
+closed in simulated worlds of their own, take the object's weight and carry it to where the grip that is measured there
+is predicted to end. Of those that keep it under every gravity the one is taken that goes farthest where it goes least.
+"""
 
-sys.path.insert(0, "/work/w-space-sim/tests")
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
+
+from inhand.control.controller import SpatialTask
+from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
+from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
+from inhand.control.spatial_phases import simulate_in_space
+from inhand.control.trial import REACHED, TIME_OUT
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig, search_grasps
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.kinematics import inverse
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import placed, pose_from
+from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
+
+LOSS = 1.0
+"""Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
+TRIES, OFF = 3, (0.001, float(np.deg2rad(1.0)))
+"""Starts from which each grasp is tried, and by how much they are off where it was planned [m, rad] (standard
+deviations): as much as trials are where nothing else is asked for."""
+OPENING, SQUEEZE = 0.008, 0.002
+"""How far fingers stand off their contacts before they close, and how far inside the object they aim [m]."""
 
 
-def planned_in_space(hand, spec, paths, gravity, starts, *, bench):
-    from test_spatial_engine import CONTACTS, NORMALS, fingers_at
-    from inhand.hands.spatial.kinematics import inverse
-    from inhand.rotations import placed
+def planned_in_space(
+    hand: SpatialHand,
+    spec: SolidSpec,
+    paths: Sequence[SpatialReference],
+    gravity: Array,
+    starts: Array,
+    *,
+    bench: Bench,
+) -> Grasp:
+    """Return for every path the grasp of the contact search that goes farthest in simulation, closed at its start.
 
-    def at(off):
-        out = []
-        for i, f in enumerate(hand.fingers):
-            goal = placed(starts, np.tile(CONTACTS[i] + (f.tip_radius + off) * NORMALS[i], (len(starts), 1)))
-            q, m = inverse(f, goal, fingers_at(0.0)[hand.slices[i]][None])
-            out.append(q[:, 0])
-        return np.concatenate(out, -1)
+    Raises:
+        InputError: no contacts hold the object at its start.
+    """
+    distinct = list(dict.fromkeys(path.name for path in paths))
+    firsts = {path.name: path for path in reversed(paths)}
+    gravities = np.unique(gravity, axis=0)
+    whole = [whole_spatial_path(firsts[name]) for name in distinct]
+    groups = search_grasps((hand, spec), hand.start_pose, whole, gravities, config=_search(spec, gravities))
+    none = [name for name, group in zip(distinct, groups, strict=True) if not group]
+    if none:
+        raise InputError(
+            f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
+            " smaller object, more friction, or another hand or gravity"
+        )
+    best = rehearsed((hand, spec), groups, [firsts[name] for name in distinct], gravities, bench)
+    chosen = [best[distinct.index(path.name)] for path in paths]
+    return closed_at(hand, chosen, starts)
 
-    return Grasp(at(0.008), at(-0.002), way=np.full(len(starts), 0.02))
+
+def _search(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
+    """Return how the search looks: with the grip that the expert has of an object of such a weight."""
+    config = SpatialSearchConfig()
+    weight = np.array([spec.mass * np.linalg.norm(gravities, axis=-1).max()])
+    return replace(config, rules=replace(config.rules, grip=float(grip_for(weight, SpatialIkConfig())[0])))
+
+
+def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array) -> Grasp:
+    """Return joint angles that stand off the contacts of a grasp for each start `(B, 7)`, and that press on them."""
+    opened, closed = np.empty((2, len(starts), hand.n_joints))
+    for f, (finger, own) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
+        points, normals = (np.stack([getattr(grasp, name)[f] for grasp in grasps]) for name in ("points", "normals"))
+        planned = np.stack([grasp.joints[own] for grasp in grasps])[:, None]
+        for found, off in ((opened, OPENING), (closed, -SQUEEZE)):
+            goals = placed(starts, points + (finger.tip_radius + off) * normals)
+            found[:, own] = inverse(finger, goals, planned)[0][:, 0]
+    return Grasp(opened, closed)
+
+
+def tried_starts(hand: SpatialHand) -> Array:
+    """Return the poses `(TRIES, 7)` at which objects stand in rehearsals."""
+    rng = np.random.default_rng(TRIES)
+    moved, turned = OFF[0] * rng.standard_normal((TRIES, 3)), OFF[1] * rng.standard_normal((TRIES, 3))
+    return pose_from(np.tile(hand.start_pose, (TRIES, 1)), moved, turned)
+
+
+def rehearsed(
+    held: tuple[SpatialHand, SolidSpec],
+    groups: Sequence[Sequence[SpatialGrasp]],
+    paths: Sequence[SpatialReference],
+    gravities: Array,
+    bench: Bench,
+) -> list[SpatialGrasp]:
+    """Return of each path's grasps the one that goes farthest, over starts on average and under the worst gravity `(G, 3)`.
+
+    Each is tried from the same few starts a little off, as no object stands quite where it was planned to.
+    """
+    hand, spec = held
+    owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    grasps = [grasp for group in groups for grasp in group]
+    # Worlds are all grasps, from all starts, under all gravities, in this order.
+    which = np.repeat(np.arange(len(grasps)), TRIES * len(gravities))
+    mine = [paths[k] for k in owner[which]]
+    starts = np.tile(np.repeat(tried_starts(hand), len(gravities), axis=0), (len(grasps), 1))
+    gravity = np.tile(gravities, (len(grasps) * TRIES, 1))
+    task = SpatialTask(hand, (spec,) * len(which), stacked_paths(mine), gravity)
+    made: list[SpatialIkController] = []
+
+    def carry(task: SpatialTask) -> SpatialIkController:
+        made.append(SpatialIkController(task))
+        return made[-1]
+
+    _, found = simulate_in_space(
+        task,
+        closed_at(hand, [grasps[k] for k in which], starts),
+        starts,
+        carry,
+        replace(bench, progress=None),
+        twists=stacked_paths([hold_path(path) for path in mine]),
+    )
+    kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
+    ways = (made[-1].progress - np.where(kept, 0.0, LOSS)).reshape(len(grasps), TRIES, -1)
+    worth = ways.min(axis=2).mean(axis=1)
+    return [grasps[int(k[worth[k].argmax()])] for k in (np.flatnonzero(owner == p) for p in range(len(groups)))]

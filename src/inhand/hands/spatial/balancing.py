@@ -53,10 +53,8 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
     Forces that balance are those nearest to a guess: f - a - b x r, with a = (sum f - F) / N and b = T^-1 (sum r x f -
     M), where r is seen from the contacts' middle (so that force and moment part) and T = sum |r|^2 - r r'.
     """
-    n = problem.points.shape[1]
-    cx, cy, cz = _middle(problem, b)
-    t = _inertia(problem, b, (cx, cy, cz))
-    wanted = _wanted(problem, b, (cx, cy, cz))
+    n, middle = problem.points.shape[1], _middle(problem, b)
+    t, wanted = _inertia(problem, b, middle), _wanted(problem, b, middle)
     fx, fy, fz, mx, my, mz = wanted
     pulls, forces, inside = problem.pulls[b], problem.forces[b], problem.inside[b]
     for _ in range(int(rules[1])):
@@ -64,7 +62,7 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
         for j in range(n):
             for i in range(3):
                 forces[j, i] = 0.5 * (problem.grip[b] * problem.inward[b, j, i] + inside[j, i] - pulls[j, i])
-            rx, ry, rz = _arm(problem, b, j, (cx, cy, cz))
+            rx, ry, rz = _arm(problem, b, j, middle)
             gx, gy, gz = forces[j, 0], forces[j, 1], forces[j, 2]
             sx, sy, sz = sx + gx, sy + gy, sz + gz
             tx, ty, tz = tx + ry * gz - rz * gy, ty + rz * gx - rx * gz, tz + rx * gy - ry * gx
@@ -75,7 +73,7 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
         uz = t[2] * tx + t[4] * ty + t[5] * tz
         missed = 0.0
         for j in range(n):
-            rx, ry, rz = _arm(problem, b, j, (cx, cy, cz))
+            rx, ry, rz = _arm(problem, b, j, middle)
             forces[j, 0] -= sx + uy * rz - uz * ry
             forces[j, 1] -= sy + uz * rx - ux * rz
             forces[j, 2] -= sz + ux * ry - uy * rx
@@ -87,7 +85,7 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
                 missed += (forces[j, i] - inside[j, i]) ** 2
         if missed < rules[2] * rules[2]:
             break
-    problem.misses[b] = _miss(problem, b, (cx, cy, cz), wanted)
+    problem.misses[b] = _miss(problem, b, middle, wanted)
 
 
 @leaf

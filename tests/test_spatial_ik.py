@@ -8,7 +8,7 @@ import pytest
 from inhand.control.controller import SpatialTask
 from inhand.control.loop import Bench, Recording
 from inhand.control.phases import Grasp
-from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, carried, grips
+from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, carried, grip_for
 from inhand.control.spatial_phases import LIFT, PRESS, simulate_in_space, spatial_phases, still
 from inhand.control.trial import MANIPULATE, NO_GRASP, REACHED, TWIST
 from inhand.geometry import Array, turn
@@ -120,11 +120,14 @@ def test_the_set_point_speeds_up_and_brakes_and_waits_for_an_object_that_stays()
 
 
 def test_the_grip_grows_with_the_weight_from_fifty_grams_on() -> None:
-    task = replace(task_of("up", 2), objects=(CUBE, replace(CUBE, mass=0.15)))
-    grip, friction = grips(task, SpatialIkConfig())
-    assert grip[0] == pytest.approx(2.5)
-    assert grip[1] == pytest.approx(2.5 * 0.15 * 9.81 / 0.5)
-    np.testing.assert_allclose(friction, 0.9)
+    grip = grip_for(np.array([0.1, 0.5, 1.5]), SpatialIkConfig())
+    np.testing.assert_allclose(grip, [2.5, 2.5, 3.5])
+
+
+def test_what_is_beside_the_way_is_told_apart_from_what_is_behind() -> None:
+    error = np.array([[3.0, 4.0, 0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0, 2.0], [3.0, 4.0, 0.0, 0.0, 0.0, 0.0]])
+    velocity = np.array([[1.0, 0, 0, 0, 0, 0], [0.0, 0, 0, 0, 0, 0.1], [0.0, 0, 0, 0, 0, 0]])
+    np.testing.assert_allclose(beside(error, velocity), [4.0, 1.0, 0.0])
 
 
 def test_the_servos_hold_what_carries_the_weight() -> None:

@@ -12,20 +12,23 @@ the normals that lie in the friction cones and add up to what carries the weight
     targets = q + DLS(J, dx) + (damping DLS(J, v) + J' f) / stiffness.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Controller, SpatialTask
 from inhand.control.seen import PRIVILEGED
-from inhand.control.spatial_follow import Hold, spatial_limit
+from inhand.control.spatial_follow import Ending, spatial_limit
 from inhand.geometry import TURN_ARM, Array
+from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.forces import Grip, GripRules, hold
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.rotations import pose_from, rotation_between
 from inhand.sim.state import State
 
+SLOW = 1e-4
+"""A set point that is slower stands still [m/s]."""
 FREE_JOINTS = 3
 """A finger of more joints than this can move without moving its tip."""
 
@@ -41,7 +44,9 @@ class SpatialIkConfig:
     grip: float = 2.5
     """Normal force that each contact would rather have with an object of up to `weight` [N]."""
     weight: float = 0.5
-    """Weight from which on the grip grows in proportion [N]."""
+    """Weight from which on the grip grows [N],"""
+    growth: float = 1.0
+    """and by how much for each newton of weight more; friction alone would need half of that with three fingers."""
     least: float = 0.5
     """Least normal force of a contact [N]."""
     friction_share: float = 0.8
@@ -62,7 +67,7 @@ class SpatialIkConfig:
     """Share of the way back to the start posture that a finger's spare joints are asked to take."""
     margin: tuple[float, float] = (0.003, 0.16)
     """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
-    follow_share: float = 0.72
+    follow_share: float = 0.9
     """Share of the friction coefficient that the predicted grip may use."""
     settle: float = 0.3
     """Time for which the object is held at the end of its path [s]."""
@@ -70,14 +75,7 @@ class SpatialIkConfig:
 
 def grip_for(weight: Array, config: SpatialIkConfig) -> Array:
     """Return the grip for objects of some weights [N]: it grows with what it has to hold."""
-    return np.asarray(config.grip * np.maximum(weight / config.weight, 1.0))
-
-
-def hold_of(task: SpatialTask, config: SpatialIkConfig) -> Hold:
-    """Return how the objects of a task are held; the friction is what may be used of it for the prediction."""
-    weight = np.array([spec.mass for spec in task.objects]) * np.linalg.norm(task.gravity, axis=-1)
-    friction = np.array([task.hand.friction * spec.friction for spec in task.objects])
-    return Hold(grip_for(weight, config), config.follow_share * friction, config.least)
+    return np.asarray(config.grip + config.growth * np.maximum(weight - config.weight, 0.0))
 
 
 class SpatialIkController:
@@ -95,8 +93,10 @@ class SpatialIkController:
         """Integral part of the wanted displacement `(B, 6)` [m, rad],"""
         self.forces: Grip | None = None
         """and the forces that were last wanted."""
-        self._hold = hold_of(task, self.config)
         masses = np.array([spec.mass for spec in task.objects])
+        weight = masses * np.linalg.norm(task.gravity, axis=-1)
+        self._grip = grip_for(weight, self.config)
+        self._friction = task.hand.friction * np.array([spec.friction for spec in task.objects])
         self._weight = np.concatenate([-masses[:, None] * task.gravity, np.zeros_like(task.gravity)], axis=-1)
 
     def take_over(self, before: Controller) -> None:
@@ -106,15 +106,17 @@ class SpatialIkController:
 
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
-        config, known = self.config, self._task.distance
-        self.limit = spatial_limit(self._task, state, self._hold, config.margin) if known is None else known
+        known = self._task.distance
+        self.limit = spatial_limit(self._task, state, self._ending()) if known is None else known
         self._start, self._rest = self._task.origin(state), state.joint_angles
         count = state.n_worlds
         self.progress = np.zeros(count)
         """How far the set point has gone along each path `(B,)` [m]."""
         self._moved, self._turned = self._task.path.at(self.progress)
         self._speed, self.held = np.zeros(count), np.zeros(count)
-        """For how long each set point has been at the end of its way `(B,)` [s]."""
+        """For how long each set point has been at the end of its way `(B,)` [s],"""
+        self.strayed = np.zeros(count)
+        """and how far the object has been beside its path `(B,)` [m]; a turn counts as an arc at `TURN_ARM`."""
 
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
@@ -143,11 +145,16 @@ class SpatialIkController:
 
     def _held_by(self, contacts: tuple[Array, Array], pose: Array) -> Grip:
         """Return the forces that carry the weight at the contacts."""
-        config, grip = self.config, self._hold
+        config = self.config
         rules = GripRules(least=config.least, rounds=config.rounds)
-        friction = config.friction_share / config.follow_share * grip.friction
-        wanted = self._weight, pose[:, :3]
-        return hold(contacts, *wanted, rules=rules, before=self.forces, grip=grip.grip, friction=friction)
+        friction, wanted = config.friction_share * self._friction, (self._weight, pose[:, :3])
+        return hold(contacts, *wanted, rules=rules, before=self.forces, grip=self._grip, friction=friction)
+
+    def _ending(self) -> Ending:
+        """Return how the end of the grips is predicted: with the strongest, where objects differ in weight."""
+        config, rules = self.config, FollowRules()
+        grip = replace(rules.rules, grip=float(self._grip.max()), least=config.least)
+        return Ending(replace(rules, rules=grip, share=config.follow_share), config.margin)
 
     def _wanted(self, state: State) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 6)`."""
@@ -165,12 +172,26 @@ class SpatialIkController:
         limit = np.repeat(config.integral_limit, 3)
         self.integral = np.clip(self.integral + config.integral * period * error, -limit, limit)
         velocity = np.concatenate([self._moved - moved, self._turned - turned], axis=-1) / period
+        self.strayed = np.maximum(self.strayed, beside(error, velocity))
         return config.proportional * error + self.integral, velocity
 
     def _error(self, state: State, moved: Array, turned: Array) -> Array:
         """Return how far set points are from the objects, and turned from them `(B, 6)` [m, rad]."""
         pose, wanted = state.object_pose, pose_from(self._start, moved, turned)
         return np.concatenate([wanted[:, :3] - pose[:, :3], rotation_between(pose[:, 3:], wanted[:, 3:])], axis=-1)
+
+
+def beside(error: Array, velocity: Array) -> Array:
+    """Return the length `(B,)` [m] of errors `(B, 6)` across the way of set points, of velocities `(B, 6)`.
+
+    Rotations count as arcs at `TURN_ARM`; where a set point stands still nothing is across.
+    """
+    arms = np.repeat([1.0, TURN_ARM], 3)
+    off, way = error * arms, velocity * arms
+    size = np.linalg.norm(way, axis=-1, keepdims=True)
+    way = way / np.maximum(size, 1e-12)
+    across = np.linalg.norm(off - (off * way).sum(axis=-1, keepdims=True) * way, axis=-1)
+    return np.where(size[:, 0] > SLOW, across, 0.0)
 
 
 def carried(motion: Array, arm: Array) -> Array:

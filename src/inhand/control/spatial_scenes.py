@@ -1,6 +1,7 @@
 """Hand and object of a trial in space as bodies to draw."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ def faces_of(spec: SolidSpec) -> list[Array]:
     rings = [half * (np.cos(h) * rim + np.array([0.0, 0.0, np.sin(h)])) for h in heights]
     return [
         _without_repeats(np.stack([low[k - 1], low[k], high[k], high[k - 1]]))
-        for low, high in zip(rings[:-1], rings[1:], strict=True)
+        for low, high in pairwise(rings)
         for k in range(ROUND)
     ]
 

@@ -14,6 +14,7 @@ from inhand.control.recording import cut_spatial_trials
 from inhand.control.run_config import TrialsConfig
 from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
 from inhand.control.spatial_phases import simulate_in_space
+from inhand.control.spatial_rehearsal import check_weight
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -72,6 +73,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
     engine_in_space(config.engine)
+    check_weight(hand, spec)
     paths = [spatial_path_of(primitive) for primitive in primitives]
     assignments = tuple(
         SpatialAssignment(primitive, path, k + 1)
@@ -121,7 +123,7 @@ def simulate_asterisk_in_space(
         bench,
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
     )
-    reach = dict.fromkeys((each.primitive for each in assignments))
+    reach = dict.fromkeys(each.primitive for each in assignments)
     passports = [
         SpatialPassport(
             hand,

@@ -18,7 +18,6 @@ from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spatial.report import SpatialRun, drawn, errors_told
 from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.asterisk_test.spatial.run import SpatialAssignment, prepare_in_space, start_noise_in_space
-from inhand.control.spatial_rehearsal import TRIES, tried_starts
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at
 from inhand.control.spatial_trial import SpatialTrial, load_all, load_any
 from inhand.control.trial import GRIP_END, NO_MOVEMENT, REACHED, SHAPES, load_trial, save_trial
@@ -41,11 +40,10 @@ WORDS = ("--hand", STANDARD, "--object", "cube_50", "--directions", "Down,turn+z
 
 @pytest.fixture(scope="module")
 def run() -> SpatialRun:
-    """A move and a turn, the palm looking down, from a search that is quick: few contacts, grasps and rehearsals."""
+    """A move and a turn, the palm looking down, from a search that is quick: few contacts and grasps."""
     quick = SpatialSearchConfig(spacing=0.012, keep=2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("inhand.control.spatial_rehearsal._search", lambda *_: quick)
-        patch.setattr("inhand.control.spatial_rehearsal.TRIES", 1)
         made = inhand.asterisk(STANDARD, "cube_50", directions="Down,turn+z", trials=1, gravity="down")
     assert isinstance(made, SpatialRun)
     return made
@@ -139,12 +137,6 @@ def test_the_same_trial_starts_alike_whatever_runs_beside_it() -> None:
     drawn_all = np.array(list(many.values()))
     assert len(np.unique(drawn_all, axis=0)) == 96
     np.testing.assert_allclose(drawn_all.std(axis=0), [1e-3] * 3 + [np.deg2rad(1.0)] * 3, rtol=0.25)
-
-
-def test_rehearsals_begin_a_little_off() -> None:
-    starts = tried_starts(HAND)
-    assert starts.shape == (TRIES, 7)
-    assert 0 < np.abs(starts[:, :3] - HAND.start_position).max() < 4e-3
 
 
 def test_short_of_the_path_a_trial_ends_with_its_grip_or_has_not_moved(run: SpatialRun) -> None:

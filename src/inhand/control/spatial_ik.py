@@ -65,7 +65,7 @@ class SpatialIkConfig:
     """Damping of the least squares [m/rad]."""
     posture: float = 0.02
     """Share of the way back to the start posture that a finger's spare joints are asked to take."""
-    margin: tuple[float, float] = (0.003, 0.16)
+    margin: tuple[float, float] = (0.002, 0.1)
     """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
     follow_share: float = 0.9
     """Share of the friction coefficient that the predicted grip may use."""

@@ -1,8 +1,8 @@
-"""Grasps in space tried out in simulation under every gravity that is asked for, and closed where an object stands.
+"""Grasps in space tried out in simulation, on the object where it stands and under the gravity that it has.
 
 As in the plane a search on paper does not know what closing the fingers does. The best few grasps of every path are
 closed in simulated worlds of their own, take the object's weight and carry it to where the grip that is measured there
-is predicted to end. Of those that keep it under every gravity the one is taken that goes farthest where it goes least.
+is predicted to end. Of those that keep it the one is taken that goes farthest, less a cost for what it strays.
 """
 
 from collections.abc import Sequence
@@ -23,19 +23,18 @@ from inhand.hands.spatial.gravity import GRAVITY
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import inverse
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.rotations import placed, pose_from
+from inhand.rotations import placed
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
 
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
 LEVER = 0.5
 """Share of the fingers' length at which a grip acts at least, guessed."""
-TRIES, OFF = 3, (0.001, float(np.deg2rad(1.0)))
-"""Starts from which each grasp is tried, and by how much they are off where it was planned [m, rad] (standard
-deviations): as much as trials are where nothing else is asked for."""
-STRAYED = 4.0
+AT_ONCE = 150
+"""Worlds whose grasps are tried at a time: about a thousand worlds, whose states take 0.3 GB."""
+STRAYED = 6.0
 """Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
-by 5 deg is worth 9 mm less than one that does not."""
+by 5 deg is worth 13 mm less than one that does not."""
 OPENING, SQUEEZE = 0.008, 0.002
 """How far fingers stand off their contacts before they close, and how far inside the object they aim [m]."""
 
@@ -54,19 +53,29 @@ def planned_in_space(
     Raises:
         InputError: no contacts hold the object at its start.
     """
-    distinct = list(dict.fromkeys(path.name for path in paths))
     firsts = {path.name: path for path in reversed(paths)}
     gravities = np.unique(gravity, axis=0)
-    whole = [whole_spatial_path(firsts[name]) for name in distinct]
-    groups = search_grasps((hand, spec), hand.start_pose, whole, gravities, config=_search(spec, gravities))
-    none = [name for name, group in zip(distinct, groups, strict=True) if not group]
+    whole = [whole_spatial_path(path) for path in firsts.values()]
+    names, count = iter(firsts), len(paths)
+
+    def told() -> None:
+        if bench.progress is not None:
+            bench.progress(f"grasps {next(names)}", count, 0)
+
+    config = _search(spec, gravities)
+    found = search_grasps((hand, spec), hand.start_pose, whole, gravities, config=config, progress=told)
+    groups = dict(zip(firsts, found, strict=True))
+    none = [name for name, group in groups.items() if not group]
     if none:
         raise InputError(
             f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
             " smaller object, more friction, or another hand or gravity"
         )
-    best = rehearsed((hand, spec), groups, [firsts[name] for name in distinct], gravities, bench)
-    chosen = [best[distinct.index(path.name)] for path in paths]
+    chosen: list[SpatialGrasp] = []
+    for first in range(0, len(paths), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        asked = [groups[path.name] for path in paths[part]]
+        chosen += rehearsed((hand, spec), asked, paths[part], (gravity[part], starts[part]), bench)
     return closed_at(hand, chosen, starts)
 
 
@@ -105,33 +114,22 @@ def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array) 
     return Grasp(opened, closed)
 
 
-def tried_starts(hand: SpatialHand) -> Array:
-    """Return the poses `(TRIES, 7)` at which objects stand in rehearsals."""
-    rng = np.random.default_rng(TRIES)
-    moved, turned = OFF[0] * rng.standard_normal((TRIES, 3)), OFF[1] * rng.standard_normal((TRIES, 3))
-    return pose_from(np.tile(hand.start_pose, (TRIES, 1)), moved, turned)
-
-
 def rehearsed(
     held: tuple[SpatialHand, SolidSpec],
     groups: Sequence[Sequence[SpatialGrasp]],
     paths: Sequence[SpatialReference],
-    gravities: Array,
+    worlds: tuple[Array, Array],
     bench: Bench,
 ) -> list[SpatialGrasp]:
-    """Return of each path's grasps the one that goes farthest on average, under the worst of the gravities `(G, 3)`.
+    """Return of each world's grasps the first of those that go farthest in it, less what the object strays.
 
-    Each is tried from the same few starts a little off, as no object stands quite where it was planned to.
+    Worlds are given by their gravities `(B, 3)` and by where their objects start `(B, 7)`.
     """
     hand, spec = held
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
-    grasps = [grasp for group in groups for grasp in group]
-    # Worlds are all grasps, from all starts, under all gravities, in this order.
-    which = np.repeat(np.arange(len(grasps)), TRIES * len(gravities))
-    mine = [paths[k] for k in owner[which]]
-    starts = np.tile(np.repeat(tried_starts(hand), len(gravities), axis=0), (len(grasps), 1))
-    gravity = np.tile(gravities, (len(grasps) * TRIES, 1))
-    task = SpatialTask(hand, (spec,) * len(which), stacked_paths(mine), gravity)
+    grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
+    gravity, starts = (each[owner] for each in worlds)
+    task = SpatialTask(hand, (spec,) * len(owner), stacked_paths(mine), gravity)
     made: list[SpatialIkController] = []
 
     def carry(task: SpatialTask) -> SpatialIkController:
@@ -140,13 +138,12 @@ def rehearsed(
 
     _, found = simulate_in_space(
         task,
-        closed_at(hand, [grasps[k] for k in which], starts),
+        closed_at(hand, grasps, starts),
         starts,
         carry,
         replace(bench, progress=None),
         twists=stacked_paths([hold_path(path) for path in mine]),
     )
     kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
-    worths = made[-1].progress - STRAYED * made[-1].strayed - np.where(kept, 0.0, LOSS)
-    worth = worths.reshape(len(grasps), TRIES, -1).min(axis=2).mean(axis=1)
-    return [grasps[int(k[worth[k].argmax()])] for k in (np.flatnonzero(owner == p) for p in range(len(groups)))]
+    worth = made[-1].progress - STRAYED * made[-1].strayed - np.where(kept, 0.0, LOSS)
+    return [grasps[int(own[worth[own].argmax()])] for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]

@@ -82,24 +82,27 @@ def write_spatial_replay(
     Raises:
         InputError: no frame, arrays of different lengths, another suffix, or no ffmpeg for .mp4.
     """
-    if not frames or {len(frames)} != {len(trail_mm), len(texts), len(contact)}:
-        raise InputError(
-            f"{len(frames)} frames with {len(trail_mm)} points, {len(texts)} texts and {len(contact)} rows of contact:"
-            " give one or more, and as many of each"
-        )
+    _check(frames, trail_mm, texts, contact)
     write, across, up = writer_of(out), *_screen()
     screen = np.stack([across, up], axis=-1)
     with mpl.rc_context(STYLE), in_place(out) as part:
         figure, strips = titled(title, contact, frame_s, fingers)
         ax = view_box(figure)
-        corners = [np.concatenate([f.rods[:, :3], f.rods[:, 3:6], *f.faces]) @ screen for f in frames]
-        room = np.concatenate(frames[0].palm) + np.array([AXIS_MM, -8.0, 0.0])
-        _limits(ax, np.concatenate([*corners, *(face @ screen for face in frames[0].palm), room @ screen]))
+        _limits(ax, _points(frames) @ screen)
         (line,) = ax.plot(*(target_mm @ screen).T, "--", color=MUTED, linewidth=1.1)
         over = Moving((line, *_draw_axes(ax, frames[0], screen)), lambda _: None)  # stands still, above the bodies
         parts = [_bodies(ax, frames), over, _trail(ax, trail_mm @ screen), *strips]
         write(Film(figure, parts, empty_text(ax), texts), part, fps)
     return out
+
+
+def _check(frames: Sequence[SolidFrame], trail_mm: Array, texts: Sequence[str], contact: NDArray[np.bool_]) -> None:
+    """Refuse nothing to show, and what does not belong together."""
+    if not frames or {len(frames)} != {len(trail_mm), len(texts), len(contact)}:
+        raise InputError(
+            f"{len(frames)} frames with {len(trail_mm)} points, {len(texts)} texts and {len(contact)} rows of contact:"
+            " give one or more, and as many of each"
+        )
 
 
 def _screen() -> tuple[Array, Array]:
@@ -113,6 +116,13 @@ def _towards() -> Array:
     """Return the unit vector towards the viewer `(3,)`."""
     height, side = np.deg2rad(VIEW_DEG)
     return np.array([np.cos(height) * np.cos(side), np.cos(height) * np.sin(side), np.sin(height)])
+
+
+def _points(frames: Sequence[SolidFrame]) -> Array:
+    """Return points `(N, 3)` [mm] between which all is drawn: bodies in all frames, the palm and its axes."""
+    bodies = [part for frame in frames for part in (frame.rods[:, :3], frame.rods[:, 3:6], *frame.faces)]
+    palm = np.concatenate(frames[0].palm)
+    return np.concatenate([*bodies, palm, palm + np.array([AXIS_MM, -8.0, 0.0])])
 
 
 def _limits(ax: Axes, points: Array) -> None:

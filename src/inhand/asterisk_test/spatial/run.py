@@ -123,28 +123,30 @@ def simulate_asterisk_in_space(
         bench,
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
     )
-    reach = dict.fromkeys(each.primitive for each in assignments)
-    passports = [
-        SpatialPassport(
-            hand,
-            spec,
-            setup.controller.name,
-            each.primitive.name,
-            each.primitive.direction,
-            _axis(each.primitive),
-            setup.gravity,
-            each.trial,
-            config.seed,
-            SUBSTEPS,
-            SceneSpec.timestep,
-            versions(),
-            engine,
-            reach[each.primitive],
-        )
-        for each in assignments
-    ]
+    passports = [_passport(config, setup, each, None) for each in assignments]
     references = np.concatenate([path.moves, path.turns], axis=-1)
     return tuple(ended_in_space(trial) for trial in cut_spatial_trials(recording, passports, references))
+
+
+def _passport(
+    config: AsteriskConfig, setup: SpatialSetup, each: SpatialAssignment, limit: float | None
+) -> SpatialPassport:
+    return SpatialPassport(
+        setup.hand,
+        setup.object,
+        setup.controller.name,
+        each.primitive.name,
+        each.primitive.direction,
+        _axis(each.primitive),
+        setup.gravity,
+        each.trial,
+        config.seed,
+        SUBSTEPS,
+        SceneSpec.timestep,
+        versions(),
+        engine_in_space(config.engine),
+        limit,
+    )
 
 
 def _axis(primitive: SpatialPrimitive) -> Vector | None:

@@ -34,6 +34,8 @@ PIECES = 4
 ARC = 9
 """Corners of half a circle."""
 PALM, OBJECT = "#aab2ba", "#f0a33c"
+FPS = 25
+"""Frames a second."""
 AXIS_MM = 25.0
 """Length of the palm's axes that are drawn [mm]."""
 
@@ -63,7 +65,6 @@ def write_spatial_replay(
     contact: NDArray[np.bool_],
     frame_s: float,
     fingers: tuple[str, ...],
-    fps: int = 25,
 ) -> Path:
     """Write an animated replay of one trial in space and return its path; the file appears whole or not at all.
 
@@ -77,7 +78,6 @@ def write_spatial_replay(
         contact: whether each finger touched at each instant `(N, F)`.
         frame_s: time between two instants of the trial [s].
         fingers: names of the fingers.
-        fps: frames per second, at most 50.
 
     Raises:
         InputError: no frame, arrays of different lengths, another suffix, or no ffmpeg for .mp4.
@@ -92,7 +92,7 @@ def write_spatial_replay(
         (line,) = ax.plot(*(target_mm @ screen).T, "--", color=MUTED, linewidth=1.1)
         over = Moving((line, *_draw_axes(ax, frames[0], screen)), lambda _: None)  # stands still, above the bodies
         parts = [_bodies(ax, frames), over, _trail(ax, trail_mm @ screen), *strips]
-        write(Film(figure, parts, empty_text(ax), texts), part, fps)
+        write(Film(figure, parts, empty_text(ax), texts), part, FPS)
     return out
 
 

@@ -1,17 +1,21 @@
 """The expert in space: from one plain grip it carries the cube along every direction, whichever way the palm looks."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from inhand.control import spatial_rehearsal
 from inhand.control.controller import SpatialTask
 from inhand.control.loop import Bench, Recording
 from inhand.control.phases import Grasp
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, carried, grip_for
 from inhand.control.spatial_phases import LIFT, PRESS, simulate_in_space, spatial_phases, still
+from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, tried_out
 from inhand.control.trial import MANIPULATE, NO_GRASP, REACHED, TWIST
 from inhand.geometry import Array, turn
+from inhand.hands.spatial.grasp_search import SpatialGrasp
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.kinematics import inverse
 from inhand.rotations import SpatialPath, placed, pose_from, quaternion_of, rotation_between
@@ -159,6 +163,31 @@ def test_fingers_that_close_on_nothing_have_no_grasp() -> None:
     grasp = plain_grasp(np.tile(HAND.start_pose, (2, 1)))
     _, recording = simulate_in_space(task_of("up", 2), grasp, starts, None, Bench("mujoco", threads=1))
     assert recording.outcomes == (REACHED, NO_GRASP)
+
+
+def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, tuple[float, float]]] = []
+
+    def rehearsed(_: object, groups: list[list[Any]], *rest: Any) -> list[Tried]:
+        margin = rest[-1][1].margin
+        asked.append((len(groups), margin))
+        return [Tried(grasp, 0.05, 0.04 if margin == WIDE or grasp else -0.95) for (grasp,) in groups]
+
+    monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
+    worlds_of, paths = (np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
+    groups: list[list[Any]] = [[True], [False], [True]]
+    found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
+    assert asked == [(3, SpatialIkConfig().margin), (1, WIDE)]
+    assert all(each.worth > 0 for each in found)
+
+
+def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:
+    grasp = SpatialGrasp(CONTACTS + 0.2, NORMALS, fingers_at(0.0), 0.05, 0.05)
+    world = np.array([gravity_of("up")]), HAND.start_pose[None]
+    (tried,) = tried_out((HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, Bench("mujoco", threads=1))
+    assert tried.worth < LOST
 
 
 def test_phases_press_before_they_lift_and_turn_before_they_carry() -> None:

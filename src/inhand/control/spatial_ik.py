@@ -89,6 +89,9 @@ class SpatialIkController:
         self._task, self._period = task, task.control_period
         self.limit = np.zeros(task.n_worlds)
         """Way along each path to which the set point goes `(B,)` [m]."""
+        self.progress, self.held, self.strayed = np.zeros((3, task.n_worlds))
+        """How far each set point has gone `(B,)` [m], for how long it has been at the end of its way `(B,)` [s], and
+        how far the object has been beside its path `(B,)` [m]; a turn counts as an arc at `TURN_ARM`."""
         self.integral = np.zeros((task.n_worlds, 6))
         """Integral part of the wanted displacement `(B, 6)` [m, rad],"""
         self.forces: Grip | None = None
@@ -110,13 +113,9 @@ class SpatialIkController:
         self.limit = spatial_limit(self._task, state, self._ending()) if known is None else known
         self._start, self._rest = self._task.origin(state), state.joint_angles
         count = state.n_worlds
-        self.progress = np.zeros(count)
-        """How far the set point has gone along each path `(B,)` [m]."""
+        self.progress, self.held, self.strayed = np.zeros((3, count))
         self._moved, self._turned = self._task.path.at(self.progress)
-        self._speed, self.held = np.zeros(count), np.zeros(count)
-        """For how long each set point has been at the end of its way `(B,)` [s],"""
-        self.strayed = np.zeros(count)
-        """and how far the object has been beside its path `(B,)` [m]; a turn counts as an arc at `TURN_ARM`."""
+        self._speed = np.zeros(count)
 
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""

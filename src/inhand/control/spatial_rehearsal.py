@@ -6,7 +6,7 @@ is predicted to end. Of those that keep it the one is taken that goes farthest, 
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,10 @@ LEVER = 0.5
 """Share of the fingers' length at which a grip acts at least, guessed."""
 AT_ONCE = 150
 """Worlds whose grasps are tried at a time: about a thousand worlds, whose states take 0.3 GB."""
+LOST = -LOSS / 2
+"""A grasp that is worth less has lost the object [m]."""
+WIDE = (0.006, 0.35)
+"""Margins from the predicted end where every grasp loses the object just before it [m, rad]."""
 STRAYED = 6.0
 """Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
 by 5 deg is worth 13 mm less than one that does not."""
@@ -71,12 +75,43 @@ def planned_in_space(
             f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
             " smaller object, more friction, or another hand or gravity"
         )
-    chosen: list[SpatialGrasp] = []
-    for first in range(0, len(paths), AT_ONCE):
+    tried: list[Tried] = []
+    for first in range(0, count, AT_ONCE):
         part = slice(first, first + AT_ONCE)
         asked = [groups[path.name] for path in paths[part]]
-        chosen += rehearsed((hand, spec), asked, paths[part], (gravity[part], starts[part]), bench)
-    return closed_at(hand, chosen, starts)
+        tried += tried_out((hand, spec), asked, paths[part], (gravity[part], starts[part]), bench)
+    way = np.array([each.way for each in tried])
+    return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """The best grasp of a world."""
+
+    grasp: SpatialGrasp
+    way: float
+    """Where its set point stops [m]."""
+    worth: float
+    """How far it goes less what it strays, and less `LOSS` where the object is lost [m]."""
+
+
+def tried_out(
+    held: tuple[SpatialHand, SolidSpec],
+    groups: Sequence[Sequence[SpatialGrasp]],
+    paths: Sequence[SpatialReference],
+    worlds: tuple[Array, Array],
+    bench: Bench,
+) -> list[Tried]:
+    """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
+    config = SpatialIkConfig()
+    found = rehearsed(held, groups, paths, worlds, (bench, config))
+    lost = [k for k, each in enumerate(found) if each.worth < LOST]
+    if lost:
+        wide, some = replace(config, margin=WIDE), tuple(part[lost] for part in worlds)
+        again = rehearsed(held, [groups[k] for k in lost], [paths[k] for k in lost], (some[0], some[1]), (bench, wide))
+        for k, each in zip(lost, again, strict=True):
+            found[k] = max(found[k], each, key=lambda one: one.worth)
+    return found
 
 
 def _search(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
@@ -119,31 +154,27 @@ def rehearsed(
     groups: Sequence[Sequence[SpatialGrasp]],
     paths: Sequence[SpatialReference],
     worlds: tuple[Array, Array],
-    bench: Bench,
-) -> list[SpatialGrasp]:
+    how: tuple[Bench, SpatialIkConfig],
+) -> list[Tried]:
     """Return of each world's grasps the first of those that go farthest in it, less what the object strays.
 
     Worlds are given by their gravities `(B, 3)` and by where their objects start `(B, 7)`.
     """
-    hand, spec = held
+    (hand, spec), (bench, config) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
     gravity, starts = (each[owner] for each in worlds)
     task = SpatialTask(hand, (spec,) * len(owner), stacked_paths(mine), gravity)
-    made: list[SpatialIkController] = []
+    made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
 
     def carry(task: SpatialTask) -> SpatialIkController:
-        made.append(SpatialIkController(task))
+        made.append(SpatialIkController(task, config))
         return made[-1]
 
-    _, found = simulate_in_space(
-        task,
-        closed_at(hand, grasps, starts),
-        starts,
-        carry,
-        replace(bench, progress=None),
-        twists=stacked_paths([hold_path(path) for path in mine]),
-    )
-    kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
-    worth = made[-1].progress - STRAYED * made[-1].strayed - np.where(kept, 0.0, LOSS)
-    return [grasps[int(own[worth[own].argmax()])] for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]
+    twists = stacked_paths([hold_path(path) for path in mine])
+    closed = closed_at(hand, grasps, starts)
+    _, found = simulate_in_space(task, closed, starts, carry, replace(bench, progress=None), twists=twists)
+    kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
+    worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
+    best = [int(own[worth[own].argmax()]) for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]
+    return [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in best]

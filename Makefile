@@ -7,11 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-<<<<<<< HEAD
-.PHONY: demo test release fuzz sweep robustness bench engines learn ship study compare docs docs-links lock
-=======
-.PHONY: demo test fuzz sweep robustness bench engines learn ship study family compare docs docs-links lock
->>>>>>> main
+.PHONY: demo test release fuzz sweep robustness bench engines learn ship study family compare docs docs-links lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite

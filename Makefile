@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test release fuzz sweep robustness bench engines learn ship study family compare docs docs-links lock
+.PHONY: demo test release cluster fuzz sweep robustness bench engines learn ship study family compare docs docs-links lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -27,6 +27,13 @@ fuzz: .venv/.dev
 # Needs uv and a package index.
 release: .venv/.dev
 	.ci/release
+
+# A real Ray, Dask and submitit on this machine, each with two workers of which one is killed: some 400 MB, a minute.
+cluster: .venv/.dev
+	$(BIN)/python -m venv .venv-cluster
+	.venv-cluster/bin/python -m pip --disable-pip-version-check install --quiet --editable '.[ray,dask,slurm]' pytest hypothesis
+	PYTHONPATH=tests OMP_NUM_THREADS=1 .venv-cluster/bin/python -m pytest -n0 -p no:cacheprovider --override-ini addopts= \
+		--override-ini filterwarnings= tests/test_clusters.py
 
 sweep: .venv/.run
 	$(BIN)/inhand sweep

@@ -24,11 +24,14 @@ NAMES = ("dev",)
 GIVES = {
     "viewer": "`inhand view` in MuJoCo's window",
     "bullet": "--engine bullet",
+    "dask": "studies on a Dask cluster",
     "design": "`inhand design`",
     "dxf": "outlines and drawings from DXF files",
     "lerobot": "LeRobotDatasets in and out",
     "onnx": "policies as ONNX models",
+    "ray": "studies on a Ray cluster",
     "rl": "`inhand record`, `train` and environments",
+    "slurm": "studies as arrays of SLURM's jobs",
     "sb3": "training with Stable-Baselines3",
 }
 """What an extra is for."""

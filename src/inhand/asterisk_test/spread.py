@@ -8,8 +8,9 @@ import numpy as np
 
 from inhand.asterisk_test.cells import Job, compute, differences, read_cell
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.cores import on_cores
+from inhand.asterisk_test.cores import spread
 from inhand.control.loop import control_step
+from inhand.control.run_config import SpreadConfig
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
 from inhand.hands.files import load_hand, load_object
@@ -26,18 +27,8 @@ class Plan:
     """Those to compute."""
 
 
-Compute = Callable[[Plan, int], Iterable[Job]]
-"""Computes the waiting cells, so many at a time; the command line shows how far it is."""
-
-
-def check_jobs(at_a_time: int) -> None:
-    """Refuse a number of cells at a time that is none.
-
-    Raises:
-        InputError: it is below 0.
-    """
-    if at_a_time < 0:
-        raise InputError(f"--jobs {at_a_time}: give how many cells to compute at a time, or 0 for one on each core")
+Compute = Callable[[Plan, SpreadConfig], Iterable[Job]]
+"""Computes the waiting cells, so many at a time and where that says; the command line shows how far it is."""
 
 
 def planned(jobs: Sequence[Job], *, overwrite: bool) -> Plan:
@@ -67,20 +58,18 @@ def planned(jobs: Sequence[Job], *, overwrite: bool) -> Plan:
     return Plan(tuple(jobs), tuple(job for job in jobs if job not in kept))
 
 
-def computed(found: Plan, at_a_time: int) -> Iterator[Job]:
+def computed(found: Plan, config: SpreadConfig) -> Iterator[Job]:
     """Compute the cells of a plan that wait and give each once its file is written, in the order in which they end.
 
-    So many run at a time, each on one core; 0 takes every core.
-
     Raises:
-        InputError: a process that computed a cell was killed, or another study computes into the same folder.
+        InputError: workers died too often, no such cluster, or another study computes into the same folder.
     """
     if not found.waiting:
         return
     cells = found.waiting[0].path.parent
     _step_once(found.waiting[0].config)
     with alone(cells, cells.parent):
-        yield from on_cores(compute, found.waiting, at_a_time)
+        yield from spread(compute, found.waiting, config)
 
 
 def _step_once(config: AsteriskConfig) -> None:

@@ -1,6 +1,8 @@
 """Settings that commands share; imports nothing heavy, so that `--help` stays fast."""
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
 
 from inhand.records import Config
 from inhand.sim.names import ENGINE, Engine
@@ -15,6 +17,21 @@ class HeldConfig(Config):
     object: str = "cube_39"
     """Object: a name (`inhand objects`), shape_SIZE in mm, a TOML file, or an outline in a CSV, SVG or DXF file with
     its unit and mass, as part.dxf:unit=mm:mass_kg=0.05."""
+
+
+@dataclass(frozen=True)
+class SpreadConfig(Config):
+    """Over what the pieces of a study are spread, and where its folder is."""
+
+    jobs: int = 0
+    """Pieces computed at a time, one on each core; 0 takes every core."""
+    backend: Literal["loky", "ray", "dask", "slurm"] = "loky"
+    """What computes them: processes of this machine (loky), a Ray or Dask cluster (extras `ray`, `dask`), or an array
+    of SLURM's jobs (extra `slurm`); past one machine all must see the folder (docs/commands.md)."""
+    address: str | None = None
+    """Address of a running Ray or Dask cluster (auto: Ray's of this machine); without it one of this machine alone."""
+    out: Path = Path("results/study")
+    """Folder of the study."""
 
 
 @dataclass(frozen=True)

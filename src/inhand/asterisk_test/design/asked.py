@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from inhand.asterisk_test.clusters import check_spread
 from inhand.asterisk_test.design.config import BoundsConfig, DesignConfig
-from inhand.asterisk_test.spread import check_jobs
 from inhand.control.catalogue import find_controller
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
@@ -112,7 +112,7 @@ def ask(config: DesignConfig) -> Asked:
             raise InputError(f"--{option} {count}: give at least 1")
     if config.seed < 0:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
-    check_jobs(config.jobs)
+    check_spread(config)
     check_engine(config.engine)
     for option, given in (
         ("--objects", config.objects),

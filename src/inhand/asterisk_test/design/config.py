@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from inhand.control.run_config import SpreadConfig
 from inhand.records import Config
 from inhand.sim.names import ENGINE, Engine
 
@@ -36,7 +37,7 @@ class BoundsConfig(Config):
 
 
 @dataclass(frozen=True)
-class DesignConfig(BoundsConfig):
+class DesignConfig(SpreadConfig, BoundsConfig):
     """Search the hand that suits a job: by reach between bounds, the best few then in simulation."""
 
     objects: tuple[str, ...] = ("cube_39", "cylinder_40", "triangle")

@@ -12,7 +12,7 @@ import numpy as np
 
 from inhand.asterisk_test.cells import differences
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.cores import on_cores
+from inhand.asterisk_test.cores import spread
 from inhand.asterisk_test.design.asked import Asked
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.looked import Looked
@@ -108,7 +108,7 @@ def finals(
     waiting = [bout for bout in bouts if bout.path not in found]
     for there in found.values():
         tell(there.label)
-    for fought in on_cores(fight, waiting, config.jobs):
+    for fought in spread(fight, waiting, config):
         tell(fought.label)
         found[_path(folder, fought.hand, fought.object, fought.controller)] = fought
     return [_final(config, asked, hand, found, folder) for hand in hands]

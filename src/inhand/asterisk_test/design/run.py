@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.cells import differences
-from inhand.asterisk_test.cores import on_cores
+from inhand.asterisk_test.cores import spread
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import MARK, DesignConfig
 from inhand.asterisk_test.design.finals import finals
@@ -145,7 +145,7 @@ def _catalogue(config: DesignConfig, asked: Asked, folder: Path, tell: Callable[
     """Return the hands of the catalogue, the best by mean reach first."""
     names = [name + ending for ending in (ENDINGS[limits] for limits in config.limits) for name in CATALOGUE]
     jobs = [Look(-k, load_hand(name), asked, (), folder / f"catalogue_{k}.json") for k, name in enumerate(names)]
-    found = looked_at(jobs, config.jobs, tell)
+    found = looked_at(jobs, config, tell)
     return sorted(found.values(), key=lambda each: (-asked.mean(each.table), -each.number))
 
 
@@ -158,7 +158,7 @@ def _off(config: DesignConfig, asked: Asked, hand: HandSpec, told: Told) -> dict
     hands = {"": hand} | variants(hand)
     tell = _counted(told, "tolerance", len(hands))
     found: dict[str, float] = {}
-    for off, mean in on_cores(_mean_off, [(off, each, asked) for off, each in hands.items()], config.jobs):
+    for off, mean in spread(_mean_off, [(off, each, asked) for off, each in hands.items()], config):
         found[off] = mean
         tell(off or "as it is")
     return {off: found[off] for off in hands}

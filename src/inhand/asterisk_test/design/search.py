@@ -12,10 +12,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
-from inhand.asterisk_test.cores import on_cores
+from inhand.asterisk_test.cores import spread
 from inhand.asterisk_test.design.asked import AIMS, Asked
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.looked import Look, Looked, bar_of, front_of, look, read_looked, signed
+from inhand.control.run_config import SpreadConfig
 from inhand.errors import needs_extra
 from inhand.hands.family import Form, Limits
 from inhand.hands.hand import HandSpec
@@ -48,7 +49,7 @@ def search(config: DesignConfig, asked: Asked, catalogue: Sequence[Looked], fold
         jobs = []
         for k, trial in enumerate(trials, start=len(looked) + 1):
             jobs.append(Look(k, _hand_of(asked, k, trial.params), asked, bar, folder / f"hand_{k:04d}.json"))
-        found = looked_at(jobs, config.jobs, tell)
+        found = looked_at(jobs, config, tell)
         for trial, job in zip(trials, jobs, strict=True):
             told = [abs(value) for value in signed(asked, found[job.number].aims)]
             study.tell(trial, told)
@@ -56,7 +57,7 @@ def search(config: DesignConfig, asked: Asked, catalogue: Sequence[Looked], fold
     return looked
 
 
-def looked_at(jobs: Sequence[Look], at_a_time: int, tell: Tell) -> dict[int, Looked]:
+def looked_at(jobs: Sequence[Look], config: SpreadConfig, tell: Tell) -> dict[int, Looked]:
     """Return hands that were looked at, by their numbers; those whose files hold them are read."""
     found: dict[int, Looked] = {}
     for job in jobs:
@@ -64,7 +65,7 @@ def looked_at(jobs: Sequence[Look], at_a_time: int, tell: Tell) -> dict[int, Loo
         if there is not None and there.hand == job.hand:
             found[job.number] = there
             tell(job.hand.name)
-    for each in on_cores(look, [job for job in jobs if job.number not in found], at_a_time):
+    for each in spread(look, [job for job in jobs if job.number not in found], config):
         found[each.number] = each
         tell(each.hand.name)
     return found

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from inhand.asterisk_test.cells import job_of
+from inhand.asterisk_test.clusters import check_spread
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.run import prepare
-from inhand.asterisk_test.spread import Plan, check_jobs, planned
+from inhand.asterisk_test.spread import Plan, planned
 from inhand.control.catalogue import find_controller
 from inhand.control.policy import Policy
 from inhand.control.run_config import DrawConfig, HeldConfig
@@ -64,7 +65,7 @@ def plan(config: RobustnessConfig) -> tuple[Plan, tuple[Contender, ...], tuple[C
     Raises:
         InputError: a configuration that cannot be run, a folder that holds something else, or cells of other settings.
     """
-    check_jobs(config.jobs)
+    check_spread(config)
     if not config.controllers:
         raise InputError("--controllers names none: give at least one")
     for strength in config.strengths:

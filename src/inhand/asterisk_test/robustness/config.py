@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from inhand.control.run_config import DrawConfig, HeldConfig
+from inhand.control.run_config import DrawConfig, HeldConfig, SpreadConfig
 
 
 @dataclass(frozen=True)
-class RobustnessConfig(DrawConfig, HeldConfig):
+class RobustnessConfig(SpreadConfig, DrawConfig, HeldConfig):
     """Run the Asterisk Test with every controller under every disturbance; what was stopped goes on where it was."""
 
     controllers: tuple[str, ...] = ("ik", "ik-sensed", "rl")

@@ -123,7 +123,7 @@ def run_robustness(config: RobustnessConfig, compute: Compute = computed) -> Rob
     found, contenders, cases = plan(config)
     entries = [find_controller(each.word) for each in contenders]
     notes = dict.fromkeys(note for entry in entries for note in notes_of(entry, config.hand, config.object))
-    for _ in compute(found, config.jobs):
+    for _ in compute(found, config):
         pass
     from inhand.asterisk_test.robustness.summary import robustness_of
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from inhand.control.run_config import TrialsConfig
+from inhand.control.run_config import SpreadConfig, TrialsConfig
 
 HANDS = (
     "2v2_50.50_50.50_1.1_53",
@@ -36,7 +36,7 @@ OBJECTS = (
 
 
 @dataclass(frozen=True)
-class SweepConfig(TrialsConfig):
+class SweepConfig(SpreadConfig, TrialsConfig):
     """Run the Asterisk Test with every hand on every object; a sweep that was stopped goes on where it was."""
 
     hands: tuple[str, ...] = HANDS

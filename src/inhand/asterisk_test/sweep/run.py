@@ -117,7 +117,7 @@ def run_sweep(config: SweepConfig, compute: Compute = computed) -> SweepRun:
     found = plan(config)
     entry = find_controller(config.controller)
     notes = (*assumed(config.hands), *disturbance_notes(config, entry.reads, entry.contract))
-    for _ in compute(found, config.jobs):
+    for _ in compute(found, config):
         pass
     from inhand.asterisk_test.sweep.summary import sweep_of
 

@@ -4,9 +4,10 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from inhand.asterisk_test.cells import Job, job_of
+from inhand.asterisk_test.clusters import check_spread
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare
-from inhand.asterisk_test.spread import Plan, check_jobs, planned
+from inhand.asterisk_test.spread import Plan, planned
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.control.run_config import TrialsConfig
 from inhand.errors import InputError
@@ -23,7 +24,7 @@ def plan(config: SweepConfig) -> Plan:
     Raises:
         InputError: a configuration that cannot be run, a folder that holds something else, or cells of other settings.
     """
-    check_jobs(config.jobs)
+    check_spread(config)
     for option, names in (("--hands", config.hands), ("--objects", config.objects)):
         if not names:
             raise InputError(f"{option} names none: give at least one")

@@ -14,7 +14,8 @@ import numpy as np
 
 from inhand.asterisk_test.robustness.summary import retention, wilson
 from inhand.control.catalogue import find_controller
-from inhand.control.policy import ACTOR, CARD, Policy, save_policy
+from inhand.control.policy import CARD, Policy, save_policy
+from inhand.control.policy_arrays import ACTOR
 from inhand.control.trial import LOST
 from inhand.errors import InputError
 from inhand.folders import run_folder

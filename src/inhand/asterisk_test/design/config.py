@@ -37,7 +37,7 @@ class BoundsConfig(Config):
 
 
 @dataclass(frozen=True)
-class DesignConfig(SpreadConfig, BoundsConfig):
+class DesignConfig(BoundsConfig, SpreadConfig):
     """Search the hand that suits a job: by reach between bounds, the best few then in simulation."""
 
     objects: tuple[str, ...] = ("cube_39", "cylinder_40", "triangle")

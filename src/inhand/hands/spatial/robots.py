@@ -30,6 +30,7 @@ from inhand.hands.robot_outlines import collision_geoms, solid_points
 from inhand.hands.spatial.hand import Box, Inertia, Link, Quaternion, SpatialFinger, SpatialHand, Vector
 from inhand.hands.spatial.robot_bodies import capsules_of, mass_of
 from inhand.hands.spatial.robot_starts import best_start
+from inhand.hands.spatial.rolling import MOST_BODIES
 
 FREE = (-np.pi, np.pi)
 """Limits of a joint that the file gives none [rad]."""
@@ -153,6 +154,12 @@ def _finger(
             )
         )
         place, frame = anchor, rotation.T
+    shapes = sum(len(link.capsules) for link in links)
+    if shapes >= MOST_BODIES:
+        raise InputError(
+            f"finger {names.name!r} has {shapes} collision shapes, a finger at most {MOST_BODIES - 1}: join"
+            " some, or leave those out that touch nothing"
+        )
     tip = tip_place(model, data, joints[-1], names.tip, names.name)
     tip = tip + _tip_frame(model, data, names.tip) @ np.array(names.tip_offset)
     return SpatialFinger(names.name, tuple(links), _vector(frame @ (tip - place)), names.tip_radius)

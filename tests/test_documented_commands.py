@@ -19,6 +19,23 @@ SPAN = re.compile(r"`(inhand [^`\n]+)`")
 LINE = re.compile(r"^ *(?:\$ )?(inhand .*?)(?: +#.*| +\|.*)?$", re.MULTILINE)
 CALLED = re.compile(r"\$\((inhand [^)]+)\)")
 
+PAGE = r"""
+Say `inhand hands`, `inhand.reach`.
+
+    inhand asterisk --trials 2   # words
+    inhand trace \
+        --path R | head
+
+```python
+inhand = 1
+```
+```sh
+$ inhand reach
+eval "$(inhand completion bash)"
+```
+"""
+"""What a page may say."""
+
 
 def command_lines(text: str) -> list[str]:
     """Return the command lines of a page: in blocks that are indented or fenced, and between back-ticks."""
@@ -52,17 +69,7 @@ def fault(line: str) -> str:
 
 
 def test_command_lines_are_found_and_their_faults() -> None:
-    text = "\n".join(
-        [
-            "Say `inhand hands`, `inhand.reach`.\n",
-            "    inhand asterisk --trials 2   # words",
-            "    inhand trace \\",
-            "        --path R | head\n",
-            "```python\ninhand = 1\n```",
-            '```sh\n$ inhand reach\neval "$(inhand completion bash)"\n```\n',
-        ]
-    )
-    lines = command_lines(text)
+    lines = command_lines(PAGE)
     assert sorted(lines) == [
         "inhand asterisk --trials 2",
         "inhand completion bash",

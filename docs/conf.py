@@ -1,5 +1,6 @@
 """How Sphinx makes the site: `make docs`. Pages are Markdown that a code host shows as well."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -16,6 +17,7 @@ nitpick_ignore_regex = [("py:.*", ".*")]  # docstrings name things in single bac
 default_role = "code"
 
 myst_heading_anchors = 4
+smartquotes = False  # two dashes of an option are not a long one
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
@@ -28,15 +30,18 @@ html_css_files = ["wide.css"]
 html_show_copyright = False
 copybutton_prompt_text = "$ "
 
+NAMED = re.compile(r"\[([\w-]+\.md)\](\(\1(?:#[^)]*)?\))")
+"""A link whose text is the file that it leads to; the site shows the title or the heading instead."""
 PLACE = "<!-- made from the code -->"
 """Where a page has what is made from the code."""
 
 
 def fill(_: Sphinx, name: str, source: list[str]) -> None:
-    """Put in what is made from the code, and behind the first page the side bar."""
+    """Put in titles of links and what is made from the code, and behind the first page the side bar."""
     from from_code import api, commands, contents, environments
 
     pages = {"api": api.page, "command-line": commands.page, "environments": environments.page}
+    source[0] = NAMED.sub(r"[]\2", source[0])
     if name in pages:
         source[0] = source[0].replace(PLACE, pages[name]())
     if name == "index":

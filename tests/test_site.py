@@ -43,6 +43,7 @@ def test_the_reference_of_the_commands_has_every_option() -> None:
         positional = section.count("| `") - section.count("| `--")
         missing = {field.name.replace("_", "-") for field in fields(kind)} - told
         assert len(missing) == positional, (name, missing)
+    assert "| `--twist FLOAT` | Twist to hold in translations [deg]" in page
     assert "`--quiet" in page.partition("\n## ")[0]
 
 
@@ -63,4 +64,5 @@ def test_the_reference_of_the_environments_has_all_that_can_be_asked_for() -> No
     page = environments.page()
     assert all(f"`{name}`" in page for name in (*IDS, *LAYOUTS, "gain", "fine", "nearest_mm"))
     assert "| 4 to 6 | object size l, b, h [m] | 0.06 | 0.06 |" in page
+    assert "| `horizon` | `250` | Decisions after which" in page  # of a configuration that it inherits from
     assert "| `stop` | `False` | Whether the object is to stay" in page

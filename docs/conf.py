@@ -2,8 +2,11 @@
 
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 from inhand import __version__
@@ -32,6 +35,8 @@ copybutton_prompt_text = "$ "
 
 NAMED = re.compile(r"\[([\w-]+\.md)\](\(\1(?:#[^)]*)?\))")
 """A link whose text is the file that it leads to; the site shows the title or the heading instead."""
+HIDDEN = "\N{RATIO}"
+"""Stands for a colon while napoleon works."""
 PLACE = "<!-- made from the code -->"
 """Where a page has what is made from the code."""
 
@@ -48,7 +53,27 @@ def fill(_: Sphinx, name: str, source: list[str]) -> None:
         source[0] += "\n" + contents.side_bar(source[0])
 
 
+def dash(_: Sphinx, page: nodes.document) -> None:
+    """Put a dash between an argument and what is said of it."""
+    for text in list(page.findall(nodes.Text)):
+        if text == " -- ":
+            text.parent.replace(text, nodes.Text(" \N{EN DASH} "))
+
+
+def colons(before: str, after: str) -> Callable[..., None]:
+    """Return what changes the colons of what is said of a field, which napoleon would take for the end of a type."""
+
+    def change(_: Sphinx, what: str, *told: Any) -> None:
+        if what in {"attribute", "property"}:
+            told[-1][:] = [line.replace(before, after) for line in told[-1]]
+
+    return change
+
+
 def setup(app: Sphinx) -> None:
     """Have pages filled when they are read."""
     sys.path.insert(0, str(Path(__file__).parent))
     app.connect("source-read", fill)
+    app.connect("doctree-read", dash)
+    app.connect("autodoc-process-docstring", colons(":", HIDDEN), priority=100)
+    app.connect("autodoc-process-docstring", colons(HIDDEN, ":"), priority=900)

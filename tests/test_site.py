@@ -21,7 +21,8 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 def test_the_contents_have_every_page_once() -> None:
     text = (DOCS / "index.md").read_text(encoding="utf-8")
     listed = [page for pages in contents.sections(text).values() for page in pages]
-    assert sorted(listed) == sorted(path.stem for path in DOCS.glob("*.md") if path.stem != "index")
+    pages = sorted(path.stem for path in DOCS.glob("*.md") if path.stem != "index")
+    assert sorted(listed) == pages, "docs/index.md lists every page once, as `* [What it is](page.md)` below a heading"
     assert contents.side_bar("## A\n\n* [One](one.md): words\n\n## B\n\nnothing\n") == (
         "```{toctree}\n:hidden:\n:caption: A\n\none\n```"
     )

@@ -34,7 +34,7 @@ def _hands_in_space() -> tuple[Listing, list[dict[str, object]]]:
     entries: list[dict[str, object]] = []
     for name in spatial_names.CATALOGUE:
         hand = spatial_names.parse_spatial_name(name)
-        finger, height = hand.fingers[0], 1e3 * hand.start_position[2]
+        finger, height = next(iter(hand.fingers)), 1e3 * hand.start_position[2]  # all are alike
         lengths = [1e3 * link.origin[2] for link in finger.links[2:]] + [1e3 * finger.tip[2]]
         tip = 1e3 * finger.tip_radius
         entries.append({"name": name, "fingers": len(hand.fingers), "links_mm": lengths, "tip_radius_mm": tip})

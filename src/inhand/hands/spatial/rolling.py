@@ -32,7 +32,7 @@ class Margins:
 
     tolerance: float = 4e-4
     """A tip that misses its contact by more has lost it [m]."""
-    links: float = 0.0015
+    links: float = 0.0007
     """What links keep off the object [m]; the last link half of what its tip stands out, where that is less."""
     edge: float = 0.001
     """What contacts keep off edges [m]."""

@@ -165,7 +165,13 @@ def test_more_friction_and_more_joint_range_reach_no_less() -> None:
 
 
 def test_reach_is_written_and_loaded(tmp_path: Path) -> None:
-    found = inhand.reach(STANDARD, "cube_50", directions="Up,turn+z,Out@+x@15", resolution_mm=6, gravity="sideways")
+    found = inhand.reach(
+        replace(HAND, name="mine"),
+        replace(CUBE, name="my_cube"),
+        directions="Up,turn+z,Out@+x@15",
+        resolution_mm=6,
+        gravity="sideways",
+    )
     folder = found.save(tmp_path / "reach")
     rows = {row["direction"]: row for row in json.loads((folder / "reach.json").read_text())["limits"]}
     assert rows["Up"]["limit_mm"] > 30
@@ -198,6 +204,11 @@ def test_reach_is_written_and_loaded(tmp_path: Path) -> None:
 def test_what_cannot_be_computed_is_refused(settings: dict[str, Any], text: str) -> None:
     with pytest.raises(InputError, match=text):
         inhand.reach(STANDARD, **({"object": "cube_50"} | settings))  # every keyword is one of `reach`
+
+
+def test_a_run_refuses_what_does_not_fit() -> None:
+    with pytest.raises(InputError, match="object 'cube_200' does not fit into hand"):
+        inhand.asterisk(STANDARD, "cube_200")
 
 
 def test_gravity_is_of_hands_in_space() -> None:

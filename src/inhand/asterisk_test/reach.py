@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
+from inhand.asterisk_test.spatial.names import name_of
 from inhand.asterisk_test.spatial.reach import (
     SpatialAsked,
     SpatialReach,
@@ -19,12 +20,14 @@ from inhand.asterisk_test.spatial.reach import (
 )
 from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.hands.files import HANDS, OBJECTS, assumed, load_hand, load_object
+from inhand.hands.files import assumed, load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
 from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
 from inhand.repeats import write_repeat
 from inhand.shown import Shown, frame, listed, saved
@@ -126,8 +129,8 @@ class Asked:
 
 
 def reach(
-    hand: str | Path | HandSpec = DEFAULT.hand,
-    object: str | Path | ObjectSpec = DEFAULT.object,
+    hand: str | Path | HandSpec | SpatialHand = DEFAULT.hand,
+    object: str | Path | ObjectSpec | SolidSpec = DEFAULT.object,
     *,
     directions: str | Sequence[str | float] = DEFAULT.directions,
     twist: float = DEFAULT.twist,
@@ -152,8 +155,8 @@ def reach(
         InputError: anything that cannot be computed; the text says what, and what is allowed.
     """
     config = ReachCommand(
-        hand=HANDS.name_of(hand),
-        object=OBJECTS.name_of(object),
+        hand=name_of(hand),
+        object=name_of(object),
         directions=listed(directions),
         twist=twist,
         friction=friction,

@@ -75,6 +75,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
     engine_in_space(config.engine)
+    check_solid_fit(hand, spec)
     check_weight(hand, spec)
     check_solid_fit(hand, spec)
     paths = [spatial_path_of(primitive) for primitive in primitives]

@@ -118,7 +118,7 @@ def test_what_is_said_on_the_way_goes_to_stderr(tmp_path: Path, inhand: Call) ->
 def test_a_run_is_run_again_to_the_same_bits(reach: Path, inhand: Call) -> None:
     code, out, _ = inhand("again", reach)
     assert code == 0
-    assert out.splitlines()[-1] == f"All 1 files of numbers hold what those of {reach} hold, to the last bit"
+    assert out.splitlines()[-1] == f"All 2 files of numbers hold what those of {reach} hold, to the last bit"
     assert (reach.with_name("reach-again") / NAME).is_file()
     code, _, err = inhand("again", reach)
     assert code == 2
@@ -132,12 +132,13 @@ def test_again_tells_what_differs(reach: Path, tmp_path: Path, inhand: Call) -> 
     content["limits"][0]["limit_mm"] += 1e-12
     content["versions"] |= {"numpy": "1.0"}
     (old / "reach.json").write_text(json.dumps(content))
-    (old / NAME).write_bytes((reach / NAME).read_bytes())
+    for name in (NAME, "limits.csv"):
+        (old / name).write_bytes((reach / name).read_bytes())
     code, out, _ = inhand("again", old, "--out", tmp_path / "new")
     assert code == 1
     *_, versions, told = out.splitlines()
     assert versions == f"Other versions than those of {old}: numpy 1.0 there, {np.__version__} now"
-    assert told == f"1 of 1 files of numbers differ from {old}: reach.json"
+    assert told == f"1 of 2 files of numbers differ from {old}: reach.json"
     (old / NAME).write_text('command = "fly"\n')
     assert "command is 'fly'; it must be a command, asterisk" in inhand("again", old)[2]
     (old / NAME).unlink()
@@ -146,7 +147,7 @@ def test_again_tells_what_differs(reach: Path, tmp_path: Path, inhand: Call) -> 
 
 def test_files_of_one_run_alone_differ(reach: Path, tmp_path: Path) -> None:
     (tmp_path / "more.csv").write_text("a\n")
-    assert compared(reach, tmp_path).differ == ("more.csv", "reach.json")
+    assert compared(reach, tmp_path).differ == ("limits.csv", "more.csv", "reach.json")
 
 
 def test_a_training_that_only_python_can_say_has_no_file(tmp_path: Path) -> None:

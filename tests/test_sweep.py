@@ -23,11 +23,12 @@ from inhand.asterisk_test.cells import CellFile, read_cell
 from inhand.asterisk_test.study import command
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
-from inhand.asterisk_test.sweep.page import KINDS, OVER, figure_of, page
+from inhand.asterisk_test.sweep.page import KINDS, OVER, figure_of, parts
 from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
+from inhand.pages import page_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.style import INK
 from inhand.records import table_of, text_of
@@ -76,6 +77,7 @@ async def killed_after_a_cell(out: Path) -> None:
 WORKER = """
 import os, time
 from inhand.asterisk_test.cores import end_with
+from inhand.pages import page_of
 end_with(os.getppid())
 print(os.getpid(), flush=True)
 time.sleep(60)
@@ -345,14 +347,14 @@ def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
     table = tables.hands_table(turns)
     assert table.header[2:6] == ("Distance [deg]", "Distance [L]", "Limit [deg]", "Limit [L]")
     assert table.rows == (("a", "1 of 1", "50.0", "-", "100.0", "-", "0.50", "0.50", "0.40", "2/2"),)
-    assert "n = 1 trial" in page(SweepConfig(), turns, 1.0, [])
-    assert "±" not in page(SweepConfig(), turns, 1.0, [])
+    assert "n = 1 trial" in page_of(*parts(SweepConfig(), turns, 1.0, []))
+    assert "±" not in page_of(*parts(SweepConfig(), turns, 1.0, []))
 
 
 def test_a_sweep_in_which_nothing_could_be_run_says_so() -> None:
     nothing = sweep_of([cell("a", "x", reason="too wide")], parse_directions("In"))
     assert tables.hands_table(nothing).rows == (("a", "0 of 1", *["-"] * 8),)
-    text = page(SweepConfig(), nothing, 1.0, [])
+    text = page_of(*parts(SweepConfig(), nothing, 1.0, []))
     assert "a with x could not be run: too wide" in text
     assert "0 of 1 cells" in text
     for kind in KINDS:

@@ -38,6 +38,10 @@ class Shown:
         """Return its figure."""
         raise NotImplementedError
 
+    def html(self) -> str:
+        """Return its page for a browser, one file without anything from elsewhere."""
+        raise NotImplementedError
+
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""
         raise NotImplementedError

@@ -26,7 +26,7 @@ from inhand.asterisk_test.scenes import (
 from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
+from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.curves import PathCurve
 from inhand.plots.donut import donut_figure
@@ -77,17 +77,18 @@ class Run(Shown):
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
-        straight = _by_twist(self)
+        straight = by_twist(self)
         if not straight:
             return _turns(self)
         part = straight[0]
         outline = start_scene(part.trials[0])
-        return asterisk_figure(direction_curves(part), outline=outline, title=_title(part), subtitle=_subtitle(part))
+        return asterisk_figure(direction_curves(part), outline=outline, title=title_of(part), subtitle=_subtitle(part))
 
     def write(self, folder: Path, aside: Aside = here) -> None:
         """Write everything into a folder that is there; pictures may be drawn aside."""
         write_trials(self.trials, folder)
         write_report(self, folder, aside)
+        (folder / "report.html").write_text(self.html(), encoding="utf-8")
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),
@@ -101,6 +102,12 @@ class Run(Shown):
         write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "asterisk", self.config)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.browser import run_page
+
+        return run_page(self)
 
     @property
     def name(self) -> str:
@@ -120,8 +127,8 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
     cut = round(ASIDE * len(first))
     before, after = ([(run.trials[i], run.results[i]) for i in part] for part in (first[:cut], first[cut:]))
     paths = aside(_paths, before, folder)
-    pictures: list[str] = []
-    for part in _by_twist(run):
+    pictures: list[Part] = []
+    for part in by_twist(run):
         pictures += [*_asterisks(part, folder), *_panels(part, folder)]
         text = "Mean distance [mm] and mean efficiency by direction"
         pictures.append(save_picture(both_radars(part), folder, _named(part, "radar"), text))
@@ -134,11 +141,16 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
     (folder / "report.md").write_text(told, encoding="utf-8")
 
 
-def page(run: Run, pictures: Sequence[str]) -> str:
+def page(run: Run, pictures: Sequence[Part]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    return page_of(*parts(run, ["## Figures", *pictures]))
+
+
+def parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
+    """Return the parts of the page, the figures before the last."""
     config, table = run.config, shown_columns(table_rows(run.results, run.people))
     passport = run.trials[0].passport
-    return page_of(
+    return [
         f"# Asterisk Test: {run.subject}",
         f"{counted(config.trials, 'trial')} for each direction along {config.paths} paths, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}. The"
@@ -154,10 +166,9 @@ def page(run: Run, pictures: Sequence[str]) -> str:
         listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),
         listed(run.notes),
-        "## Figures",
         *pictures,
         again(command(config)),
-    )
+    ]
 
 
 def command(config: AsteriskConfig) -> str:
@@ -187,7 +198,7 @@ def direction_curves(
     return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
 
 
-def _by_twist(run: Run) -> list[Run]:
+def by_twist(run: Run) -> list[Run]:
     """Return the translations of a run, apart by the twist that they hold."""
     twists = dict.fromkeys(t.passport.rotation_deg for t in run.trials if t.passport.angle_deg is not None)
     return [_holding(run, twist) for twist in twists]
@@ -223,7 +234,8 @@ def _named(run: Run, stem: str) -> str:
     return f"{twisted_name(stem, _twist(run)).replace(' ', '_')}.png"
 
 
-def _title(run: Run) -> str:
+def title_of(run: Run) -> str:
+    """Return what a figure of one twist is called."""
     twist = _twist(run)
     return f"{run.trials[0].passport.controller}, {run.config.paths} paths" + (
         f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
@@ -236,7 +248,7 @@ def _subtitle(run: Run) -> str:
     return f"{passport.hand.name}, {passport.object.name}; mean of {counted(count, 'trial')} a direction"
 
 
-def _asterisks(run: Run, folder: Path) -> list[str]:
+def _asterisks(run: Run, folder: Path) -> list[Picture]:
     """Draw the mean of all trials and, where there are several, the first trial alone."""
     drawn = [("asterisk", direction_curves(run), _subtitle(run), f"mean object paths, {COUNTED}")]
     if run.config.compatible and run.results[0].labels is not None:
@@ -247,12 +259,12 @@ def _asterisks(run: Run, folder: Path) -> list[str]:
         drawn.append(("asterisk_single", direction_curves(single), FIRST, f"the {FIRST}"))
     pictures, scene = [], start_scene(run.trials[0])
     for stem, curves, subtitle, text in drawn:
-        figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=subtitle)
+        figure = asterisk_figure(curves, outline=scene, title=title_of(run), subtitle=subtitle)
         pictures.append(save_picture(figure, folder, _named(run, stem), f"Asterisk: {text} [mm]"))
     return pictures
 
 
-def _panels(run: Run, folder: Path) -> list[str]:
+def _panels(run: Run, folder: Path) -> list[Picture]:
     """Draw people, earlier runs and this one side by side, where there are others."""
     if not (run.people or run.beside):
         return []
@@ -293,7 +305,7 @@ def both_radars(run: Run) -> Figure:
     return radar_figure(list(directions.items()), series, "Distance and efficiency")
 
 
-def _replay(run: Run, folder: Path) -> str:
+def _replay(run: Run, folder: Path) -> Picture:
     best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial, result = run.trials[best], run.results[best]
     rows = list(range(0, len(trial.time), FRAME_STEPS))
@@ -309,11 +321,11 @@ def _replay(run: Run, folder: Path) -> str:
         contact=trial.touching[rows],
         frame_s=FRAME_STEPS * trial.passport.period,
     )
-    return pictured(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
+    return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 
 
-def _paths(firsts: Sequence[tuple[Trial, Result]], folder: Path) -> list[str]:
-    pictures: list[str] = []
+def _paths(firsts: Sequence[tuple[Trial, Result]], folder: Path) -> list[Picture]:
+    pictures = []
     figure = None
     for trial, result in firsts:
         told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"

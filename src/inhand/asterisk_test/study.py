@@ -1,4 +1,4 @@
-"""What studies of many cells share: their run, their tables, and the files that they write."""
+"""What studies of many cells share: their run, and the files that they write."""
 
 from __future__ import annotations
 
@@ -15,15 +15,6 @@ from inhand.shown import Shown, path_of
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of texts."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.control.trial import write_json
-from inhand.pages import again, counted, listed, page_of, table_of
+from inhand.pages import Part, again, counted, listed, page_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
 from inhand.versions import versions
@@ -33,7 +33,7 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 
 def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, heat maps and page of a sweep, which took `wall_s` [s], into its folder, with notes on it."""
-    pictures = []
+    pictures: list[Part] = []
     for kind, text in KINDS.items():
         for column, over in OVER.items():
             figure, told = figure_of(config, sweep, kind, column), f"{text}: hands and {column}s, means over the {over}"
@@ -49,7 +49,7 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
         "versions": versions(),
     }
     write_json(content, config.out / "sweep.json")
-    told = page(config, sweep, wall_s, pictures, notes)
+    told = page_of(*parts(config, sweep, wall_s, pictures, notes))
     write_texts({"trials.csv": sweep.trials.to_csv(index=False), "report.md": told}, config.out)
 
 
@@ -77,11 +77,11 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
     return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
 
 
-def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[str], notes: Sequence[str] = ()) -> str:
-    """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
-    found = [make(sweep) for make in (*FOUND, tables.cells_table)]
-    shown = [table_of(table.header, table.rows, table.title) for table in found]
-    return page_of(
+def parts(
+    config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Part], notes: Sequence[str] = ()
+) -> list[Part]:
+    """Return the parts of the page: what was asked, the answer, heat maps, tables, failures, how to run it again."""
+    return [
         f"# Sweep: {counted(len(sweep.hands), 'hand')} x {counted(len(sweep.objects), 'object')} x"
         f" {counted(len(sweep.directions), 'direction')}",
         f"Controller {config.controller}, {_trials(config)}, start noise"
@@ -94,13 +94,13 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[st
         " distances and limits what could not be run counts as 0; in means of shares it does not count."
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         *pictures,
-        *shown[:-1],
+        *(make(sweep) for make in FOUND),
         listed(tables.failures(sweep), "What failed", "Every case kept the object to its end."),
         listed(tables.poor(sweep), "Kept, but below half of the limit", "None."),
         listed(tables.beyond(sweep), "Beyond the limit", "None."),
-        shown[-1],
+        tables.cells_table(sweep),
         again(command("sweep", config)),
-    )
+    ]
 
 
 def _trials(config: SweepConfig) -> str:

@@ -8,17 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.report import Run, by_twist, direction_curves, parts, title_of
 from inhand.asterisk_test.results import Result, by_direction, mean_fraction, result_of_human
-from inhand.asterisk_test.scenes import human_curves, mean_distance
+from inhand.asterisk_test.scenes import direction_curves, human_curves, mean_distance
 from inhand.control.replays import Shown, player_of
 from inhand.control.scenes import start_scene
-from inhand.control.trial import Trial
-from inhand.pages import counted, spread
-from inhand.plots.curves import PathCurve
+from inhand.pages import Part, counted, spread
 from inhand.plots.page.document import html_of, settings_of
-from inhand.plots.page.views import Panel, Star, View, panels_of
+from inhand.plots.page.views import Star, View, panels_of
 
 KIND = "A run of the Asterisk Test"
 HINT = "Point at a direction for its numbers; click to replay it below."
@@ -32,61 +30,63 @@ REPLAYED = (
 )
 
 
-def run_page(run: Run) -> str:
-    """Return the page of a run."""
-    title, intro, *rest = parts(run, [])
-    *told, last = rest
-    return html_of(KIND, [title, intro, *views(run), "## Results", *told, last, settings_of(run.config)])
+def run_page(
+    parts: Sequence[Part], groups: Sequence[Beside], people: Sequence[HumanTrial], config: AsteriskConfig
+) -> str:
+    """Return the page of a run.
+
+    Args:
+        parts: of its page, the figures left out.
+        groups: the trials of runs beside it, and last its own.
+        people: human trials to set beside them.
+        config: of the run.
+    """
+    title, intro, *told = parts
+    return html_of(KIND, [title, intro, *views(groups, people), "## Results", *told, settings_of(config)])
 
 
-def views(run: Run) -> list[View]:
-    """Return what of a run is drawn: asterisks, apart by the twist that they hold, and a player of its trials."""
-    found, own = [], None
-    for part in by_twist(run):
-        stars = stars_of(part)
-        found.append(View("asterisks", panels_of(stars, HINT), f"Asterisk: {title_of(part)}", EXPLAINED))
-        own = own or stars[-1]
-    return [*found, replays(run, None if own is None else picker_of(own))]
+def views(groups: Sequence[Beside], people: Sequence[HumanTrial] = ()) -> list[View]:
+    """Return what of groups of trials is drawn: asterisks, apart by the twist that they hold, and a player."""
+    own = groups[-1].trials
+    twists = dict.fromkeys(t.passport.rotation_deg for t in own if t.passport.angle_deg is not None)
+    found = []
+    for twist in twists:
+        told = f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
+        stars = _stars(groups, people, twist)
+        found.append(View("asterisks", panels_of(stars, HINT), f"Asterisk{told}", EXPLAINED))
+    picker = _stars(groups[-1:], (), next(iter(twists))) if twists else None
+    return [*found, replays(groups, picker)]
 
 
-def replays(run: Run, picker: Panel | None) -> View:
-    """Return the player of a run and of those beside it."""
-    groups = [(run.name, run.trials, run.results), *((each.name, each.trials, each.results) for each in run.beside)]
+def replays(groups: Sequence[Beside], picker: Sequence[Star] | None) -> View:
+    """Return the player of groups of trials, with an asterisk to pick directions in."""
+    last = [*groups[-1:], *groups[:-1]]  # a run's own first
     shown = [
-        Shown(trial, name, told_of(result))
-        for name, trials, results in groups
-        for trial, result in zip(trials, results, strict=True)
+        Shown(trial, group.name, told_of(result))
+        for group in last
+        for trial, result in zip(group.trials, group.results, strict=True)
     ]
-    return View("player", player_of(shown, picker=picker), "Replay", REPLAYED)
+    chosen = None if picker is None else replace(panels_of(picker, "").panels[0], plain=True)
+    return View("player", player_of(shown, picker=chosen), "Replay", REPLAYED)
 
 
-def picker_of(star: Star) -> Panel:
-    """Return an asterisk that only serves to pick a direction."""
-    (panel,) = panels_of([star], "").panels
-    return replace(panel, plain=True)
-
-
-def stars_of(run: Run) -> list[Star]:
-    """Return the asterisks of people, of the runs beside a run, and of the run itself."""
-    curves = direction_curves(run)
-    stars = [_star(run.name, f"{run.config.paths} paths", curves, run.results, run.trials)]
-    for other in reversed(run.beside):
-        stars.insert(0, _beside(other))
-    if run.people:
-        stars.insert(0, _people(run.people, [curve.name for curve in curves]))
+def _stars(groups: Sequence[Beside], people: Sequence[HumanTrial], twist: float) -> list[Star]:
+    """Return the asterisks of people and of groups of trials, of what translates and holds a twist [deg]."""
+    parts = [
+        group.only(lambda trial: trial.passport.angle_deg is not None and trial.passport.rotation_deg == twist)
+        for group in groups
+    ]
+    stars = [_star(part) for part in parts if part.trials]
+    persons = [human for human in people if human.angle_deg is not None and human.twist_deg == twist]
+    if persons:
+        stars.insert(0, _people(persons, [curve.name for curve in stars[-1].curves]))
     return stars
 
 
-def _beside(other: Beside) -> Star:
-    return _star(other.name, other.told, direction_curves(other), other.results, other.trials)
-
-
-def _star(
-    name: str, subtitle: str, curves: Sequence[PathCurve], results: Sequence[Result], trials: Sequence[Trial]
-) -> Star:
-    groups = by_direction(results)
-    told = [_told_of_all(groups[curve.name]) for curve in curves]
-    return Star(name, subtitle, curves, told, start_scene(trials[0]))
+def _star(group: Beside) -> Star:
+    curves, results = direction_curves(group.trials, group.results), by_direction(group.results)
+    told = [_told_of_all(results[curve.name]) for curve in curves]
+    return Star(group.name, group.told, curves, told, start_scene(group.trials[0]))
 
 
 def _people(people: Sequence[HumanTrial], names: Sequence[str]) -> Star:

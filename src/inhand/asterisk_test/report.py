@@ -15,8 +15,8 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of, tidy
 from inhand.asterisk_test.scenes import (
-    average_curve,
     compatible_curve,
+    direction_curves,
     human_curves,
     radar_series,
     target_of,
@@ -28,7 +28,6 @@ from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
 from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
 from inhand.plots.asterisk import asterisk_figure
-from inhand.plots.curves import PathCurve
 from inhand.plots.donut import donut_figure
 from inhand.plots.panels import Panel, panels_figure
 from inhand.plots.path import path_figure
@@ -77,12 +76,14 @@ class Run(Shown):
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
-        straight = by_twist(self)
+        straight = _by_twist(self)
         if not straight:
             return _turns(self)
         part = straight[0]
         outline = start_scene(part.trials[0])
-        return asterisk_figure(direction_curves(part), outline=outline, title=title_of(part), subtitle=_subtitle(part))
+        return asterisk_figure(
+            direction_curves(part.trials, part.results), outline=outline, title=_title(part), subtitle=_subtitle(part)
+        )
 
     def write(self, folder: Path, aside: Aside = here) -> None:
         """Write everything into a folder that is there; pictures may be drawn aside."""
@@ -107,7 +108,8 @@ class Run(Shown):
         """Return its page for a browser."""
         from inhand.asterisk_test.browser import run_page
 
-        return run_page(self)
+        own = Beside(self.name, self.trials, self.results, f"{self.config.paths} paths")
+        return run_page(parts(self, []), [*self.beside, own], self.people, self.config)
 
     @property
     def name(self) -> str:
@@ -128,7 +130,7 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
     before, after = ([(run.trials[i], run.results[i]) for i in part] for part in (first[:cut], first[cut:]))
     paths = aside(_paths, before, folder)
     pictures: list[Part] = []
-    for part in by_twist(run):
+    for part in _by_twist(run):
         pictures += [*_asterisks(part, folder), *_panels(part, folder)]
         text = "Mean distance [mm] and mean efficiency by direction"
         pictures.append(save_picture(both_radars(part), folder, _named(part, "radar"), text))
@@ -187,18 +189,7 @@ def people_told(people: Sequence[HumanTrial]) -> str:
     )
 
 
-def direction_curves(
-    run: Run | Beside, average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve
-) -> list[PathCurve]:
-    """Return the mean path of every direction that translates, by a rule for averages."""
-    groups: dict[str, list[int]] = {}
-    for i, trial in enumerate(run.trials):
-        if trial.passport.angle_deg is not None:
-            groups.setdefault(trial.passport.primitive, []).append(i)
-    return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
-
-
-def by_twist(run: Run) -> list[Run]:
+def _by_twist(run: Run) -> list[Run]:
     """Return the translations of a run, apart by the twist that they hold."""
     twists = dict.fromkeys(t.passport.rotation_deg for t in run.trials if t.passport.angle_deg is not None)
     return [_holding(run, twist) for twist in twists]
@@ -234,8 +225,7 @@ def _named(run: Run, stem: str) -> str:
     return f"{twisted_name(stem, _twist(run)).replace(' ', '_')}.png"
 
 
-def title_of(run: Run) -> str:
-    """Return what a figure of one twist is called."""
+def _title(run: Run) -> str:
     twist = _twist(run)
     return f"{run.trials[0].passport.controller}, {run.config.paths} paths" + (
         f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
@@ -250,16 +240,18 @@ def _subtitle(run: Run) -> str:
 
 def _asterisks(run: Run, folder: Path) -> list[Picture]:
     """Draw the mean of all trials and, where there are several, the first trial alone."""
-    drawn = [("asterisk", direction_curves(run), _subtitle(run), f"mean object paths, {COUNTED}")]
+    drawn = [("asterisk", direction_curves(run.trials, run.results), _subtitle(run), f"mean object paths, {COUNTED}")]
     if run.config.compatible and run.results[0].labels is not None:
-        drawn.append(("asterisk_compatible", direction_curves(run, compatible_curve), COMPATIBLE, COMPATIBLE))
+        drawn.append(
+            ("asterisk_compatible", direction_curves(run.trials, run.results, compatible_curve), COMPATIBLE, COMPATIBLE)
+        )
     first = [i for i, result in enumerate(run.results) if result.trial == 1]
     if len(first) < len(run.results):
         single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))
-        drawn.append(("asterisk_single", direction_curves(single), FIRST, f"the {FIRST}"))
+        drawn.append(("asterisk_single", direction_curves(single.trials, single.results), FIRST, f"the {FIRST}"))
     pictures, scene = [], start_scene(run.trials[0])
     for stem, curves, subtitle, text in drawn:
-        figure = asterisk_figure(curves, outline=scene, title=title_of(run), subtitle=subtitle)
+        figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=subtitle)
         pictures.append(save_picture(figure, folder, _named(run, stem), f"Asterisk: {text} [mm]"))
     return pictures
 
@@ -274,10 +266,10 @@ def _panels(run: Run, folder: Path) -> list[Picture]:
 
 def side_by_side(run: Run, title: str) -> Figure:
     """Return the figure of people, of the runs beside a run, and of the run itself, on one scale."""
-    curves = direction_curves(run)
+    curves = direction_curves(run.trials, run.results)
     panels = [Panel(run.name, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
     for other in reversed(run.beside):
-        others, scene = tuple(direction_curves(other)), start_scene(other.trials[0])
+        others, scene = tuple(direction_curves(other.trials, other.results)), start_scene(other.trials[0])
         panels.insert(0, Panel(other.name, other.told, others, scene))
     if run.people:
         people = human_curves(run.people, [curve.name for curve in curves])

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 
 C = TypeVar("C", bound=Config)
+HTML = "report.html"
+"""The page for a browser in a run's folder."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, by_direction, mean_fraction, result_of_human
+from inhand.asterisk_test.results import Result, by_direction, mean_fraction, result_of_human, result_of_trial
 from inhand.asterisk_test.scenes import direction_curves, human_curves, mean_distance
-from inhand.control.replays import Shown, player_of
+from inhand.control.replays import Shown, replays
 from inhand.control.scenes import start_scene
+from inhand.control.trial import load_trial
 from inhand.pages import Part, counted, spread
 from inhand.plots.page.document import html_of, settings_of
 from inhand.plots.page.views import Star, View, panels_of
@@ -24,10 +26,8 @@ EXPLAINED = (
     "Mean object paths and mean distances at the first loss of contact, or at the end [mm]. Thin outline: how far the"
     " hand could carry the object, whatever controls it. Bands: SD of the lateral part."
 )
-REPLAYED = (
-    "Drawn from what was recorded, every 0.02 s. Filled dots touch; where manipulation begins the time is 0. Space or k"
-    " plays, comma and full stop go a step."
-)
+LOST_SHOWN = 24
+"""Trials of a study that lost their object and that its page replays."""
 
 
 def run_page(
@@ -45,8 +45,11 @@ def run_page(
     return html_of(KIND, [title, intro, *views(groups, people), "## Results", *told, settings_of(config)])
 
 
-def views(groups: Sequence[Beside], people: Sequence[HumanTrial] = ()) -> list[View]:
-    """Return what of groups of trials is drawn: asterisks, apart by the twist that they hold, and a player."""
+def views(groups: Sequence[Beside], people: Sequence[HumanTrial] = (), replayed: Sequence[Beside] = ()) -> list[View]:
+    """Return what of groups of trials is drawn: asterisks, apart by the twist that they hold, and a player.
+
+    Others may be replayed than those whose means are drawn.
+    """
     own = groups[-1].trials
     twists = dict.fromkeys(t.passport.rotation_deg for t in own if t.passport.angle_deg is not None)
     found = []
@@ -55,10 +58,10 @@ def views(groups: Sequence[Beside], people: Sequence[HumanTrial] = ()) -> list[V
         stars = _stars(groups, people, twist)
         found.append(View("asterisks", panels_of(stars, HINT), f"Asterisk{told}", EXPLAINED))
     picker = _stars(groups[-1:], (), next(iter(twists))) if twists else None
-    return [*found, replays(groups, picker)]
+    return [*found, *_replays(replayed or groups, picker)]
 
 
-def replays(groups: Sequence[Beside], picker: Sequence[Star] | None) -> View:
+def _replays(groups: Sequence[Beside], picker: Sequence[Star] | None) -> list[View]:
     """Return the player of groups of trials, with an asterisk to pick directions in."""
     last = [*groups[-1:], *groups[:-1]]  # a run's own first
     shown = [
@@ -67,7 +70,15 @@ def replays(groups: Sequence[Beside], picker: Sequence[Star] | None) -> View:
         for trial, result in zip(group.trials, group.results, strict=True)
     ]
     chosen = None if picker is None else replace(panels_of(picker, "").panels[0], plain=True)
-    return View("player", player_of(shown, picker=chosen), "Replay", REPLAYED)
+    return replays(shown, picker=chosen)
+
+
+def lost_replays(lost: Sequence[tuple[str, Sequence[Path]]]) -> list[View]:
+    """Return the player of some trials that lost their object, files of which are named by group; some of each."""
+    longest = max((len(files) for _, files in lost), default=0)
+    chosen = [(group, files[k]) for k in range(longest) for group, files in lost if k < len(files)][:LOST_SHOWN]
+    trials = [(group, load_trial(path)) for group, path in sorted(chosen)]
+    return replays([Shown(trial, group, told_of(result_of_trial(trial))) for group, trial in trials])
 
 
 def _stars(groups: Sequence[Beside], people: Sequence[HumanTrial], twist: float) -> list[Star]:

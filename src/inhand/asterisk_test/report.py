@@ -35,7 +35,7 @@ from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.repeats import write_repeat
-from inhand.shown import Shown
+from inhand.shown import HTML, Shown
 from inhand.tasks.primitives import twisted_name
 from inhand.versions import versions
 
@@ -89,7 +89,7 @@ class Run(Shown):
         """Write everything into a folder that is there; pictures may be drawn aside."""
         write_trials(self.trials, folder)
         write_report(self, folder, aside)
-        (folder / "report.html").write_text(self.html(), encoding="utf-8")
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),

@@ -14,7 +14,7 @@ from inhand.hands.kinematics import hand_positions
 from inhand.hands.objects import ObjectSpec, polygon
 from inhand.hands.shapes import link_outline, palm_outline
 from inhand.plots.page.packed import packed, packed_flags
-from inhand.plots.page.views import Body, Finger, Flat, Hand, Motion, Panel, Player, colour_of, flat
+from inhand.plots.page.views import Body, Finger, Flat, Hand, Motion, Panel, Player, View, colour_of, flat
 from inhand.plots.shapes import extent_of, joined
 
 MOST_ROWS = 40_000
@@ -43,10 +43,22 @@ class Shown:
     """The path it was to take `(M, 2)` [mm] in the palm frame; None for its reference, up to the hand's limit."""
 
 
-def player_of(
-    shown: Sequence[Shown], *, picker: Panel | None = None, walls: Sequence[Flat] = (), chosen: int = 0
-) -> Player:
-    """Return a player of trials, the chosen one first shown; of many those that failed, and the first of the others."""
+EXPLAINED = (
+    "Drawn from what was recorded, every 0.02 s. Filled dots touch; where manipulation begins the time is 0. Space or k"
+    " plays, comma and full stop go a step."
+)
+
+
+def replays(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> list[View]:
+    """Return the player of trials as a part of a page; nothing where none has a row."""
+    there = [each for each in shown if len(each.trial.time)]
+    many = f" Of {len(there)} trials {MOST_TRIALS} are here, those that failed first." * (len(there) > MOST_TRIALS)
+    player = [player_of(there, picker=picker, walls=walls)] if there else []
+    return [View("player", each, "Replay", EXPLAINED + many) for each in player]
+
+
+def player_of(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> Player:
+    """Return a player of trials; of many those that failed, and the first of the others."""
     kept = _chosen(shown)
     step = -(-sum(len(each.trial.time) for each in kept) // MOST_ROWS)
     hands = list(dict.fromkeys(each.trial.passport.hand for each in kept))
@@ -57,7 +69,7 @@ def player_of(
     )
     extent = joined([extent_of(_corners(each.trial), MARGIN_MM) for each in kept])
     bodies = tuple(_body(spec) for spec in objects)
-    return Player(tuple(map(_hand, hands)), bodies, trials, extent, tuple(walls), picker, min(chosen, len(trials) - 1))
+    return Player(tuple(map(_hand, hands)), bodies, trials, extent, tuple(walls), picker)
 
 
 def _chosen(shown: Sequence[Shown]) -> list[Shown]:

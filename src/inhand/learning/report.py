@@ -25,7 +25,7 @@ from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_lear
 from inhand.pages import Part, Picture, again, listed, options, page_of, table_of
 from inhand.plots.save import save_picture
 from inhand.repeats import write_repeat
-from inhand.shown import Shown, frame
+from inhand.shown import HTML, Shown, frame
 from inhand.tasks.primitives import Primitive
 from inhand.versions import versions
 
@@ -71,6 +71,7 @@ class Compared(Shown):
         write_trials(self.policy.trials, folder)
         write_trials(self.expert.trials, folder / EXPERT)
         write_evaluation(self, folder)
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": [as_entry(result) for result in self.policy.results],
             "directions": summary_of(self.policy.first[1]),
@@ -88,6 +89,15 @@ class Compared(Shown):
         }
         write_json(content, folder / "metrics.json")
         write_repeat(folder, "evaluate", self.config)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.learning.browser import evaluation_page
+
+        both = [(self.expert, "from the same starts"), (self.policy, "the policy")]
+        shown = [Beside(each.name, *each.first, told=text) for each, text in both]
+        replayed = [Beside(each.name, *each.shown_or_failed) for each, _ in both]
+        return evaluation_page(parts(self, []), shown, replayed, (self.people, self.learned), self.config)
 
     @property
     def run(self) -> Run:
@@ -108,16 +118,21 @@ def write_training(folder: Path, what: str) -> None:
         InputError: the folder holds no record of a training.
     """
     found = read_learning(folder)
-    told = page_of(
-        f"# Training: {folder.resolve().name}",
+    pictures = curve_pictures(found, folder, folder.resolve().name, what)
+    told = page_of(*training_parts(found, folder.resolve().name, what), *pictures)
+    (folder / "report.md").write_text(told, encoding="utf-8")
+
+
+def training_parts(found: Learned, name: str, what: str) -> list[Part]:
+    """Return the parts of the page of a training but for its figures."""
+    return [
+        f"# Training: {name}",
         f"{what[:1].upper()}{what[1:]}. {len(found.total)} episodes of the agent, {len(found.evaluations)} evaluations;"
         f" the best policy is that at episode {found.best.episode}.",
         "Of limit is the mean share of the hand's own limit, Across and Turn are the worst trial's; returns are sums of"
         " rewards, the expert's from the same starts.",
         table_of(HEADER, evaluation_rows(found.best)),
-        *curve_pictures(found, folder, folder.resolve().name, what),
-    )
-    (folder / "report.md").write_text(told, encoding="utf-8")
+    ]
 
 
 def curve_pictures(found: Learned, folder: Path, title: str, subtitle: str) -> list[Picture]:

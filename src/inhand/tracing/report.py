@@ -20,7 +20,7 @@ from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.records import read_record
 from inhand.repeats import write_repeat
-from inhand.shown import Shown, frame, saved
+from inhand.shown import HTML, Shown, frame, saved
 from inhand.sim.names import UNTOLD
 from inhand.tracing.config import MARK, TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
@@ -69,6 +69,7 @@ class TraceRun(Shown):
         """Write everything into a folder that is there; the replay may be drawn aside."""
         write_trials([each.trial for each in self.followed], folder)
         write_trace(self, folder, aside)
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": self._entries(),
             "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
@@ -80,6 +81,13 @@ class TraceRun(Shown):
         }
         write_json(content, folder / MARK)
         write_repeat(folder, "trace", self.config)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.tracing.browser import trace_page
+
+        found = list(zip(self.followed, self.traces, strict=True))
+        return trace_page(parts(self, []), self.config, found, self.setup.wall)
 
     def _entries(self) -> list[dict[str, Any]]:
         pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose

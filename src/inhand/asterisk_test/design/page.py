@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from inhand.asterisk_test.design.asked import AIMS
+from inhand.asterisk_test.design.browser import design_page
 from inhand.asterisk_test.design.config import MARK, DesignConfig
 from inhand.asterisk_test.design.figure import design_figure, label_of
 from inhand.asterisk_test.design.finals import Final
@@ -16,7 +17,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.hand_text import write_hand
 from inhand.pages import NOTHING, Part, again, counted, listed, page_of, table_of
 from inhand.plots.save import save_picture
-from inhand.shown import frame
+from inhand.shown import HTML, frame
 from inhand.versions import versions
 
 WINNER = "winner"
@@ -73,6 +74,7 @@ def write_design(config: DesignConfig, found: Found, folder: Path, told: tuple[f
     texts = {
         "hands.csv": table.to_csv(index=False, float_format="%.6g"),
         "report.md": page_of(*parts(config, found, [picture], told)),
+        HTML: design_page(parts(config, found, [], told), config, found),
     }
     write_texts(texts, folder)
     write_json(content, folder / MARK)

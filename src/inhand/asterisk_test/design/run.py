@@ -71,6 +71,13 @@ class DesignRun(Study):
 
         return design_figure(self.found)
 
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.design.browser import design_page
+        from inhand.asterisk_test.design.page import parts
+
+        return design_page(parts(self.config, self.found, [], (self.seconds, self.notes)), self.config, self.found)
+
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""
         from inhand.asterisk_test.design.page import write_design

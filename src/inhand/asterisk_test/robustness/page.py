@@ -7,6 +7,7 @@ import pandas as pd
 
 from inhand.asterisk_test.cells import kept_lost
 from inhand.asterisk_test.robustness import figures, tables
+from inhand.asterisk_test.robustness.browser import robustness_page
 from inhand.asterisk_test.robustness.cases import CASES, curves_of
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.robustness.sensitivity import sensitivity
@@ -15,6 +16,7 @@ from inhand.asterisk_test.study import command, write_texts
 from inhand.control.trial import file_name, write_json
 from inhand.pages import Part, Picture, again, counted, listed, page_of
 from inhand.plots.save import save_picture
+from inhand.shown import HTML
 from inhand.versions import versions
 
 
@@ -33,9 +35,13 @@ def write_robustness(config: RobustnessConfig, found: Robustness, wall_s: float,
         "versions": versions(),
     }
     write_json(content, config.out / "robustness.json")
-    text = page_of(*parts(config, found, told, pictures, [*notes, f"This call took {wall_s / 60:.1f} minutes."]))
+    every = [*notes, f"This call took {wall_s / 60:.1f} minutes."]
+    pages = {
+        "report.md": page_of(*parts(config, found, told, pictures, every)),
+        HTML: robustness_page(parts(config, found, told, [], every), config, found, told),
+    }
     frames = {"robustness.csv": found.rows, "trials.csv": found.trials}
-    write_texts({name: table.to_csv(index=False) for name, table in frames.items()} | {"report.md": text}, config.out)
+    write_texts({name: table.to_csv(index=False) for name, table in frames.items()} | pages, config.out)
 
 
 def sensitivities(config: RobustnessConfig, found: Robustness) -> dict[str, pd.DataFrame]:

@@ -62,6 +62,14 @@ class RobustnessRun(Study):
 
         return kept_figure(self.config, self.found)
 
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.robustness.browser import robustness_page
+        from inhand.asterisk_test.robustness.page import parts, sensitivities
+
+        told = sensitivities(self.config, self.found)
+        return robustness_page(parts(self.config, self.found, told, [], self.notes), self.config, self.found, told)
+
     def write(self, folder: Path) -> None:
         """Write numbers, figures and report into the folder that holds the cells."""
         from inhand.asterisk_test.robustness.page import write_robustness

@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 
 from inhand.asterisk_test.study import command, write_texts
 from inhand.asterisk_test.sweep import tables
+from inhand.asterisk_test.sweep.browser import sweep_page
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
+from inhand.asterisk_test.sweep.sweep import CELLS
 from inhand.control.trial import write_json
 from inhand.pages import Part, again, counted, listed, page_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
+from inhand.shown import HTML
 from inhand.versions import versions
 
 OVER = {"object": "directions", "direction": "objects"}
@@ -50,11 +53,18 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
     }
     write_json(content, config.out / "sweep.json")
     told = page_of(*parts(config, sweep, wall_s, pictures, notes))
-    write_texts({"trials.csv": sweep.trials.to_csv(index=False), "report.md": told}, config.out)
+    pages = {"report.md": told, HTML: page_for_browser(config, sweep, wall_s, notes)}
+    write_texts({"trials.csv": sweep.trials.to_csv(index=False)} | pages, config.out)
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
-    """Return the heat map of hands and one of `KINDS` in the columns object or direction.
+    """Return the heat map of hands and one of `KINDS` in the columns object or direction."""
+    scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"
+    return heatmap_figure(map_of(sweep, kind, column), scale, KINDS[kind], told_of(config, sweep, kind, column))
+
+
+def map_of(sweep: Sweep, kind: str, column: str) -> HeatMap:
+    """Return the numbers of the heat map of hands and one of `KINDS` in the columns object or direction.
 
     Of the directions it has those whose distances have a common unit.
     """
@@ -68,13 +78,26 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
         notes = np.where(ran, notes, "cannot run")
     farthest = float(np.fmax(found.distance.max(), found.limit.max()))
     top = farthest if farthest > 0.0 and kind != "share" else 1.0
-    heat = HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
-    scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"
+    return HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
+
+
+def told_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> str:
+    """Return what a reader must know of a heat map."""
     told = [f"mean over the {OVER[column]}"]
     if kind != "limit":
         told = [config.controller, f"{told[0]}, {_trials(config)}", *["± SD over the trials"] * (config.trials > 1)]
     told += ["L: finger length"] * (kind != "share" and sweep.unit == "mm")
-    return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
+    return "; ".join(told)
+
+
+def page_for_browser(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> str:
+    """Return the page for a browser."""
+    maps = [
+        (map_of(sweep, kind, column), f"{text}, by {column}", told_of(config, sweep, kind, column))
+        for kind, text in KINDS.items()
+        for column in OVER
+    ]
+    return sweep_page(parts(config, sweep, wall_s, [], notes), maps, sweep, config, config.out / CELLS)
 
 
 def parts(

@@ -60,6 +60,12 @@ class SweepRun(Study):
 
         return figure_of(self.config, self.sweep, "distance", "object")
 
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.sweep.page import page_for_browser
+
+        return page_for_browser(self.config, self.sweep, self.seconds, self.notes)
+
     def write(self, folder: Path) -> None:
         """Write numbers, heat maps and report into the folder that holds the cells."""
         from inhand.asterisk_test.sweep.page import write_sweep

@@ -24,7 +24,7 @@ DIGITS = 2
 class View:
     """A part of a page that a script draws."""
 
-    kind: Literal["asterisks", "player", "charts", "heat", "hands"]
+    kind: Literal["asterisks", "player", "charts", "heat", "intervals"]
     content: Any
     """What it draws, a record."""
     title: str = ""
@@ -168,8 +168,6 @@ class Player:
     walls: tuple[Flat, ...] = ()
     picker: Panel | None = None
     """An asterisk to pick a direction in."""
-    first: int = 0
-    """The trial that is shown first."""
 
 
 def flat(points: Array) -> Flat:

@@ -13,7 +13,7 @@ function rangeOf(values, { low, high, around = 0.06 }) {
   const known = finite(values);
   const least = Math.min(...known, low ?? Infinity);
   const most = Math.max(...known, high ?? -Infinity);
-  if (!known.length && low === undefined) return [0, 1];
+  if (!known.length && (low ?? null) === null) return [0, 1];
   const margin = (most - least || Math.abs(most) || 1) * around;
   return [least === low ? least : least - margin, most === high ? most : most + margin];
 }

@@ -3,6 +3,7 @@
 import { Asterisk } from "./asterisk.js";
 import { Chart } from "./chart.js";
 import { make, shown } from "./dom.js";
+import { heat, intervals } from "./grids.js";
 import { Player } from "./player.js";
 import { copyButton, tables } from "./tables.js";
 import { themes } from "./theme.js";
@@ -63,7 +64,7 @@ function charts(host, content) {
   }
 }
 
-const VIEWS = { asterisks, player, charts };
+const VIEWS = { asterisks, player, charts, heat, intervals };
 const page = { stars: [] };
 
 for (const host of document.querySelectorAll(".view")) {

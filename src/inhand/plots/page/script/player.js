@@ -33,7 +33,7 @@ export class Player {
   constructor(host, content, onOpen) {
     this.content = content;
     this.motions = content.trials.map((trial) => new Motion(trial, content.hands, content.objects));
-    [this.first, this.over, this.row, this.speed, this.playing, this.forces] = [content.first ?? 0, -1, 0, 1, false, true];
+    [this.first, this.over, this.row, this.speed, this.playing, this.forces] = [0, -1, 0, 1, false, true];
     this.build(host);
     this.open(this.first);
     onWidth(this.frame, () => this.rebuild());
@@ -51,7 +51,7 @@ export class Player {
     this.signals = make("div", { class: "signals" });
     const left = make("div", { class: "picker" });
     const right = make("div", { class: "screen" }, this.told, this.frame, this.controls());
-    const body = make("div", { class: "player", on: { keydown: (event) => this.key(event) } }, left, right);
+    const body = make("div", { class: this.content.picker ? "player" : "player bare", on: { keydown: (event) => this.key(event) } }, left, right);
     host.append(body, this.signals);
     this.choices(left);
     if (this.content.picker) {

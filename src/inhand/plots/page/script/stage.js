@@ -86,9 +86,10 @@ export class Stage {
     [this.left, this.top] = [left - (width - room) / 2 / this.scale, top];
     this.bodies = motions.map((motion, i) => new Body(motion, this, i > 0));
     const height = (top - bottom) * this.scale;
-    const still = [...this.wallNodes(), ...this.targets(motions), ...this.rule(width, height)];
+    const still = [...this.wallNodes(), ...this.rule(width, height)];
     const size = { viewBox: `0 0 ${width} ${height}`, width, height, role: "img", "aria-label": "Hand and object from above" };
-    this.frame.replaceChildren(draw("svg", size, ...still, ...this.bodies.map((body) => body.node)));
+    const over = this.targets(motions).map((line) => (line.classList.add("over-all"), line));
+    this.frame.replaceChildren(draw("svg", size, ...still, ...this.bodies.map((body) => body.node), ...over));
   }
 
   at([x, y]) {

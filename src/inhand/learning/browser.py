@@ -50,13 +50,16 @@ def evaluation_page(
     return html_of("An evaluation", [title, intro, *drawn, "## Results", *told, *curves, settings_of(config)])
 
 
-def training_views(found: Learned) -> list[View]:
-    """Return the curves of a training: what evaluations reached, by direction too, rewards and losses."""
+def training_views(found: Learned, whose: str = "") -> list[View]:
+    """Return the curves of a training: what evaluations reached, by direction too, rewards and losses.
+
+    What tells `whose` they are follows their titles.
+    """
     told = "Dashed: the expert from the same starts, or the hand's limit."
     return [
-        View("charts", Charts(tuple(_progress(found))), "What evaluations reached", told),
-        View("charts", Charts(tuple(map(_curve, curves_of(found))), "wider"), "Rewards and losses"),
-        View("charts", Charts(tuple(_directions(found)), "small"), "Share of the hand's limit, by direction"),
+        View("charts", Charts(tuple(_progress(found))), f"What evaluations reached{whose}", told),
+        View("charts", Charts(tuple(map(_curve, curves_of(found))), "wider"), f"Rewards and losses{whose}"),
+        View("charts", Charts(tuple(_directions(found)), "small"), f"Share of the hand's limit, by direction{whose}"),
     ]
 
 

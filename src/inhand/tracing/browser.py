@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -35,19 +36,29 @@ def trace_page(
         wall: what stands still, if anything does.
     """
     title, intro, *told = parts
-    views = [*_replays(found, wall), _errors(found)]
+    views = views_of([(config.controller, found)], wall)
     return html_of(KIND, [title, intro, *views, "## Results", *told, settings_of(config)])
 
 
-def _replays(found: Sequence[tuple[Followed, Trace]], wall: Wall | None) -> list[View]:
+Group: TypeAlias = tuple[str, Sequence[tuple[Followed, Trace]]]
+"""The name of a run, and its trials with what they reached."""
+
+
+def views_of(groups: Sequence[Group], wall: Wall | None) -> list[View]:
+    """Return what of runs is drawn: a player of all trials, and errors along the way."""
+    return [*_replays(groups, wall), _errors(groups)]
+
+
+def _replays(groups: Sequence[Group], wall: Wall | None) -> list[View]:
     shown = [
         Shown(
             followed.trial,
-            followed.trial.passport.controller,
+            name,
             _told(trace),
             f"{followed.plan.name}, trial {trace.trial}",
             plan_line(followed.plan, NOWHERE),
         )
+        for name, found in groups
         for followed, trace in found
     ]
     walls = [] if wall is None else [flat(wall_mm(wall, NOWHERE))]
@@ -60,12 +71,13 @@ def _told(trace: Trace) -> str:
     return f"{trace.outcome}, {100 * trace.completion:.1f} % of the way{rms}, in {trace.time_s:.1f} s"
 
 
-def _errors(found: Sequence[tuple[Followed, Trace]]) -> View:
+def _errors(groups: Sequence[Group]) -> View:
     """Return how far trials were from their plans along the way, and how far they were turned over time."""
+    found = [(f"{run}, " * (len(groups) > 1), *pair) for run, trials in groups for pair in trials]
     few = len(found) <= MOST_COLOURS
     off, turned = [], []
-    for number, (followed, trace) in enumerate(found):
-        rows, name, series = deviations(followed), f"trial {trace.trial}", number if few else min(number, 1)
+    for number, (run, followed, trace) in enumerate(found):
+        rows, name, series = deviations(followed), f"{run}trial {trace.trial}", number if few else min(number, 1)
         faint = not few and number > 0
         off.append(line(name, 1e3 * rows.way, 1e3 * rows.off, series, faint=faint))
         turned.append(_turned(followed, name, series, faint=faint))
@@ -77,4 +89,5 @@ def _errors(found: Sequence[tuple[Followed, Trace]]) -> View:
 def _turned(followed: Followed, name: str, series: int, *, faint: bool) -> Line:
     trial = followed.trial
     theta = np.rad2deg(np.unwrap(planar(trial.object_pose[trial.manipulation])[:, 2]))
-    return line(name, np.arange(1, len(theta) + 1) * trial.passport.period, theta, series, faint=faint)
+    time = trial.passport.period * np.arange(1.0, len(theta) + 1.0)
+    return line(name, time, np.asarray(theta), series, faint=faint)

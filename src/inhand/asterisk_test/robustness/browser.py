@@ -17,8 +17,6 @@ from inhand.plots.page.charts import Axis, Chart, Charts, Heats, Intervals, Line
 from inhand.plots.page.document import html_of, settings_of
 from inhand.plots.page.views import View
 
-LOST = "Objects that were lost, replayed"
-
 
 def robustness_page(
     parts: Sequence[Part], config: RobustnessConfig, found: Robustness, told: Mapping[str, pd.DataFrame]

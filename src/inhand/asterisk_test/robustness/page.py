@@ -31,6 +31,7 @@ def write_robustness(config: RobustnessConfig, found: Robustness, wall_s: float,
         "disturbances": [asdict(each) for each in found.cases],
         "stopped": found.stopped,
         "wall_s": wall_s,
+        "notes": notes,
         "config": asdict(config),
         "versions": versions(),
     }

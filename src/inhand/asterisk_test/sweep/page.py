@@ -45,6 +45,7 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
         "median_share": sweep.cases.share.median(),
         "kept_share": sweep.cases.kept.mean(),
         "wall_s": wall_s,
+        "notes": notes,
         **{name: getattr(sweep, name) for name in ("hands", "objects", "directions")},
         **{name: getattr(sweep, name).to_dict("records") for name in ("cells", "cases")},
         "failures": tables.failures(sweep),

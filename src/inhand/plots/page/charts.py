@@ -15,6 +15,7 @@ from inhand.plots.intervals import Estimates
 MOST_POINTS = 400
 """Points of a line; of more each second, third, ... is left out."""
 Numbers: TypeAlias = tuple[float | None, ...]
+Symbol: TypeAlias = Literal["circle", "square", "triangle", "diamond"]
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Line:
     names: tuple[str, ...] | None = None
     """What each point is called, in a chart of points."""
     hollow: bool = False
-    symbol: Literal["circle", "square", "triangle", "diamond"] | None = None
+    symbol: Symbol | None = None
     size: float | None = None
     """Radius of a point [px]."""
     colour: str | None = None

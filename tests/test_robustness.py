@@ -29,6 +29,7 @@ from inhand.sim.disturbance import FIELD, LEVELS, SINGLES, Camera, Differences, 
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.drawn import Drawn, check_drawn, draw
 from inhand.sim.strengths import scaled
+from page_reader import Read
 from test_simulator import CUBE, HAND
 from test_trial import made_trial
 
@@ -305,6 +306,9 @@ def test_a_saved_study_is_loaded_with_its_tables_and_figure(run: RobustnessRun) 
 
 def test_the_page_and_its_pictures_tell_all(run: RobustnessRun) -> None:
     out = run.config.out
+    views = Read((out / "report.html").read_text(encoding="utf-8")).views()
+    assert views["heat"]["maps"][0]["columns"] == ["ik"]
+    assert [line["name"] for line in views["charts"]["charts"][0]["lines"]] == ["ik"]
     text = (out / "report.md").read_text()
     for part in (
         "# Robustness: 1 controller x 4 disturbances",

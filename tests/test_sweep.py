@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import shutil
 import signal
 import sys
 import time
@@ -35,6 +36,7 @@ from inhand.records import table_of, text_of
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.tasks.primitives import parse_directions
+from page_reader import Read
 
 STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"
 CUBE, HUGE = "cube_39", "box_400x30"
@@ -167,6 +169,21 @@ def test_overwrite_computes_again_only_what_differs(killed: tuple[Path, dict[str
     assert len(plan(replace(same, objects=(CUBE, "cube_43"))).waiting) == 1
 
 
+def test_a_sweep_of_another_version_is_read_as_it_stands(
+    killed: tuple[Path, dict[str, int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(killed[0], tmp_path / "old")
+    for path in (tmp_path / "old" / "cells").glob("*.json"):
+        content = json.loads(path.read_text(encoding="utf-8"))
+        content["settings"]["versions"]["source"] = "an older one"
+        path.write_text(json.dumps(content), encoding="utf-8")
+    monkeypatch.setattr("inhand.asterisk_test.cells.compute", lambda *_: pytest.fail("nothing is computed"))
+    pd.testing.assert_frame_equal(inhand.load(tmp_path / "old").table(), inhand.load(killed[0]).table())
+    next((tmp_path / "old" / "cells").glob("*.json")).unlink()
+    with pytest.raises(InputError, match="is no cell of a study"):
+        inhand.load(tmp_path / "old")
+
+
 def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tuple[Path, dict[str, int]]) -> None:
     out, _ = killed
     content = json.loads((out / "sweep.json").read_text())
@@ -179,6 +196,10 @@ def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tupl
     assert len(numbers.columns) > 15
     pd.testing.assert_frame_equal(trials[numbers.columns], numbers, check_exact=True)
     assert (trials.reached / trials.limit).tolist() == pytest.approx(shares)
+    page = Read((out / "report.html").read_text(encoding="utf-8"))
+    first, *_ = page.views()["heat"]["maps"]
+    assert (len(first["rows"]), len(page.views()["heat"]["maps"])) == (2, 6)
+    assert "cannot run" in {note for row in first["notes"] for note in row}
     text = (out / "report.md").read_text()
     assert "its skill, over 4 cases" in text
     assert "* No limits are given for joints of " in text

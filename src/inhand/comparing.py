@@ -59,7 +59,13 @@ def _tests(folders: Sequence[Path], runs: Sequence[Any]) -> str:
     told = listed(f"{each.name}: {each.told_settings}; {counted(len(each.trials), 'trial')}." for each in groups)
     ends = listed(f"{each.name}: {endings(each.results)}" for each in groups)
     failed = [f"{each.name}, {sentence}" for each in groups for sentence in failures(each.results)]
-    parts: list[WebPart] = [told, *views(groups, people), _distances(groups), ends, listed(failed, "What failed")]
+    parts: list[WebPart] = [
+        told,
+        *views(groups, people, groups[::-1]),
+        _distances(groups),
+        ends,
+        listed(failed, "What failed"),
+    ]
     return html_of("A comparison", [*_head(names, folders), *parts])
 
 

@@ -48,7 +48,7 @@ def run_page(
 def views(groups: Sequence[Beside], people: Sequence[HumanTrial] = (), replayed: Sequence[Beside] = ()) -> list[View]:
     """Return what of groups of trials is drawn: asterisks, apart by the twist that they hold, and a player.
 
-    Others may be replayed than those whose means are drawn.
+    Others may be replayed than those whose means are drawn; the last of these is the first to be shown.
     """
     own = groups[-1].trials
     twists = dict.fromkeys(t.passport.rotation_deg for t in own if t.passport.angle_deg is not None)
@@ -57,8 +57,9 @@ def views(groups: Sequence[Beside], people: Sequence[HumanTrial] = (), replayed:
         told = f", holding {abs(twist):g} deg {'clockwise' if twist < 0 else 'counter-clockwise'}" if twist else ""
         stars = _stars(groups, people, twist)
         found.append(View("asterisks", panels_of(stars, HINT), f"Asterisk{told}", EXPLAINED))
-    picker = _stars(groups[-1:], (), next(iter(twists))) if twists else None
-    return [*found, *_replays(replayed or groups, picker)]
+    played = replayed or groups
+    picker = _stars(played[-1:], (), next(iter(twists))) if twists else None
+    return [*found, *_replays(played, picker or None)]
 
 
 def _replays(groups: Sequence[Beside], picker: Sequence[Star] | None) -> list[View]:

@@ -33,7 +33,7 @@ def robustness_page(
     lost = [(f"{name} under {case}", kept_lost(config.out / CASES, name, case)) for name, case in pairs]
     return html_of(
         "A study of robustness",
-        [title, intro, answer, *views, *lost_replays(lost), "## Results", *rest, settings_of(config)],
+        [title, intro, answer, *views, *lost_replays(lost), *rest, settings_of(config)],
     )
 
 

@@ -22,7 +22,9 @@ SCRIPTS = ("dom", "theme", "tables", "motion", "stage", "chart", "grids", "aster
 """The modules of the page in an order in which each comes after what it imports."""
 LONG = 34
 """A cell of more characters is broken into lines."""
-NUMBER = re.compile(r"[+\-\u2212]?[\d.]|-$|\u2013$")
+MANY = 12
+"""A list of more sentences stands in several columns where there is room."""
+NUMBER = re.compile(r"[+\-\u2212]?[\d.]|-(,|$)|\u2013$")
 """How a cell begins that is aligned to the right: with a number, or with a dash for nothing."""
 
 
@@ -73,8 +75,8 @@ def _sections(parts: Iterable[WebPart]) -> tuple[Html, list[tuple[str, str]]]:
         title = _title(part)
         if title:
             place = f"part-{len(places) + 1}"
-            places.append((place, title))
-            sections.append([f'<h2 id="{place}">{escape(title)}</h2>'])
+            places.append((place, title.replace("`", "")))
+            sections.append([f'<h2 id="{place}">{_inline(title)}</h2>'])
         sections[-1].append(_html(part, number))
     intro, *titled = ("\n".join(filter(None, section)) for section in sections)
     whole = [f'<section class="intro">\n{intro}\n</section>\n'] if intro else []
@@ -115,7 +117,8 @@ def _html(part: WebPart, number: int) -> Html:
 
 def _list(part: Listed) -> Html:
     items = "".join(f"<li>{_inline(sentence)}</li>" for sentence in part.sentences)
-    return Html(f"<ul>{items}</ul>") if items else Html(f"<p>{_inline(part.none)}</p>")
+    many = ' class="many"' if len(part.sentences) > MANY else ""
+    return Html(f"<ul{many}>{items}</ul>") if items else Html(f"<p>{_inline(part.none)}</p>")
 
 
 def _view(view: View, name: str) -> Html:

@@ -47,7 +47,7 @@ function player(host, content, page) {
       page.player.open(i);
       host.scrollIntoView({ block: "nearest" });
     };
-    const name = failed.some(([other]) => other.group !== trial.group) ? `${trial.group}, ${trial.name}` : trial.name;
+    const name = content.trials.some((other) => other.group !== trial.group) ? `${trial.group}, ${trial.name}` : trial.name;
     return make("button", { type: "button", class: "chip", text: `${name}: ${trial.outcome}`, on: { click: act } });
   });
   const label = make("h3", { text: `Failed: ${failed.length} of ${content.trials.length}, to replay` });

@@ -74,6 +74,7 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
 
 def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
     loaded = front.load(run)
+    assert isinstance(loaded, TraceRun)
     views = Read(loaded.html()).views()
     assert len(views["player"]["trials"]) == len(loaded.traces)
     assert views["player"]["trials"][0]["target"]

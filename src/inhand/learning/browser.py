@@ -47,7 +47,9 @@ def evaluation_page(
     people, learned = beside
     curves = [] if learned is None else training_views(learned)
     drawn = views(shown, [human for human in people if human.twist_deg == 0], replayed)
-    return html_of("An evaluation", [title, intro, *drawn, "## Results", *told, *curves, settings_of(config)])
+    return html_of(
+        "An evaluation", [title, intro, *drawn, "## Results", *told[:-1], *curves, told[-1], settings_of(config)]
+    )
 
 
 def training_views(found: Learned, whose: str = "") -> list[View]:

@@ -50,7 +50,9 @@ def _front(found: Found) -> View:
     ]
     axis = Axis(AIMS[second].label if second else "hand of the study")
     shown = Chart("", axis, Axis(AIMS[first].label), tuple(each for each in lines if each.x), height=380, scatter=True)
-    return View("charts", Charts((shown,), "wide"), "The front", "Every hand that was looked at, by its aims.")
+    return View(
+        "charts", Charts((shown,), "wide"), "Hands by their aims", "Every hand that was looked at, by its aims."
+    )
 
 
 def _reach(found: Found) -> list[View]:

@@ -2,7 +2,7 @@
 
 import { draw, hideTip, make, onWidth, pathOf, showTip, shown, ticks, tickText } from "./dom.js";
 
-const PAD = { left: 52, right: 14, top: 10, bottom: 38 };
+const PAD = { left: 60, right: 14, top: 10, bottom: 38 };
 const SYMBOLS = ["circle", "square", "triangle", "diamond"];
 
 function finite(values) {
@@ -18,13 +18,13 @@ function rangeOf(values, { low, high, around = 0.06 }) {
   return [least === low ? least : least - margin, most === high ? most : most + margin];
 }
 
-function symbol(kind, x, y, settings) {
+function symbol(kind, x, y, settings, size) {
   const d = {
     square: `M${x - 3},${y - 3} h6 v6 h-6 z`,
     triangle: `M${x},${y - 4} l4,7 h-8 z`,
     diamond: `M${x},${y - 4.5} l4.5,4.5 l-4.5,4.5 l-4.5,-4.5 z`,
   }[kind];
-  return d ? draw("path", { d, ...settings }) : draw("circle", { cx: x, cy: y, r: settings.r ?? 3.2, ...settings });
+  return d ? draw("path", { d, ...settings }) : draw("circle", { cx: x, cy: y, r: size ?? 3.2, ...settings });
 }
 
 /** A chart of lines; `spec` says what of, `onSeek` is told the place of the axis that the reader clicks on. */
@@ -51,13 +51,13 @@ export class Chart {
 
   look(line) {
     const colour = line.colour ? { stroke: line.colour } : {};
-    return { class: `line series-${line.series ?? 0} ${line.faint ? "faint" : ""} ${line.dashes ? "dashes" : ""}`, ...colour };
+    return { class: `line ${line.colour ? "" : `series-${line.series}`} ${line.faint ? "faint" : ""} ${line.dashes ? "dashes" : ""}`, ...colour };
   }
 
   dot(line, x, y) {
     const colour = line.colour ? { fill: line.colour } : {};
     return symbol(line.symbol ?? SYMBOLS[(line.series ?? 0) % 4], x, y, {
-      class: `dot series-${line.series ?? 0} ${line.hollow ? "hollow" : ""}`, ...colour, r: line.size });
+      class: `dot ${line.colour ? "" : `series-${line.series}`} ${line.hollow ? "hollow" : ""}`, ...colour }, line.size);
   }
 
   redraw(width) {
@@ -103,7 +103,7 @@ export class Chart {
     }
     found.push(draw("text", { x: PAD.left + w, y: height - 5, class: "axis end", text: this.spec.x.label }));
     if (this.spec.y.label) {
-      const turn = `translate(12 ${PAD.top + h / 2}) rotate(-90)`;
+      const turn = `translate(11 ${PAD.top + h / 2}) rotate(-90)`;
       found.push(draw("text", { transform: turn, class: "axis middle", text: this.spec.y.label }));
     }
     return found.concat(draw("path", { d: `M${PAD.left},${PAD.top} v${h} h${width - PAD.left - PAD.right}`, class: "frame" }));

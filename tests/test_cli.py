@@ -91,7 +91,7 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
     told = f"No limits are given for joints of {STANDARD} ("
     assert told in printed
     assert f"* {told}" in (run / "report.md").read_text(encoding="utf-8")
-    assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+    assert printed.rstrip().endswith(f"Report: {run / 'report.html'}")
 
 
 def test_a_second_run_is_refused_and_overwriting_replaces(

@@ -100,7 +100,7 @@ def test_what_no_page_can_be_made_of_is_refused_before_anything_is_written(
     (tmp_path / "busy.part").mkdir()
     cases = {
         (): "no run given: give the folder of one, or of several to compare",
-        (tmp_path / "none",): "is not there: give a trial's .npz file, or a folder with one of sweep.json",
+        (tmp_path / "none",): "is not there: give the folder of a run, or a trial's .npz file",
         (half,): "holds a run that is not finished: wait for it, or give its command again",
         (tmp_path / "busy",): "holds a run that is not finished",
         (later,): "metrics.json: gravity is a field that this version does not know; a later one may",

@@ -55,6 +55,7 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     assert names == {
         "run.toml",
         "trace.json",
+        "report.html",
         "report.md",
         "figures/trace.png",
         "figures/replay.gif",
@@ -136,7 +137,7 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
         assert word in printed
     assert "Pushed" not in printed
     assert printed.count("reached") == 2
-    assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+    assert printed.rstrip().endswith(f"Report: {run / 'report.html'}")
     told = "No limits are given for joints of 2v2_50.50_50.50_1.1_53 ("
     assert told in printed
     assert f"* {told}" in (run / "report.md").read_text(encoding="utf-8")

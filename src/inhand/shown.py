@@ -41,8 +41,12 @@ class Shown:
         raise NotImplementedError
 
     def html(self) -> str:
-        """Return its page for a browser, one file without anything from elsewhere."""
-        raise NotImplementedError
+        """Return its page for a browser, one file without anything from elsewhere.
+
+        Raises:
+            InputError: its kind has none.
+        """
+        raise InputError("a dataset has no page for a browser: give a run, a training or a study")
 
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""

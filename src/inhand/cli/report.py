@@ -50,6 +50,9 @@ def page_of(runs: tuple[Path, ...]) -> str:
     Raises:
         InputError: one that cannot be read, or runs that cannot be compared.
     """
+    for run in runs:
+        if not (run.exists() or run.with_name(f"{run.name}.part").is_dir()):
+            raise InputError(f"{run} is not there: give the folder of a run, or a trial's .npz file")
     from inhand.loading import load
 
     found = [(folder, load(folder)) for folder in runs]

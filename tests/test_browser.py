@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from inhand.asterisk_test.beside import Beside
@@ -15,6 +16,11 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.plots.heatmap import HeatMap
+from inhand.plots.intervals import Estimates
+from inhand.plots.page.charts import Axis, Chart, Charts, Heats, Intervals, Level, Line, heat_of, line, listing_of
+from inhand.plots.page.document import WebPart, html_of
+from inhand.plots.page.views import View
 from page_reader import EVIL, named
 
 pytest.importorskip("selenium", reason="tests in a browser need selenium: pip install selenium")
@@ -216,12 +222,60 @@ def test_names_do_nothing_but_stand_there(driver: Driver, finished: Run, tmp_pat
     assert not complaints(driver)
 
 
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a page with all that the pages of trainings and studies draw."""
+    values, names = np.array([[0.5, np.nan], [1.0, 0.0]]), ("first", "second")
+    heat = heat_of(
+        HeatMap(names, ("a", "b"), values, [["\u00b1 0.1\n2 failed", "cannot run"], ["", ""]]), "Heat", "told"
+    )
+    estimates = Estimates("ik", np.array([0.4, np.nan]), np.array([0.1, np.nan]), np.array([0.6, np.nan]), "3 lost")
+    x = np.array([0.0, 1.0, 2.0])
+    drawn = (line("policy", x, x**2 + 0.1), line("raw", x, x, faint=True))
+    band = Line("band", (0.0, 1.0), (0.5, None), 1, low=(0.4, None), high=(0.6, None), dots=True)
+    points = Line("hands", (1.0, 2.0), (3.0, 4.0), 2, points=True, names=names, symbol="square")
+    axis = Axis("episode", 0.0)
+    charts = (
+        Chart("Share", axis, Axis("share"), (*drawn, band), (Level(1.0),)),
+        Chart("Loss", axis, Axis("loss", log=True), drawn[:1]),
+        Chart("Hands", Axis("length"), Axis("reach"), (points,), scatter=True),
+        Chart("Nothing", axis, Axis("loss"), ()),
+    )
+    views: list[WebPart] = [View("heat", Heats((heat,)), "Heat maps"), View("charts", Charts(charts), "Curves")]
+    views.append(View("intervals", Intervals((listing_of(names, estimates),), -1.0, 1.0), "Estimates"))
+    place = tmp_path_factory.mktemp("study") / "report.html"
+    place.write_text(html_of("A study", ["# Study", *views]), encoding="utf-8")
+    return place
+
+
+def test_curves_heat_maps_and_estimates_are_drawn(driver: Driver, study: Path) -> None:
+    shown(driver, study)
+    assert len(driver.find_elements("css selector", ".chart svg")) == 4
+    assert len(driver.find_elements("css selector", ".chart polyline.line")) == 4
+    texts = "return [...document.querySelectorAll(arguments[0])].map(c => c.dataset.text ?? c.textContent)"
+    assert driver.execute_script(texts, ".heat td") == ["0.50", "\N{EN DASH}", "1.00", "0.00"]
+    assert driver.execute_script(texts, ".estimate .value") == ["0.40 (0.10 to 0.60)", "not told"]
+    point = """
+    const svg = document.querySelectorAll('.chart svg')[arguments[0]];
+    const { left, top, width, height } = svg.querySelector('.dot, .line').getBoundingClientRect();
+    const at = { clientX: left + width, clientY: top + height / 2, bubbles: true };
+    svg.dispatchEvent(new PointerEvent('pointermove', at));
+    return document.querySelector('.tip').innerText;
+    """
+    assert driver.execute_script(point, 0).splitlines()[:2] == ["episode: 2.0", "policy: 4.10"]
+    assert driver.execute_script(point, 2).splitlines() == ["first", "length: 1.0", "reach: 3.0"]
+    assert not complaints(driver)
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_it_is_readable_on_a_phone_and_by_everybody(driver: Driver, place: Path, theme: str) -> None:
+@pytest.mark.parametrize("kind", ["place", "study"])
+def test_it_is_readable_on_a_phone_and_by_everybody(
+    driver: Driver, kind: str, theme: str, request: pytest.FixtureRequest
+) -> None:
     spec = importlib.util.find_spec("axe_selenium_python")
     if spec is None or spec.origin is None:
         pytest.skip("axe-core is not here: pip install axe-selenium-python")
-    shown(driver, place, theme, PHONE)
+    shown(driver, request.getfixturevalue(kind), theme, PHONE)
     assert driver.execute_script("return document.documentElement.scrollWidth") == PHONE
     axe = Path(spec.origin).parent / "node_modules" / "axe-core" / "axe.min.js"
     driver.execute_script(axe.read_text(encoding="utf-8"))

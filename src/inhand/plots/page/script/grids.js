@@ -2,14 +2,14 @@
 
 import { make, shown } from "./dom.js";
 
-const DEEPEST = 58; // [%] of colour in the cell of the largest number: more, and its text could not be read
+const DEEPEST = 0.58; // share of colour in the cell of the largest number: more, and its text could not be read
 
 function heatCell(value, note, top, digits) {
   const text = shown(value, digits);
   const lines = note ? [make("span", { class: "note", text: note })] : [];
   const share = value === null ? 0 : Math.max(0, Math.min(1, value / top));
-  const colour = `color-mix(in oklab, var(--heat) ${(DEEPEST * share).toFixed(1)}%, var(--paper))`;
-  return make("td", { style: { background: colour }, "data-text": text }, make("span", { text }), ...lines);
+  const depth = (DEEPEST * share).toFixed(3);
+  return make("td", { style: { "--depth": depth }, "data-text": text }, make("span", { text }), ...lines);
 }
 
 /** Draw heat maps one below the other. */

@@ -75,7 +75,9 @@ def same(one: Trial, other: Trial) -> None:
 @pytest.fixture(scope="module")
 def run() -> Run:
     """Two directions and trials, disturbed."""
-    return inhand.asterisk(directions="Out,Left", trials=2, disturb=LEVEL, engine="planar")
+    made = inhand.asterisk(directions="Out,Left", trials=2, disturb=LEVEL, engine="planar")
+    assert isinstance(made, Run)
+    return made
 
 
 def test_a_disturbed_trial_can_be_run_again_alone(run: Run) -> None:

@@ -123,7 +123,7 @@ def _told_of_all(group: Sequence[Result]) -> list[str]:
 
 def told_of(result: Result) -> str:
     """Return how a trial ended, in a few words."""
-    unit = "deg" if result.angle_deg is None else "mm"
+    unit = "deg" if result.turns else "mm"
     of = "" if result.limit is None else f" of {result.limit:.1f}"
     who = f", {result.first_lost} let go first" if result.lost and result.first_lost else ""
     return f"{result.outcome}, {result.reached:.1f}{of} {unit}{who}"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from inhand.cli.answer import Answer
 from inhand.cli.commands import ViewConfig
-from inhand.control.trial import Trial, load_trial
+from inhand.control.spatial_trial import AnyTrial, load_any
 from inhand.errors import InputError
 from inhand.folders import in_place, writing
 
@@ -22,7 +22,7 @@ def run_view(config: ViewConfig) -> Answer:
     """
     if not config.speed > 0:
         raise InputError(f"--speed {config.speed:g}: give a positive number; 1 is real time")
-    trial = load_trial(config.trial)
+    trial = load_any(config.trial)
     if config.out is not None and config.out.exists():
         raise InputError(f"--out {config.out} exists; give another name, or remove it first")
     why = _why_not(config)
@@ -49,7 +49,7 @@ def _page(config: ViewConfig, why: str) -> Answer:
     return Answer(sentences=(f"Page ({why}): {out}{hint}",), out=out)
 
 
-def _played(trial: Trial, speed: float) -> Answer:
+def _played(trial: AnyTrial, speed: float) -> Answer:
     from inhand.sim.viewer import play
 
     play(trial.passport.hand, trial.passport.object, trial.joint_angles, trial.object_pose, trial.time / speed)

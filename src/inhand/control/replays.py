@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.control.trial import KEPT, Trial
+from inhand.control.trial import KEPT, Episode, Trial
 from inhand.geometry import Array, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import hand_positions
@@ -59,7 +59,7 @@ def replays(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Seque
 
 def player_of(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> Player:
     """Return a player of trials; of many those that failed, and the first of the others."""
-    kept = _chosen(shown)
+    kept = [shown[k] for k in chosen_of([(each.trial.outcome, each.trial.passport.trial) for each in shown])]
     step = -(-sum(len(each.trial.time) for each in kept) // MOST_ROWS)
     hands = list(dict.fromkeys(each.trial.passport.hand for each in kept))
     objects = list(dict.fromkeys(each.trial.passport.object for each in kept))
@@ -72,15 +72,10 @@ def player_of(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Seq
     return Player(tuple(map(_hand, hands)), bodies, trials, extent, tuple(walls), picker)
 
 
-def _chosen(shown: Sequence[Shown]) -> list[Shown]:
-    if len(shown) <= MOST_TRIALS:
-        return list(shown)
-    order = sorted(range(len(shown)), key=lambda k: (not _failed(shown[k]), shown[k].trial.passport.trial))
-    return [shown[k] for k in sorted(order[:MOST_TRIALS])]
-
-
-def _failed(shown: Shown) -> bool:
-    return shown.trial.outcome not in KEPT
+def chosen_of(ends: Sequence[tuple[str, int]]) -> list[int]:
+    """Return which trials of given outcomes and numbers a page holds: of many those that failed come first."""
+    order = sorted(range(len(ends)), key=lambda k: (ends[k][0] in KEPT, ends[k][1]))
+    return sorted(order[:MOST_TRIALS])
 
 
 def _motion(shown: Shown, hand: int, thing: int, step: int) -> Motion:
@@ -100,9 +95,9 @@ def _motion(shown: Shown, hand: int, thing: int, step: int) -> Motion:
         rows=len(columns),
         start=start,
         period=passport.period * step,
-        phases=_phases(trial, step),
+        phases=phases_of(trial, step),
         outcome=trial.outcome,
-        failed=_failed(shown),
+        failed=trial.outcome not in KEPT,
         told=shown.told,
         target=flat(_target(trial) if shown.target is None else shown.target),
         packed=packed(columns),
@@ -121,7 +116,8 @@ def _columns(trial: Trial) -> Array:
     return np.concatenate([trial.joint_angles, place, np.unwrap(pose[:, 2])[:, None], *fingers], axis=1)
 
 
-def _phases(trial: Trial, step: int) -> tuple[tuple[int, str], ...]:
+def phases_of(trial: Episode, step: int) -> tuple[tuple[int, str], ...]:
+    """Return the first of each so many rows, and the name, of every phase."""
     starts = np.flatnonzero(np.diff(trial.phase, prepend=-1))
     return tuple((int(row) // step, trial.phases[int(trial.phase[row])]) for row in starts)
 

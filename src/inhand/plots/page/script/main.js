@@ -23,7 +23,7 @@ function asterisks(host, { panels }, page) {
 }
 
 /** The directions of an asterisk as a list of bars: how far, against how far the hand could reach. */
-function ways(panel, pick) {
+function ways(panel, pick, title = "Distance, and the hand's limit [mm]") {
   const far = Math.max(1, ...panel.curves.map((curve) => Math.max(curve.limit ?? 0, curve.label)));
   const share = (value) => `${Math.max(0, (100 * value) / far).toFixed(2)}%`;
   const rows = panel.curves.map((curve) => {
@@ -34,7 +34,7 @@ function ways(panel, pick) {
     const cells = [make("span", { text: curve.name }), make("span", { class: "track" }, reach, fill), number];
     return make("li", {}, make("button", { type: "button", class: "way", on: act }, ...cells));
   });
-  const head = make("h3", { text: "Distance, and the hand's limit [mm]" });
+  const head = make("h3", { text: title });
   return make("div", { class: "panel" }, head, make("ol", { class: "ways" }, ...rows));
 }
 
@@ -64,7 +64,13 @@ function charts(host, content) {
   }
 }
 
-const VIEWS = { asterisks, player, charts, heat, intervals };
+function bars(host, { lists }, page) {
+  const grid = make("div", { class: "charts wider" });
+  for (const list of lists) grid.append(ways(list, (name) => page.player?.pick(name, ""), list.title));
+  host.append(grid);
+}
+
+const VIEWS = { asterisks, player, charts, heat, intervals, bars };
 const page = { stars: [] };
 
 for (const host of document.querySelectorAll(".view")) {

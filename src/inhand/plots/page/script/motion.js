@@ -22,6 +22,13 @@ export class Motion {
     this.object = objects[trial.object];
     this.rows = trial.rows;
     this.joints = this.hand.fingers.reduce((count, finger) => count + finger.lengths.length, 0);
+    this.straight = trial.angle !== null;
+  }
+
+  /** Return the size of a finger's force on the object at a row [N]. */
+  force(number, row) {
+    const { fx, fy } = this.contact(number, row);
+    return Math.hypot(fx, fy);
   }
 
   get columns() {

@@ -4,6 +4,7 @@ import { Asterisk } from "./asterisk.js";
 import { Chart } from "./chart.js";
 import { draw, make, onWidth, shown } from "./dom.js";
 import { Motion } from "./motion.js";
+import { SolidMotion, SolidStage } from "./solid.js";
 import { Stage } from "./stage.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -32,7 +33,8 @@ function groupsOf(trials) {
 export class Player {
   constructor(host, content, onOpen) {
     this.content = content;
-    this.motions = content.trials.map((trial) => new Motion(trial, content.hands, content.objects));
+    const Kind = content.space ? SolidMotion : Motion;
+    this.motions = content.trials.map((trial) => new Kind(trial, content.hands, content.objects));
     [this.first, this.over, this.row, this.speed, this.playing, this.forces] = [0, -1, 0, 1, false, true];
     this.build(host);
     this.open(this.first);
@@ -46,7 +48,8 @@ export class Player {
 
   build(host) {
     this.frame = make("div", { class: "stage" });
-    this.stage = new Stage(this.frame, this.content.extent, this.content.walls);
+    const Kind = this.content.space ? SolidStage : Stage;
+    this.stage = new Kind(this.frame, this.content.extent, this.content.walls);
     this.told = make("p", { class: "told-trial" });
     this.signals = make("div", { class: "signals" });
     const left = make("div", { class: "picker" });
@@ -70,7 +73,7 @@ export class Player {
     forces.checked = true;
     const box = make("label", { class: "check" }, forces, make("span", { text: "forces (8 mm for 1 N)" }));
     [this.trialSelect, this.overSelect] = [trial.select, over.select];
-    place.append(trial.node, ...(this.motions.length > 1 ? [over.node] : []), box);
+    place.append(trial.node, ...(this.motions.length > 1 ? [over.node] : []), ...(this.content.space ? [] : [box]));
   }
 
   controls() {
@@ -190,7 +193,7 @@ export class Player {
     const lines = (make_) => series.flatMap((one, i) => make_(one, i).map((line) => ({ ...line, dashes: i > 0 })));
     const x = { label: "time [s]", around: 0 };
     const seek = (time) => { this.stop(); this.seek(this.motion.rowAt(time)); };
-    const straight = this.motion.trial.angle !== null;
+    const { straight } = this.motion;
     const way = lines((one, i) => [
       { name: named(straight ? "along" : "from the start", i), x: one.time, y: one.along, series: 0 },
       ...(straight ? [{ name: named("across", i), x: one.time, y: one.across, series: 1 }] : []),
@@ -236,8 +239,7 @@ function signalsOf(motion, fingers) {
     found.across.push(across);
     found.turned.push(turned);
     found.forces.forEach((list, k) => {
-      const { fx, fy } = motion.contact(k, row);
-      list.push(Math.hypot(fx, fy));
+      list.push(motion.force(k, row));
     });
   }
   return found;

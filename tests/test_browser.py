@@ -20,6 +20,8 @@ from inhand.plots.heatmap import HeatMap
 from inhand.plots.intervals import Estimates
 from inhand.plots.page.charts import Axis, Chart, Charts, Heats, Intervals, Level, Line, heat_of, line, listing_of
 from inhand.plots.page.document import WebPart, html_of
+from inhand.plots.page.packed import packed, packed_flags
+from inhand.plots.page.solids import Extent3, Solid, SolidFinger, SolidHand, SolidLink, SolidMotion, Solids
 from inhand.plots.page.views import View
 from page_reader import EVIL, named
 
@@ -243,20 +245,65 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     views: list[WebPart] = [View("heat", Heats((heat,)), "Heat maps"), View("charts", Charts(charts), "Curves")]
     views.append(View("intervals", Intervals((listing_of(names, estimates),), -1.0, 1.0), "Estimates"))
+    views.append(View("player", in_space(), "Replay"))
     place = tmp_path_factory.mktemp("study") / "report.html"
     place.write_text(html_of("A study", ["# Study", *views]), encoding="utf-8")
     return place
 
 
+def in_space() -> Solids:
+    """Return a trial of a finger of one link and an object, which is carried up."""
+    link = SolidLink((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0), ((0.0, 0.0, 0.0, 0.0, 0.0, 40.0, 8.0),))
+    palm = (0.0, 0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 20.0, 0.0)
+    hand = SolidHand((palm,), (SolidFinger("a", 0, (link,), (0.0, 0.0, 40.0), 9.0),))
+    face = (0.0, 0.0, 50.0, 30.0, 0.0, 50.0, 30.0, 30.0, 50.0, 0.0, 30.0, 50.0)
+    rows = np.zeros((50, 1 + 7 + 1))
+    rows[:, [3, 4]] = np.stack([np.linspace(0.0, 20.0, 50), np.ones(50)], axis=1)
+    trial = SolidMotion(
+        name="Up, trial 1",
+        group="ik",
+        direction="Up",
+        along=(0.0, 0.0, 1.0),
+        hand=0,
+        object=0,
+        rows=50,
+        start=0,
+        period=0.02,
+        phases=((0, "manipulate"),),
+        outcome="reached",
+        failed=False,
+        told="reached",
+        target=(0.0, 0.0, 0.0, 0.0, 0.0, 20.0),
+        packed=packed(rows),
+        contact=packed_flags(np.ones((50, 1), dtype=bool)),
+    )
+    return Solids((hand,), (Solid((face,)),), (trial,), Extent3((0.0, 0.0, 30.0), 60.0))
+
+
+def test_a_trial_in_space_plays_and_turns(driver: Driver, study: Path) -> None:
+    shown(driver, study)
+    picture = "return document.querySelector('canvas').toDataURL()"
+    pictures = [driver.execute_script(picture)]
+    press(driver, "canvas", Keys.ARROW_RIGHT)
+    pictures.append(driver.execute_script(picture))
+    driver.execute_script(
+        "const r = document.querySelector('.controls input'); r.value = 49; r.dispatchEvent(new Event('input'))"
+    )
+    pictures.append(driver.execute_script(picture))
+    assert len(set(pictures)) == 3
+    assert text(driver, ".clock").startswith("0.98 s · manipulate · 20.0 mm")
+    assert not complaints(driver)
+
+
 def test_curves_heat_maps_and_estimates_are_drawn(driver: Driver, study: Path) -> None:
     shown(driver, study)
-    assert len(driver.find_elements("css selector", ".chart svg")) == 4
-    assert len(driver.find_elements("css selector", ".chart polyline.line")) == 4
+    assert len(driver.find_elements("css selector", ".charts .chart svg")) == 4
+    assert len(driver.find_elements("css selector", ".charts .chart polyline.line")) == 4
     texts = "return [...document.querySelectorAll(arguments[0])].map(c => c.dataset.text ?? c.textContent)"
     assert driver.execute_script(texts, ".heat td") == ["0.50", "\N{EN DASH}", "1.00", "0.00"]
     assert driver.execute_script(texts, ".estimate .value") == ["0.40 (0.10 to 0.60)", "not told"]
     point = """
-    const svg = document.querySelectorAll('.chart svg')[arguments[0]];
+    const svg = document.querySelectorAll('.charts .chart svg')[arguments[0]];
     const { left, top, width, height } = svg.querySelector('.dot, .line').getBoundingClientRect();
     const at = { clientX: left + width, clientY: top + height / 2, bubbles: true };
     svg.dispatchEvent(new PointerEvent('pointermove', at));

@@ -14,6 +14,8 @@ from inhand.plots.page.views import View
 from inhand.plots.spatial_asterisk import SpatialCurve, Turned
 
 KIND = "A run of the Asterisk Test in space"
+TURNS = "var(--series-1)"
+"""Colour of angles."""
 
 
 def spatial_page(
@@ -40,15 +42,9 @@ def spatial_page(
 
 def _distances(curves: Sequence[SpatialCurve], turns: Sequence[Turned]) -> list[View]:
     lists = [
-        Ways(
-            "Distance, and the hand's limit [mm]",
-            tuple(Way(each.name, each.distance_mm, each.limit_mm) for each in curves),
-        ),
-        Ways(
-            "Angle, and the hand's limit [deg]",
-            tuple(Way(each.name, each.mean_deg, each.limit_deg, "var(--series-1)") for each in turns),
-        ),
+        Ways("Distance [mm]", tuple(Way(each.name, each.distance_mm, each.limit_mm) for each in curves)),
+        Ways("Angle [deg]", tuple(Way(each.name, each.mean_deg, each.limit_deg, TURNS) for each in turns)),
     ]
     there = tuple(each for each in lists if each.curves)
-    told = "Means up to the first loss of contact; click one to replay it below."
+    told = "Means up to the first loss of contact, of the hand's limit where it is known; click one to replay it below."
     return [View("bars", Bars(there), "Distances", told)] if there else []

@@ -95,7 +95,7 @@ def test_what_no_page_can_be_made_of_is_refused_before_anything_is_written(
     (half / "metrics.json").unlink()
     shutil.rmtree(nothing / "trials")
     content = json.loads((later / "metrics.json").read_text(encoding="utf-8"))
-    content["config"]["gravity"] = 9.81
+    content["config"]["wind"] = 9.81
     (later / "metrics.json").write_text(json.dumps(content), encoding="utf-8")
     (tmp_path / "busy.part").mkdir()
     cases = {
@@ -103,7 +103,7 @@ def test_what_no_page_can_be_made_of_is_refused_before_anything_is_written(
         (tmp_path / "none",): "is not there: give the folder of a run, or a trial's .npz file",
         (half,): "holds a run that is not finished: wait for it, or give its command again",
         (tmp_path / "busy",): "holds a run that is not finished",
-        (later,): "metrics.json: gravity is a field that this version does not know; a later one may",
+        (later,): "metrics.json: wind is a field that this version does not know; a later one may",
         (nothing,): "holds no trials: give the whole folder of a run",
         (saved, "--out", tmp_path): f"--out {tmp_path} is a folder; give the name of a file",
         (*[saved] * 7, "--out", tmp_path / "x.html"): "7 runs to compare: give 2 to 6",

@@ -10,11 +10,8 @@ from inhand.control.seen import View
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.state import State
-
-SUBSTEPS = 5
-"""Physics steps for one decision: 0.02 s, guessed (the thesis's physics steps take 4 ms)."""
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,13 @@ from functools import partial
 import numpy as np
 
 from inhand.control.catalogue import ControllerEntry
-from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import Recording
 from inhand.control.trial import SHAPES, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.names import ENGINE
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.versions import versions
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
-from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
 from inhand.control.memory import Memory
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
@@ -22,7 +21,7 @@ from inhand.sim.disturbance import FACTORS
 from inhand.sim.drawn import Disturbed, Drawn, truths
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of

@@ -119,7 +119,7 @@ def a_recording(folder: Path, name: str = "p1_2v2_c_n_1.csv", scale: float = 1.0
 
 def test_trials_and_recordings_are_measured_alone(run: Path, tmp_path: Path, inhand: Call) -> None:
     csv, numbers = a_recording(tmp_path), tmp_path / "numbers.json"
-    code, out, err = inhand("metrics", run / "trials" / "right_1.npz", csv, "--json", numbers)
+    code, out, err = inhand("metrics", run / "trials" / "right_1.npz", csv, "--out", numbers)
     assert (code, err) == (0, "")
     assert "right_1.npz" in out
     assert csv.name in out
@@ -128,9 +128,9 @@ def test_trials_and_recordings_are_measured_alone(run: Path, tmp_path: Path, inh
     assert simulated == made
     assert (human["direction"], human["outcome"], human["contact_fraction"]) == ("Right", "recorded", None)
     assert human["distance_mm"] == pytest.approx(30, abs=0.5)
-    again = inhand("metrics", csv, "--json", numbers)
+    again = inhand("metrics", csv, "--out", numbers)
     assert again[0] == 2
-    assert again[2] == f"inhand: --json {numbers} exists; give another name, or remove it first\n"
+    assert again[2] == f"inhand: --out {numbers} exists; give another name, or remove it first\n"
 
 
 def test_a_folder_of_recordings_is_measured(tmp_path: Path, inhand: Call) -> None:
@@ -252,7 +252,7 @@ def test_metrics_of_nothing_and_of_something_else(run: Path, inhand: Call) -> No
     assert (code, err) == (2, "inhand: no files given: give .npz trials, .csv human files, or folders of human files\n")
     code, _, err = inhand("metrics", run / "report.md")
     assert code == 2
-    assert "is neither a .npz trial, nor a .csv human file, nor a folder; give one of these" in err
+    assert "is neither a .npz trial, nor a .csv human file, nor a folder; give one of these (a file to write" in err
 
 
 def test_stopping_is_no_crash(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,9 +12,9 @@ from inhand.control.contract import contract_of
 from inhand.control.controller import Task
 from inhand.control.estimator import WAIT
 from inhand.control.memory import Memory
-from inhand.control.policy import Policy, aims_of
+from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import Seen, exact
-from inhand.control.sensed_policy import SensedPolicyController
+from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, Path
@@ -30,8 +30,7 @@ from inhand.tasks.decisions import actions_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim
 from inhand.tasks.past import LAGS
-from inhand.tracing.config import TraceConfig
-from inhand.tracing.run import check_trace
+from inhand.tasks.paths import stacked
 from test_simulator import CUBE, HAND
 
 HELD, PERIOD = Held(HAND, CUBE), 0.02
@@ -103,15 +102,46 @@ def test_one_world_begins_anew_and_the_others_go_on(starts: Starts) -> None:
     np.testing.assert_allclose(both.past.start[2], moved[2])
 
 
+def test_what_goes_on_is_remembered_and_counts_from_where_the_object_is_believed(starts: Starts) -> None:
+    memory, pose = Memory(HELD, seen_at(starts, 0)), starts.state.pose
+    for decision in range(1, 20):
+        memory.take(seen_at(starts, decision, pose + np.array([0.003, -0.002, 0.01])))
+    before = memory.past
+    memory.go_on(np.array([1]), np.array([0.2]))
+    after, asked = memory.past, Aim(np.zeros(4), pose, np.full(4, 0.03))
+    shift = after.shift(after.aimed(asked))
+    np.testing.assert_allclose(shift[1, :2], 0.0, atol=1e-12)  # it begins where it is ...
+    np.testing.assert_allclose(shift[1, 2], before.pose[1, 2] - before.believed[1, 2] - 0.2)  # ... to be held turned
+    np.testing.assert_array_equal(after.start[1], after.believed[1])
+    np.testing.assert_array_equal(after.first[1], after.joint_angles[1])
+    assert not after.waiting.any()
+    for name, values in vars(after).items():
+        axis = 1 if values.shape[0] == len(LAGS) and values.ndim > 1 else 0
+        one, two = (np.take(each, [0, 2, 3], axis=axis) for each in (values, getattr(before, name)))
+        np.testing.assert_array_equal(one, two, err_msg=name)
+
+
+def test_what_is_remembered_of_some_worlds_is_that_of_these(starts: Starts) -> None:
+    memory = Memory(HELD, seen_at(starts, 0))
+    memory.take(seen_at(starts, 1, starts.state.pose + 0.001 * np.arange(4)[:, None]))
+    some = memory.past.select(np.array([3, 1]))
+    assert some.n_worlds == 2
+    for name, values in vars(memory.past).items():
+        axis = 1 if values.shape[0] == len(LAGS) and values.ndim > 1 else 0
+        np.testing.assert_array_equal(getattr(some, name), np.take(values, [3, 1], axis=axis), err_msg=name)
+
+
 def test_paths_that_bend_are_nothing_for_a_policy_and_turns_on_the_spot_are() -> None:
     way = np.linspace(0.0, 0.1, 5)
     straight = np.stack([0 * way, way, 0 * way], axis=-1)
     turn = np.stack([0 * way, 0 * way, -way], axis=-1)
-    angle, side = aims_of(np.stack([straight, turn]))
-    np.testing.assert_allclose(angle, [np.pi / 2, 0.0])
-    np.testing.assert_array_equal(side, [0.0, -1.0])
-    with pytest.raises(InputError, match="straight primitives"):
-        aims_of((straight + turn)[None])
+    both = np.concatenate([turn, straight - (0.0, 0.0, 0.1)])
+    angle, turned = parts_of(stacked([straight, turn, both]))
+    np.testing.assert_allclose(angle, [np.pi / 2, 0.0, np.pi / 2])
+    np.testing.assert_allclose(turned, [0.0, -0.1, -0.1])
+    for bent in (straight + turn, np.concatenate([straight, turn + straight[-1]])):
+        with pytest.raises(InputError, match="straight primitives"):
+            parts_of(bent[None])
 
 
 def test_a_turn_is_a_way_on_an_arc_and_what_it_moves_is_off() -> None:
@@ -122,19 +152,22 @@ def test_a_turn_is_a_way_on_an_arc_and_what_it_moves_is_off() -> None:
     np.testing.assert_array_equal(aim.heading, [[0.0, 0.0], [1.0, 0.0]])
 
 
-def test_a_policy_on_senses_holds_while_it_waits_then_is_told_its_way_and_ends(starts: Starts) -> None:
-    told = []
+def listening(told: list[Array]) -> Policy:
+    """Return a policy that holds, and tells a list the direction, the side of a turn and the way that it is asked."""
 
     class Listens(Policy):
         def __call__(self, observation: Array) -> Array:
-            told.append(observation[:, 3].copy())
+            told.append(observation[:, :4] * (1.0, 1.0, 1.0, 0.1))
             return np.zeros((len(observation), HAND.n_joints))
 
-    policy = Listens(
-        (np.zeros((find_layout("senses").size(HAND), 4)),), (np.zeros(4),), "senses", "steps", "sensed", {}, None
-    )
+    weights = np.zeros((find_layout("senses").size(HAND), HAND.n_joints))
+    return Listens((weights,), (np.zeros(HAND.n_joints),), "senses", "steps", "sensed", {}, None)
+
+
+def test_a_policy_on_senses_holds_while_it_waits_then_is_told_its_way_and_ends(starts: Starts) -> None:
+    told = list[Array]()
     path = Path(np.tile(np.linspace(0.0, 0.05, 3)[:, None] * [1.0, 0.0, 0.0], (4, 1, 1)))
-    entry = learned("senses", policy)
+    entry = learned("senses", listening(told))
     assert entry.reads == "sensed"
     controller = entry.manipulate(Task(HAND, (CUBE,) * 4, path, distance=np.full(4, 0.03)))
     assert isinstance(controller, SensedPolicyController)
@@ -144,8 +177,78 @@ def test_a_policy_on_senses_holds_while_it_waits_then_is_told_its_way_and_ends(s
         np.testing.assert_array_equal(controller.act(seen_at(starts, decision)), starts.state.targets)
         done.append(bool(controller.finished(seen_at(starts, decision)).all()))
     waits = round(WAIT / PERIOD)
-    np.testing.assert_allclose(told, np.repeat([0.0, 0.3], [waits, 40 - waits])[:, None] * np.ones(4))
+    np.testing.assert_allclose(
+        np.array(told)[..., 3], np.repeat([0.0, 0.03], [waits, 40 - waits])[:, None] * np.ones(4)
+    )
     assert done.index(True) == pytest.approx(waits + 0.4 / PERIOD, abs=2)
+
+
+def test_a_twist_comes_before_the_way_and_nothing_is_waited_for_between(starts: Starts) -> None:
+    told = list[Array]()
+    turns = np.array([0.02, -0.5, 0.0, 0.02])  # the first is nothing, the second is never reached by who holds
+    ways = np.linspace(0.0, 1.0, 3)[:, None]
+    path = stacked([np.concatenate([ways * [0.0, 0.0, a], [0.0, 0.0, a] + ways * [0.0, 0.04, 0.0]]) for a in turns])
+    task = Task(HAND, (CUBE,) * 4, Path(path), distance=np.array([0.03, 0.03, 0.03, 0.0005]))
+    controller = learned("senses", listening(told)).manipulate(task)
+    assert isinstance(controller, SensedPolicyController)
+    controller.begin(seen_at(starts, 0))
+    for decision in range(30):
+        controller.act(seen_at(starts, decision))
+    waits, asked = round(WAIT / PERIOD), np.array(told)
+    np.testing.assert_allclose(asked[:waits, :, 3], 0.0)
+    np.testing.assert_allclose(asked[:waits, :, 2], np.tile(np.sign(turns), (waits, 1)))
+    still = [*asked[waits - 1, :3, 3], *asked[-1, :3, 3]]
+    np.testing.assert_allclose(still[:3], 0.0)
+    np.testing.assert_allclose(still[3:], [0.03 - 0.02 * TURN_ARM, 0.5 * TURN_ARM, 0.03], atol=1e-12)
+    np.testing.assert_allclose(asked[-1, :, 2], [0.0, -1.0, 0.0, 1.0])
+    np.testing.assert_allclose(asked[-1, [0, 2], :2], [[0.0, 1.0], [0.0, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(controller.progress, [0.02 * TURN_ARM, 0.0, 0.0, 0.0], atol=2e-4)
+
+
+def test_a_primitive_of_a_sequence_counts_from_where_it_is_planned_to_start(starts: Starts) -> None:
+    told, memory = list[Array](), Memory(HELD, seen_at(starts, 0))
+    path = Path(np.tile(np.linspace(0.0, 0.02, 3)[:, None] * [1.0, 0.0, 0.0], (2, 1, 1)))
+    worlds, start = np.array([1, 3]), starts.state.pose[[1, 3]] - (0.004, 0.0, 0.1)
+    primitive = PolicyPrimitive(Task(HAND, (CUBE,) * 2, path, start=start), listening(told))
+    for decision in range(1, 20):
+        memory.take(seen_at(starts, decision))
+        past = memory.past.select(worlds)
+        if decision == 1:
+            primitive.begin(past)
+        primitive.act(past)
+        assert not primitive.finished(past).any()
+    waits = round(WAIT / PERIOD)
+    assert (np.array(told)[: waits - 1, :, 3] == 0).all()
+    np.testing.assert_allclose(np.array(told)[waits:, :, 3], 0.02)
+    seen = primitive.seen_by(past)
+    np.testing.assert_allclose(seen[0].shift(seen[1]), past.pose - start, atol=1e-12)
+
+
+def test_primitive_follows_primitive_and_the_teacher_goes_them_all(starts: Starts) -> None:
+    here = starts.state.pose
+    back, nothing = np.column_stack([here[:, :2] + 0.004, np.zeros(4)]), np.full((4, 3), np.nan)
+    turn = np.tile([0.0, 0.0, 0.15], (4, 1))
+    legs = np.stack([turn, back, nothing], axis=1)
+    legs[3, 0] = np.nan
+    interface = Interface("senses", "steps", "progress", horizon=200, truth="truth")
+    asked = replace(starts, distance=np.full(4, 0.008), legs=legs)
+    worlds = ManipulationWorlds(HELD, asked, 4, interface, np.random.default_rng(1))
+    worlds.reset(np.arange(4))
+    teach, seen, lost = expert_of(TEACHER, HELD, asked, worlds), list[Array](), np.zeros(4, dtype=bool)
+    for _ in range(150):
+        step = worlds.step(actions_of(teach(), "steps", HAND, worlds.seen))
+        seen.append(np.column_stack([worlds.aim.turn, worlds.asked.distance, step.observation[:, 3]]))
+        lost |= step.terminated
+    told = np.array(seen)
+    assert not lost.any()
+    sides = [(np.diff(told[:, world, 0]) != 0).sum() for world in range(4)]
+    assert sides == [2, 2, 2, 0]
+    assert (told[15:, :, 1] > 0).all()  # nothing is waited for again
+    np.testing.assert_allclose(told[:, :, 1] / 0.1, told[:, :, 2], atol=1e-6)  # and the actor is asked the same
+    turned = worlds.state.pose[:, 2] - here[:, 2]
+    np.testing.assert_allclose(turned, [0.15, 0.15, 0.15, 0.0], atol=0.05)
+    np.testing.assert_allclose(worlds.state.pose[:3, :2], back[:3, :2], atol=2.5e-3)
+    np.testing.assert_allclose(step.shift[3, 0], 0.008, atol=2.5e-3)
 
 
 def test_the_teacher_knows_zeros_and_carries_the_object_where_it_is_asked(starts: Starts) -> None:
@@ -184,8 +287,8 @@ def test_what_has_no_memory_is_not_given_the_layout_of_senses() -> None:
         user_policy(np.tanh, "senses")
     with pytest.raises(InputError, match="knows primitives: leave task out"):
         check(replace(preset("sensed"), task="key"))
-    with pytest.raises(InputError, match="carries single primitives: take --controller ik-sensed"):
-        check_trace(TraceConfig(controller="rl-sensed"))
+    with pytest.raises(InputError, match="'ik' shows straight primitives: leave turns and legs at 0"):
+        check(replace(preset("default"), recipe=replace(preset("default").recipe, turns=0.1)))
 
 
 def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> None:

@@ -16,7 +16,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.scenes import average_curve, compatible_curve, counted_rows, trial_path
 from inhand.asterisk_test.table import HEADER
-from inhand.cli import configuration
+from inhand.cli.asked import asked
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN
@@ -143,7 +143,7 @@ def test_every_primitive_has_a_file_name_of_its_own() -> None:
 def test_the_command_repeats_the_run(config: AsteriskConfig) -> None:
     words = shlex.split(command(config))
     assert words[0] == "inhand"
-    assert configuration(words[1:]) == config
+    assert asked(words[1:]).config == config
 
 
 # What the figures are drawn from.

@@ -22,6 +22,7 @@ from inhand.asterisk_test.robustness.figures import strength_figure
 from inhand.asterisk_test.robustness.run import RobustnessRun
 from inhand.asterisk_test.robustness.sensitivity import sensitivity
 from inhand.asterisk_test.robustness.summary import Robustness, retention, robustness_of, wilson
+from inhand.control.policy import Cost, Policy
 from inhand.control.trial import load_trial
 from inhand.errors import InputError
 from inhand.sim.disturbance import FIELD, LEVELS, SINGLES, Camera, Differences, Disturbance, Pushes
@@ -355,7 +356,10 @@ def test_kept_trials_are_of_as_many_directions_as_there_are_and_take_the_place_o
 
 
 def test_what_training_took_is_told_where_a_folder_or_a_card_says_it(tmp_path: Path) -> None:
-    assert _cost(tmp_path, {}) == "not told"
-    assert _cost(tmp_path, {"decisions": 1000}) == "1,000 decisions"
+    policy = Policy((), (), "grip", "steps", "planned", {})
+    assert _cost(tmp_path, policy) == "not told"
     (tmp_path / "finished.json").write_text('{"decisions": 1200000, "seconds": 480.0}')
-    assert _cost(tmp_path / "best", {}) == "1,200,000 decisions in 8.0 minutes"
+    assert _cost(tmp_path / "best", policy) == "1,200,000 decisions in 8.0 minutes"
+    signed = replace(policy, cost=Cost(3500, 612000, 23000, 144.0))
+    told = "3,500 episodes, 612,000 decisions, 23,000 updates, 2.4 minutes of a core"
+    assert _cost(tmp_path / "best", signed) == told

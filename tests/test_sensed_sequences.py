@@ -10,6 +10,7 @@ import inhand
 from inhand.control import sensed_plan
 from inhand.control.catalogue import CONTROLLERS, learned, rough_grasp
 from inhand.control.controller import Task
+from inhand.control.estimator import WAIT
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
@@ -25,6 +26,7 @@ from inhand.sim.state import State
 from inhand.tasks.layouts import find_layout
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import follow
+from inhand.tracing.plan import plan_along
 from inhand.tracing.run import prepare_trace
 from inhand.tracing.sequencer import Sequencer
 from test_sequencing import ASIDE, HELD, THREE, plan_of
@@ -116,14 +118,29 @@ def test_what_a_sensed_controller_does_not_plan_to_carry_is_refused_or_scaled() 
         prepare_trace(TraceConfig(path="key", controller=name, trials=1))
 
 
-def test_a_learned_policy_holds_a_drawing_as_was_planned_with_what_can_carry_it() -> None:
-    """The policy itself knows straight primitives, and a drawing bends."""
-    rng, inputs = np.random.default_rng(0), find_layout("senses").size(HELD.hand)
-    weights = rng.normal(0.0, 0.01, (inputs, HELD.hand.n_joints))
-    policy = Policy((weights,), (np.zeros(HELD.hand.n_joints),), "senses", "fine", "sensed", {})
-    (found,) = follow(HELD, learned("student", policy), [THREE[0]], ASIDE[:1], Bench())
-    assert found.trial.passport.reads == "sensed"
-    assert {event.what for event in found.events} == {"stuck", "gave up"}  # one that knows nothing
+def test_a_learned_policy_carries_out_every_primitive_itself_and_waits_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Grasp and way are planned with what can carry a drawing, which bends."""
+    told = list[Array]()
+
+    class Listens(Policy):
+        def __call__(self, observation: Array) -> Array:
+            told.append(observation[:, :4])
+            return np.zeros((len(observation), HELD.hand.n_joints))
+
+    weights = np.zeros((find_layout("senses").size(HELD.hand), HELD.hand.n_joints))
+    policy = Listens((weights,), (np.zeros(HELD.hand.n_joints),), "senses", "fine", "sensed", {})
+    monkeypatch.setattr("inhand.tracing.follow.IkController", lambda *_: pytest.fail("the expert was asked"))
+    turns = plan_along("turns", np.stack([HELD.start, HELD.start + np.array([0.0, 0.0, 0.2])]), HELD.start)
+    moves, turned = follow(HELD, learned("student", policy), [THREE[0], turns], ASIDE[:2], Bench())
+    for found in (moves, turned):
+        assert found.trial.passport.reads == "sensed"
+        assert {event.what for event in found.events} == {"stuck", "gave up"}  # one that does nothing
+    alone = [each[0] for each in told if len(each) == 1]
+    assert {-1.0, 0.0, 1.0} >= {float(each[2]) for each in alone} > {0.0}
+    waits = round(WAIT / 0.02)
+    assert all((each[:, 3] == 0).all() for each in told[:waits])  # it holds while first frames come in
+    going = [float(each[3]) for each in alone[:80]]
+    assert min(going) > 0.0  # and then no more
 
 
 def test_nothing_is_told_of_a_world_after_its_object_was_lost(monkeypatch: pytest.MonkeyPatch) -> None:

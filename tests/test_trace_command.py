@@ -14,6 +14,8 @@ from PIL import Image
 import inhand as front
 from commands import Call
 from inhand import caches
+from inhand.cli.answer import tell
+from inhand.cli.commands import Printing
 from inhand.cli.terminal import print_table
 from inhand.cli.trace import SPARE, run_trace
 from inhand.control.trial import load_trial
@@ -42,7 +44,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small run, with what it printed."""
     out = tmp_path_factory.mktemp("results") / "small run"
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        run_trace(TraceConfig(path="square", size=30, trials=2, seed=4, out=out))
+        tell("trace", run_trace(TraceConfig(path="square", size=30, trials=2, seed=4, out=out)), Printing())
     (out / "printed.txt").write_text(printed.getvalue(), encoding="utf-8")
     return out
 
@@ -50,6 +52,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     names = {str(path.relative_to(run)) for path in run.rglob("*") if path.is_file()}
     assert names == {
+        "run.toml",
         "trace.json",
         "report.md",
         "figures/trace.png",
@@ -92,7 +95,7 @@ def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
 
 def test_a_trial_of_a_drawing_has_no_metrics_of_a_primitive(run: Path, tmp_path: Path, inhand: Call) -> None:
     file = run / "trials" / "square_1.npz"
-    code, out, err = inhand("metrics", file, "--json", tmp_path / "numbers.json")
+    code, out, err = inhand("metrics", file, "--out", tmp_path / "numbers.json")
     assert (code, out) == (2, "")
     told = "followed square, which is no primitive: its errors are in the trace.json of its run; give trials of"
     assert err == f"inhand: {file} {told} `inhand asterisk`\n"
@@ -197,7 +200,7 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     assert (code, err) == (0, "")
     assert "Letter L of 24 mm by rl" in printed
     assert "The policy moves; twists and recoveries are the expert's (`ik`)." in printed
-    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "trace.json", "trials"]
+    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "run.toml", "trace.json", "trials"]
     assert (out / "trials" / "letter_l_1.npz").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
 

@@ -23,6 +23,7 @@ from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.hands.sides import rough_plan
 from inhand.learning import worlds
+from inhand.learning.ahead import compile_ahead
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training, default, preset, thesis
 from inhand.learning.datasets import write_dataset
@@ -35,7 +36,7 @@ from inhand.learning.run_cards import card_of, check, read_config
 from inhand.learning.runs import resume, train
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.starts import gripped
-from inhand.learning.training import Trainer, compile_ahead
+from inhand.learning.training import Trainer
 from inhand.records import table_of
 from inhand.sim.disturbance import FIELD
 from inhand.sim.engine import Simulator
@@ -65,7 +66,7 @@ SENSED = replace(
     SMALL,
     disturb="field",
     interface=replace(SMALL.interface, observation="senses", truth="truth"),
-    recipe=replace(SMALL.recipe, expert="teacher", episodes=16),
+    recipe=replace(SMALL.recipe, expert="teacher", episodes=16, turns=0.25, legs=0.25),
     rounds=2,
     relabelled=8,
     refit=1000,
@@ -150,6 +151,13 @@ def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(sensed
     ready = load_ready(SENSED, tmp_path / "run" / "ready.npz")
     trainer = Trainer(SENSED, ready, tmp_path / "run", lambda _: None)
     trainer.run()
+    cost, counters = load_policy(tmp_path / "run" / "best").cost, trainer.counters
+    assert cost is not None
+    assert cost == load_policy(tmp_path / "run" / "last").cost
+    assert cost.episodes == 16 + 2 * 8 + counters.episodes
+    assert cost.decisions > ready.expert_rows + counters.decisions  # what was relabelled too
+    assert cost.updates == 2 * SENSED.imitate + SENSED.refit + SENSED.warm_up + counters.updates
+    assert 0 < cost.cpu_s < 600
     rows = ReplayBuffer(tmp_path / "run" / "expert.rows", ready.columns, ready.expert_rows + 400, 0)
     parts = ready.columns.parts()
     assert parts["truth"].stop - parts["truth"].start == find_layout("truth").size(ready.held.hand)
@@ -204,7 +212,7 @@ def test_what_is_compiled_ahead_is_what_training_calls(
 
 
 def _timeless(lines: str) -> list[dict[str, object]]:
-    return [{k: v for k, v in json.loads(line).items() if k != "seconds"} for line in lines.splitlines()]
+    return [{k: v for k, v in json.loads(line).items() if k not in {"seconds", "cpu_s"}} for line in lines.splitlines()]
 
 
 def test_a_value_that_is_not_a_number_stops_training_with_its_state_kept(

@@ -7,6 +7,7 @@ import math
 import re
 import reprlib
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, get_args, get_type_hints
@@ -26,6 +27,7 @@ _WORDS = {
 }  # fmt: skip
 
 
+@dataclass(frozen=True)
 class Config:
     """A frozen dataclass of settings, whose fields hold what they are said to from the moment it is made.
 

@@ -87,10 +87,15 @@ def measure(
     _check_rest(len(path), contact, angle_deg, target_rotation_deg)
     if contact is None:
         return _measure_rows(path, turn, angle_deg, target_rotation_deg, reference_mm)
-    held, rows = np.all(contact, axis=1), counted_rows(contact)
+    rows = counted_rows(contact)
     metrics = _measure_rows(path[:rows], turn[:rows], angle_deg, target_rotation_deg, reference_mm)
-    gap = longest_run(~held) * row_s
-    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_s=gap)
+    return with_contact(metrics, contact, row_s)
+
+
+def with_contact(metrics: Metrics, contact: NDArray[np.bool_], row_s: float) -> Metrics:
+    """Return metrics with those of the contact of every finger `(T, F)` in all rows, `row_s` apart [s]."""
+    held = np.all(contact, axis=1)
+    return replace(metrics, contact_fraction=float(held.mean()), longest_gap_s=longest_run(~held) * row_s)
 
 
 def counted_rows(contact: NDArray[np.bool_]) -> int:
@@ -116,15 +121,41 @@ def _measure_rows(
 ) -> Metrics:
     """Return the metrics of rows `(T, 2)` and `(T,)` that all count, those of contact left None."""
     path = path - path[0]
-    arc = geometry.length(path)
     if angle_deg is None:
         along, lateral = np.zeros(len(path)), np.linalg.norm(path, axis=1)
-        error = np.abs(turn - turn[0])
-        efficiency = _share(float(error[-1]), float(np.abs(np.diff(turn)).sum()))
-    else:
-        along, across = progress(path, angle_deg).T
-        lateral, error = np.abs(across), np.abs(turn - target_deg)
-        efficiency = _share(float(along[-1]), arc)
+        return of_rows(Rows(path, along, lateral, np.abs(turn - turn[0]), turn), None, reference)
+    along, across = progress(path, angle_deg).T
+    ahead = geometry.unit(math.radians(angle_deg))
+    return of_rows(Rows(path, along, np.abs(across), np.abs(turn - target_deg), turn), ahead, reference)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What is measured of T rows that all count, in the plane or in space."""
+
+    path: Array
+    """Positions from the start `(T, 2)` or `(T, 3)` [mm]."""
+    along: Array
+    """Progress along the direction `(T,)` [mm], 0 where it only turns."""
+    lateral: Array
+    """Distance from the line along the direction, or from the start where it only turns `(T,)` [mm]."""
+    error: Array
+    """Difference from the target rotation, or the angle turned where it only turns `(T,)` [deg]."""
+    turn: Array
+    """Rotation, unwrapped `(T,)` [deg]."""
+
+
+def of_rows(rows: Rows, ahead: Array | None, reference: Array | None) -> Metrics:
+    """Return the metrics of rows, those of contact left None.
+
+    Args:
+        rows: what is measured of them.
+        ahead: unit vector of the direction `(2,)` or `(3,)`, None where it only turns.
+        reference: way-points of the reference path `(S, 2)` or `(S, 3)` from the start [mm], or None without one.
+    """
+    path, along, lateral, error = rows.path, rows.along, rows.lateral, rows.error
+    arc = geometry.length(path)
+    whole = float(np.abs(np.diff(rows.turn)).sum()) if ahead is None else arc
     off = None if reference is None else distance_to(path[:, None], reference[:-1], reference[1:]).min(axis=1)
     return Metrics(
         distance_mm=float(along[-1]),
@@ -134,8 +165,8 @@ def _measure_rows(
         rotation_max_deg=float(error.max()),
         rotation_final_deg=float(error[-1]),
         arc_length_mm=arc,
-        efficiency=efficiency,
-        frechet_mm=_frechet(path, float(along[-1]), angle_deg),
+        efficiency=_share(float(error[-1] if ahead is None else along[-1]), whole),
+        frechet_mm=_frechet(path, float(along[-1]), ahead),
         contact_fraction=None,
         longest_gap_s=None,
         path_max_mm=None if off is None else float(off.max()),
@@ -143,8 +174,8 @@ def _measure_rows(
     )
 
 
-def _frechet(path: Array, distance: float, angle_deg: float | None) -> float:
-    """Return the discrete Frechet distance of a path `(T, 2)` to the segment from 0 over `distance`.
+def _frechet(path: Array, distance: float, ahead: Array | None) -> float:
+    """Return the discrete Frechet distance of a path `(T, d)` to the segment from 0 over `distance`.
 
     Only the corners of a path are compared, so one with few rows would seem far from the line it lies on: points
     are put between its rows until they lie as close as the segment's. A negative distance has no segment, and
@@ -158,9 +189,10 @@ def _frechet(path: Array, distance: float, angle_deg: float | None) -> float:
         pieces = np.maximum(np.ceil(steps / spacing - 1e-9), 1).astype(int)
         knots = np.concatenate([[0], np.cumsum(pieces)])
         path = interpolate(np.arange(knots[-1] + 1), knots, path)
-    target = np.linspace(0.0, length, TARGET_POINTS)[:, None] * geometry.unit(math.radians(angle_deg or 0.0))
     # A rotation has no segment but a point, from which the largest distance is the Frechet distance.
-    return frechet(path, target if length > 0.0 else target[:1])
+    if ahead is None or not length > 0.0:
+        return frechet(path, np.zeros((1, path.shape[1])))
+    return frechet(path, np.linspace(0.0, length, TARGET_POINTS)[:, None] * ahead)
 
 
 def _share(part: float, whole: float) -> float:

@@ -18,6 +18,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
 from inhand.records import read_record
+from inhand.repeats import write_repeat
 from inhand.shown import Shown, frame, listed, saved
 from inhand.tasks.primitives import Primitive, parse_directions
 from inhand.tasks.reach import Limit, limits, start_grip
@@ -100,6 +101,7 @@ class Reach(Shown):
             "versions": versions(),
         }
         write_json(content, folder / MARK)
+        write_repeat(folder, "reach", self.config)
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,7 @@ from inhand.plots.path import path_figure
 from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
+from inhand.repeats import write_repeat
 from inhand.shown import Shown
 from inhand.tasks.primitives import twisted_name
 from inhand.versions import versions
@@ -99,6 +100,7 @@ class Run(Shown):
         }
         write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)
+        write_repeat(folder, "asterisk", self.config)
 
     @property
     def name(self) -> str:

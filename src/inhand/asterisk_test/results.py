@@ -80,11 +80,18 @@ class Result:
     """and why it gave none."""
     bent: bool = False
     """Whether its reference path is not the straight line along the direction."""
+    along: tuple[float, float, float] | None = None
+    """Unit vector of its direction in space; None in the plane, and where it only turns."""
+
+    @property
+    def turns(self) -> bool:
+        """Whether it only turns the object."""
+        return self.angle_deg is None and self.along is None
 
     @property
     def reached(self) -> float:
         """Counted distance [mm], or the angle turned at the end where there is no direction [deg]."""
-        return self.metrics.rotation_final_deg if self.angle_deg is None else self.metrics.distance_mm
+        return self.metrics.rotation_final_deg if self.turns else self.metrics.distance_mm
 
     @property
     def fraction(self) -> float | None:
@@ -214,6 +221,8 @@ def as_entry(result: Result) -> dict[str, Any]:
         "labels": None if result.labels is None else list(result.labels),
         "source": result.source,
     }
+    if result.along is not None:
+        entry["along"] = list(result.along)
     if result.more:
         entry["more"] = result.more
     if result.unseen.frames:
@@ -233,6 +242,8 @@ def tidy(entries: Iterable[dict[str, Any]], also: Sequence[str] = ()) -> DataFra
     table = table.reindex(columns=[*dict.fromkeys([*table.columns, *known, *MAY_LACK])])
     table = table.astype(dict.fromkeys(MAY_LACK, float))
     turns = table["angle_deg"].isna()
+    if "along" in table:  # directions in space, which have no angle
+        turns &= table["along"].isna()
     for name, (along, turned) in {"reached": REACHED, "limit": LIMIT}.items():
         table[name] = table[along].where(~turns, table[turned]).astype(float)
     return table
@@ -271,4 +282,4 @@ def largest(values: Iterable[float | None]) -> float | None:
 
 
 def _limit_entry(result: Result) -> dict[str, float | None]:
-    return {("limit_deg" if result.angle_deg is None else "limit_mm"): result.limit}
+    return {("limit_deg" if result.turns else "limit_mm"): result.limit}

@@ -76,7 +76,7 @@ def _where(bad: Sequence[Result]) -> str:
     counted = ", ".join(str(round(result.reached)) for result in bad)
     if all(result.outcome == NO_MOVEMENT for result in bad) and limit is not None:
         return f" after {counted} of {limit:.0f}{unit}"
-    if bad[0].angle_deg is None:
+    if bad[0].turns:
         return f" after {counted}{unit}"
     carried = ", ".join(str(round(result.carried_mm)) for result in bad)
     return f" after {counted} mm ({carried} mm with lost and regained contacts allowed)"
@@ -137,4 +137,4 @@ def _reached(group: Sequence[Result]) -> str:
 
 def _unit(group: Sequence[Result]) -> str:
     """Return the unit of a group that only rotates; the heading names that of the others."""
-    return " deg" if group and group[0].angle_deg is None else ""
+    return " deg" if group and group[0].turns else ""

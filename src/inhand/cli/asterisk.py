@@ -5,7 +5,8 @@ from inhand.asterisk_test.asterisk import finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import Setup, simulate
 from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
-from inhand.cli.terminal import print_table, say, trials_shown
+from inhand.cli.answer import Answer, Listing, of_run
+from inhand.cli.terminal import trials_shown
 from inhand.control.trial import Trial
 from inhand.folders import run_folder
 from inhand.sim.engines import compile_aside
@@ -14,8 +15,8 @@ SPARE = ("Overlap", "Force", "Gap [s]", "Contact", "Eff.", "Turn", "Lateral", "O
 """Columns that a narrow terminal does without, the first first."""
 
 
-def run_asterisk(config: AsteriskConfig) -> None:
-    """Check everything, simulate, measure, put the finished run in its place, and print its table."""
+def run_asterisk(config: AsteriskConfig) -> Answer:
+    """Check everything, simulate, measure, put the finished run in its place, and return its table."""
     known = ready(config)
     with (
         run_folder(config.out, overwrite=config.overwrite) as folder,
@@ -25,10 +26,8 @@ def run_asterisk(config: AsteriskConfig) -> None:
         run = finish(config, known, simulated)
         run.write(folder, aside)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
-    print_table(run.subject, header, rows, spare=SPARE)
-    for sentence in (*failures(run.results), *run.notes):
-        say(sentence)
-    say(f"Report: {config.out / 'report.md'}")
+    sentences = (*failures(run.results), *run.notes, f"Report: {config.out / 'report.md'}")
+    return of_run(run, config.out, [Listing(run.subject, header, rows, spare=SPARE)], sentences)
 
 
 def simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:

@@ -2,14 +2,15 @@
 
 from inhand.asterisk_test.design import run
 from inhand.asterisk_test.design.config import DesignConfig
-from inhand.cli.terminal import print_table, progress, say
+from inhand.cli.answer import Answer, Listing, of_run
+from inhand.cli.terminal import progress, say
 
 SPEED_OVER_S = 3600.0
 """The time left is told from what was done in the last hour [s]."""
 
 
-def run_design(config: DesignConfig) -> None:
-    """Search, write everything into the folder, and print the answer."""
+def run_design(config: DesignConfig) -> Answer:
+    """Search, write everything into the folder, and return the answer."""
     done: dict[str, tuple[int, int]] = {}
     with progress(spoken=True, over_s=SPEED_OVER_S) as tell:
 
@@ -28,7 +29,7 @@ def run_design(config: DesignConfig) -> None:
 
     hands = (*found.found.finals, found.found.known)
     cells = [page.simulated_row(found.found, final) for final in hands]
-    print_table("The best", ("Hand", "Mean reach [mm]", *(f"{name} [mm]" for name in config.controllers)), cells)
-    for sentence in (*page.answer(found.found), *found.notes):
-        say(sentence)
-    say(f"Report: {config.out / 'report.md'}; the winner: {config.out / page.WINNER}")
+    header = "Hand", "Mean reach [mm]", *(f"{name} [mm]" for name in config.controllers)
+    report = f"Report: {config.out / 'report.md'}; the winner: {config.out / page.WINNER}"
+    sentences = (*page.answer(found.found), *found.notes, report)
+    return of_run(found, config.out, [Listing("The best", header, cells)], sentences)

@@ -2,8 +2,8 @@
 
 from inhand.asterisk_test.comparison import GROUPS, HEADER, rows
 from inhand.asterisk_test.table import failures
+from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.asterisk import simulated
-from inhand.cli.terminal import print_table, say
 from inhand.folders import run_folder
 from inhand.learning.commands import EvaluateConfig
 from inhand.learning.evaluate import finish_evaluation, ready_evaluation
@@ -12,7 +12,7 @@ SPARE = ("Contact", "Turn [deg]", "Human [mm]")
 """Columns that a narrow terminal does without, the first first."""
 
 
-def run_evaluate(config: EvaluateConfig) -> None:
+def run_evaluate(config: EvaluateConfig) -> Answer:
     """Check everything, run policy and expert from the same starts, and put the report in its place."""
     known = ready_evaluation(config)
     with run_folder(config.out, overwrite=config.overwrite) as folder:
@@ -20,10 +20,10 @@ def run_evaluate(config: EvaluateConfig) -> None:
         found.write(folder)
     from inhand.learning.report import summary
 
-    for title, group in GROUPS:
-        both = f"{title}: {found.policy.name} | {found.expert.name}"
-        print_table(both, HEADER, rows(found.policy, found.expert, found.people, group), spare=SPARE)
-    say(summary(found))
-    for sentence in failures(found.policy.results):
-        say(f"{found.policy.name}, {sentence}")
-    say(f"Report: {config.out / 'report.md'}")
+    names = f"{found.policy.name} | {found.expert.name}"
+    tables = [
+        Listing(f"{title}: {names}", HEADER, rows(found.policy, found.expert, found.people, group), spare=SPARE)
+        for title, group in GROUPS
+    ]
+    lost = (f"{found.policy.name}, {sentence}" for sentence in failures(found.policy.results))
+    return of_run(found, config.out, tables, (summary(found), *lost, f"Report: {config.out / 'report.md'}"))

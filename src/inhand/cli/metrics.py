@@ -1,12 +1,13 @@
 """`inhand metrics`: measure recorded trials and human files alone."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from inhand.asterisk_test.people.human import read_human_file, read_human_folder
 from inhand.asterisk_test.people.human_rows import Gaps
 from inhand.asterisk_test.results import Result, as_entry, result_of_human, result_of_trial
-from inhand.cli.terminal import print_table, say
+from inhand.cli.answer import Answer, Listing
+from inhand.cli.commands import MetricsConfig
+from inhand.cli.terminal import say
 from inhand.control.trial import Trial, load_trial, write_json
 from inhand.errors import InputError
 from inhand.versions import versions
@@ -17,25 +18,27 @@ HEADER = (
 )  # fmt: skip
 
 
-def run_metrics(files: Sequence[Path], json: Path | None, gaps: Gaps) -> None:
-    """Print a table of the files' metrics and, if asked, write them to a JSON file that is not there yet.
+def run_metrics(config: MetricsConfig) -> Answer:
+    """Return a table of the files' metrics and, if asked, write them to a JSON file that is not there yet.
 
     Raises:
         InputError: no files, a file that is neither a trial nor a human file, or a JSON file that exists.
     """
-    if not files:
+    out = config.out
+    if not config.files:
         raise InputError("no files given: give .npz trials, .csv human files, or folders of human files")
-    if json is not None and json.exists():
-        raise InputError(f"--json {json} exists; give another name, or remove it first")
+    if out is not None and out.exists():
+        raise InputError(f"--out {out} exists; give another name, or remove it first")
     measured: list[tuple[str, Result]] = []
-    for path in files:
-        measured += _measured(path, gaps)
+    for path in config.files:
+        measured += _measured(path, config.gaps)
     rows = [(*_row(name, result), str(result.unseen) or "-") for name, result in measured]
     shown = len(HEADER) if any(result.unseen.frames for _, result in measured) else len(HEADER) - 1
-    print_table("Metrics", HEADER[:shown], [row[:shown] for row in rows], numbers=2)
-    if json is not None:
-        write_json({"trials": [as_entry(result) for _, result in measured], "versions": versions()}, json)
-        say(f"Written to {json}")
+    entries = [as_entry(result) for _, result in measured]
+    if out is not None:
+        write_json({"trials": entries, "versions": versions()}, out)
+    table = Listing("Metrics", HEADER[:shown], [row[:shown] for row in rows], numbers=2)
+    return Answer((table,), () if out is None else (f"Written to {out}",), lambda: entries, out)
 
 
 def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
@@ -50,7 +53,10 @@ def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
         return [(path.name, result_of_trial(_of_primitive(path), compatible=True))]
     if path.suffix == ".csv":
         return [(path.name, result_of_human(read_human_file(path, gaps), compatible=True))]
-    raise InputError(f"{path} is neither a .npz trial, nor a .csv human file, nor a folder; give one of these")
+    raise InputError(
+        f"{path} is neither a .npz trial, nor a .csv human file, nor a folder; give one of these (a file to write the"
+        " numbers to is --out)"
+    )
 
 
 def _of_primitive(path: Path) -> Trial:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from inhand.cli.terminal import print_table, progress, say
+from inhand.cli.answer import Answer, Listing, of_run
+from inhand.cli.terminal import progress, say
 from inhand.learning.commands import RecordConfig
 from inhand.learning.datasets import DATA
 from inhand.learning.record import Dataset
@@ -13,7 +14,7 @@ HEADER = ("Direction", "Episodes", "Lost", "Distance [mm]", "Of the plan")
 """Columns of the table."""
 
 
-def run_record(config: RecordConfig) -> None:
+def run_record(config: RecordConfig) -> Answer:
     """Check everything, record and write, and put the finished dataset in its place."""
     done = 0
     try:
@@ -28,10 +29,10 @@ def run_record(config: RecordConfig) -> None:
     except KeyboardInterrupt:
         say(f"Stopped after {counted(done, 'episode')}; none of them is kept, half a dataset is no dataset")
         raise
-    print_table(f"{found.title}: {counted(len(found.lost), 'episode')}", HEADER, rows_of(found))
-    say(f"Dataset {found.config.dataset_id}: {found.folder}")
+    table = Listing(f"{found.title}: {counted(len(found.lost), 'episode')}", HEADER, rows_of(found))
     place = found.folder.as_posix()
-    say(f'Read it: minari.MinariDataset("{place}/{DATA}"), or inhand.load("{place}")')
+    read = f'Read it: minari.MinariDataset("{place}/{DATA}"), or inhand.load("{place}")'
+    return of_run(found, found.folder, [table], (f"Dataset {found.config.dataset_id}: {found.folder}", read))
 
 
 def rows_of(found: Dataset) -> list[tuple[str, ...]]:

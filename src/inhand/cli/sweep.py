@@ -2,8 +2,8 @@
 
 from inhand.asterisk_test.sweep import run
 from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.cells import shown
-from inhand.cli.terminal import print_table, say
 
 SPARE = (
     "Least",
@@ -19,17 +19,14 @@ SPARE = (
 """Columns that a narrow terminal does without, the first first."""
 
 
-def run_sweep(config: SweepConfig) -> None:
-    """Compute what the folder does not hold yet, write report and heat maps, and print the answer."""
+def run_sweep(config: SweepConfig) -> Answer:
+    """Compute what the folder does not hold yet, write report and heat maps, and return the answer."""
     done = run.run_sweep(config, shown(config.out))
     done.save(config.out)
     from inhand.asterisk_test.sweep import tables
 
-    for make in (tables.hands_table, tables.best_by_direction, tables.best_by_object):
-        table = make(done.sweep)
-        print_table(table.title, table.header, table.rows, spare=SPARE)
-    for sentence in (*tables.summary(done.sweep), *done.notes, *tables.failures(done.sweep)):
-        say(sentence)
-    for sentence in tables.beyond(done.sweep):
-        say(f"Beyond the limit: {sentence}")
-    say(f"Report: {config.out / 'report.md'}")
+    found = (make(done.sweep) for make in (tables.hands_table, tables.best_by_direction, tables.best_by_object))
+    listings = [Listing(table.title, table.header, table.rows, spare=SPARE) for table in found]
+    beyond = (f"Beyond the limit: {sentence}" for sentence in tables.beyond(done.sweep))
+    told = (*tables.summary(done.sweep), *done.notes, *tables.failures(done.sweep), *beyond)
+    return of_run(done, config.out, listings, (*told, f"Report: {config.out / 'report.md'}"))

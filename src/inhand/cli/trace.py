@@ -1,7 +1,8 @@
 """`inhand trace`: trace a drawing with the object, or do a task, write the report and print its table."""
 
 from inhand.aside import second_process
-from inhand.cli.terminal import print_table, progress, say, trials_shown
+from inhand.cli.answer import Answer, Listing, of_run
+from inhand.cli.terminal import progress, trials_shown
 from inhand.folders import run_folder
 from inhand.sim.engines import compile_aside
 from inhand.tracing import tracing
@@ -15,8 +16,8 @@ SPARE = ("Overlap [mm]", "Force [N]", "Fréchet [mm]", "Time [s]")
 """Columns that a narrow terminal does without, the first first."""
 
 
-def run_trace(config: TraceConfig) -> None:
-    """Check everything, simulate, measure, put the finished run in its place, and print its table."""
+def run_trace(config: TraceConfig) -> Answer:
+    """Check everything, simulate, measure, put the finished run in its place, and return its table."""
     check_trace(config)
     with (
         run_folder(config.out, overwrite=config.overwrite, mark=MARK) as folder,
@@ -27,10 +28,8 @@ def run_trace(config: TraceConfig) -> None:
         run.write(folder, aside)
     header, rows = trace_rows(run.traces)
     title = f"{what_was_done(run.setup)}: {run.setup.object.name}, {run.setup.hand.name}"
-    print_table(title, header, rows, numbers=2, spare=SPARE)
-    for sentence in (*faults(run.setup, run.followed, run.traces), *run.notes):
-        say(sentence)
-    say(f"Report: {config.out / 'report.md'}")
+    told = (*faults(run.setup, run.followed, run.traces), *run.notes, f"Report: {config.out / 'report.md'}")
+    return of_run(run, config.out, [Listing(title, header, rows, numbers=2, spare=SPARE)], told)
 
 
 def prepared(config: TraceConfig) -> TraceSetup:

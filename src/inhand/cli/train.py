@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from inhand.cli.terminal import Screen, print_table, progress, say
+from inhand.cli.answer import Answer, Listing, of_run
+from inhand.cli.terminal import Screen, progress, say
 from inhand.learning import train
 from inhand.learning.commands import TrainConfig
 from inhand.learning.progress import HEADER, Evaluated, evaluation_rows, joined, read_learning
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from inhand.learning.journal import Counters, Evaluation
 
 
-def run_train(config: TrainConfig) -> None:
+def run_train(config: TrainConfig) -> Answer:
     """Train or go on, tell how it goes, and end with curves, table and the place of the policy."""
     try:
         with progress(spoken=True) as screen:
@@ -30,10 +31,10 @@ def run_train(config: TrainConfig) -> None:
             say(line)
         sys.exit(130)
     best = done.learned.best
-    print_table(f"The best policy, at episode {best.episode}", HEADER, evaluation_rows(best))
-    say(f"Curves: {config.out / 'report.md'}")
-    say(f"Policy: {done.best}")
-    say(f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}")
+    table = Listing(f"The best policy, at episode {best.episode}", HEADER, evaluation_rows(best))
+    evaluate = f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}"
+    told = f"Curves: {config.out / 'report.md'}", f"Policy: {done.best}", evaluate
+    return of_run(done, config.out, [table], told)
 
 
 class Watch:

@@ -25,12 +25,13 @@ from inhand.control.policy import (
     RouteController,
     check_joints,
     load_policy,
+    parts_of,
     straight_angles,
 )
 from inhand.control.rehearsal import best_grasps, closing_joints
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
 from inhand.control.sensed_plan import Carrier, sensed_grasp
-from inhand.control.sensed_policy import SensedPolicyController
+from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
@@ -77,8 +78,8 @@ class ControllerEntry:
     fixed_grasp: Planner | None = None
     """Chooses where they hold it for paths that stay where they are, as drawings do; None for `grasp`."""
     primitive: Callable[[Task], Controller] | None = None
-    """Makes what carries out a primitive of a sequence on real senses, from states that are believed; None for what
-    `manipulate` makes, from what is sensed."""
+    """Makes what carries out a primitive of a sequence on real senses, from states that are believed or, of a learned
+    policy, from what is remembered; None for what `manipulate` makes, from what is sensed."""
 
     @property
     def contract(self) -> Contract | None:
@@ -224,7 +225,8 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
     summary, grip = "a learned policy", partial(learned_grasp, policy=policy)
     if find_layout(policy.observation).sensed:
         summary, made = f"{summary} on encoders and a camera", partial(SensedPolicyController, policy=policy)
-        return ControllerEntry(name, summary, grip, made, policy, SENSED, fixed_grasp=sensed_grasp)
+        primitive = partial(PolicyPrimitive, policy=policy)
+        return ControllerEntry(name, summary, grip, made, policy, SENSED, sensed_grasp, primitive)
     controller = RouteController if policy.task else PolicyController
     return ControllerEntry(name, summary, grip, partial(controller, policy=policy), policy)
 
@@ -272,8 +274,8 @@ def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
     if entry.policy is not None:
         check_joints(entry.policy, hand)
         if not entry.policy.task:
-            turning = entry.reads == SENSED
-            straight_angles(paths * (1.0, 1.0, 0.0) if turning else paths)
+            known = parts_of if entry.reads == SENSED else straight_angles
+            known(paths)
 
 
 def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:

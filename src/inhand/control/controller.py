@@ -1,7 +1,7 @@
 """What the loop asks of a controller, and what a controller is told of its task."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from inhand.control.seen import View
 from inhand.geometry import Array, Path
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import SpatialPath
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.state import State
 
@@ -46,6 +49,46 @@ class Task:
     def n_worlds(self) -> int:
         """Number of worlds B."""
         return len(self.objects)
+
+
+@dataclass(frozen=True)
+class SpatialTask:
+    """The same for a hand in space."""
+
+    hand: SpatialHand
+    """The hand of every world."""
+    objects: tuple[SolidSpec, ...]
+    """The object of each world."""
+    path: SpatialPath
+    """Where objects are to be, and how turned, relative to `start`, along the palm's axes `(B, S, 3)`."""
+    gravity: Array
+    """Gravity in the palm frame `(B, 3)` [m/s^2]."""
+    timestep: float = SceneSpec.timestep
+    """Physics step [s]."""
+    substeps: int = SUBSTEPS
+    """Physics steps for one decision."""
+    distance: Array | None = None
+    """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
+    start: Array | None = None
+    """Pose that each path counts from `(B, 7)`; None for where the object is when its controller begins."""
+
+    def origin(self, state: State) -> Array:
+        """Return the poses `(B, 7)` that the paths of a controller count from which begins in a state."""
+        return state.object_pose if self.start is None else self.start
+
+    @property
+    def control_period(self) -> float:
+        """Time between two decisions [s]."""
+        return self.substeps * self.timestep
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return len(self.objects)
+
+
+AnyTask: TypeAlias = Task | SpatialTask
+"""What a batch has to do, in the plane or in space."""
 
 
 class Controller(Protocol):

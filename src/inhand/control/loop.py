@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Controller, Task
+from inhand.control.controller import AnyTask, Controller, Task
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.seen import PRIVILEGED, Reads, View, exact, reads_of
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
@@ -162,7 +162,7 @@ def simulate(
 
 def run_episodes(
     simulator: Simulator,
-    task: Task,
+    task: AnyTask,
     phases: Sequence[Phase],
     start: State,
     progress: Told | None = None,
@@ -204,7 +204,7 @@ def run_episodes(
 
 def _run_phase(
     simulator: Simulator,
-    task: Task,
+    task: AnyTask,
     phase: Phase,
     state: State,
     verdicts: _Verdicts,
@@ -222,6 +222,8 @@ def _run_phase(
     reads = reads_of(controller)
     if between is not None:
         between.pushing = phase.keep_contact
+    if phase.lets_go:
+        simulator.let_go(verdicts.running)
     seen = sense(state, between, reads)
     controller.begin(seen)
     for _ in range(round(phase.longest / task.control_period)):

@@ -42,6 +42,17 @@ class Memory:
             kept[worlds] = given[worlds]
         self._frames[worlds], self._waiting[worlds] = 1.0, True
 
+    def go_on(self, worlds: NDArray[np.int64], turned: Array) -> None:
+        """Begin another primitive in some worlds `(K,)`, where objects are believed, without forgetting anything.
+
+        They are to be held as the primitive before did, which turned them by so much in all `(K,)` [rad].
+        """
+        pose = self._estimator.pose[worlds]
+        pose[:, 2] = self._believed[worlds, 2] + turned
+        for kept in (self._start, self._believed):
+            kept[worlds] = pose
+        self._first[worlds] = self._rows[self._head][worlds, : self._joints]
+
     def take(self, seen: Seen) -> None:
         """Go on by a decision."""
         self._head = (self._head + 1) % len(self._rows)

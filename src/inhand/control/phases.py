@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -41,14 +42,16 @@ class Phase:
 
     name: str
     """What recordings call it."""
-    controller: Callable[[Task], Controller]
-    """Makes the controller when the phase starts."""
+    controller: Callable[[Any], Controller]
+    """Makes the controller when the phase starts, of the task."""
     longest: float
     """Time after which the phase ends [s]."""
     must_hold: bool = False
     """Whether a world in which a finger does not touch the object at the end is out."""
     keep_contact: bool = False
     """Whether a contact that stays lost ends a world's episode, and running out of time as well."""
+    lets_go: bool = False
+    """Whether the world, where it has held the object in its place, lets it go when the phase starts."""
 
 
 def placed_joints(hand: HandSpec, grasp: Grasp) -> Array:

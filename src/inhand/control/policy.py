@@ -48,6 +48,25 @@ BENT = 1e-6
 """Paths that turn or leave their line by more are not straight [m or rad]."""
 
 
+@dataclass(frozen=True)
+class Cost:
+    """What training took."""
+
+    episodes: int
+    """Simulated episodes: shown, relabelled and the actor's own."""
+    decisions: int
+    """Decisions of these."""
+    updates: int
+    """Updates of the networks."""
+    cpu_s: float
+    """Time on a core, all cores together [s]."""
+
+    def __str__(self) -> str:
+        """Return it in one line."""
+        count = f"{self.episodes:,} episodes, {self.decisions:,} decisions, {self.updates:,} updates"
+        return f"{count}, {self.cpu_s / 60:.1f} minutes of a core"
+
+
 @dataclass(frozen=True, eq=False)
 class Policy:
     """A trained actor: layers, and how it sees and acts."""
@@ -66,6 +85,8 @@ class Policy:
     """What it was trained with and by: hand, object, seed, versions; for people."""
     contract: Contract | None = None
     """Hand, joints, rate and senses that it learned with; None of one that no training made."""
+    cost: Cost | None = None
+    """What training it took; None where nobody wrote that down."""
 
     @property
     def task(self) -> str:
@@ -98,6 +119,7 @@ class _Card:
     grasp: Literal["planned", "rough", "sensed"]
     trained: dict[str, Any]
     contract: Contract | None = None
+    cost: Cost | None = None
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
@@ -108,7 +130,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
     interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
     named = policy.observation, interface, policy.actions, policy.grasp, policy.trained
-    card = _Card(FORMAT, count, *named, policy.contract)
+    card = _Card(FORMAT, count, *named, policy.contract, policy.cost)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
         with in_place(folder / file) as temporary:
@@ -132,7 +154,8 @@ def load_policy(folder: Path) -> Policy:
         ) from error
     except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
         raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
-    return Policy(weights, biases, card.observation, card.actions, card.grasp, card.trained, card.contract)
+    named = card.observation, card.actions, card.grasp, card.trained
+    return Policy(weights, biases, *named, card.contract, card.cost)
 
 
 def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -273,15 +296,15 @@ def straight_angles(paths: Array) -> Array:
     return np.asarray(angle)
 
 
-def aims_of(paths: Array) -> tuple[Array, Array]:
-    """Return directions [rad] and sides of turns, each `(B,)`, of paths `(B, S, 3)`: straight, or turns on the spot.
+def parts_of(paths: Array) -> tuple[Array, Array]:
+    """Return directions and turns, each `(B,)` [rad], of paths `(B, S, 3)` that turn on the spot, then go straight on.
 
     Raises:
-        InputError: a path that bends, or turns and moves.
+        InputError: a path that bends, or turns while it moves.
     """
-    turning = np.abs(paths[..., :2]).max(axis=(1, 2)) <= BENT
-    side = np.where(turning, np.sign(paths[:, -1, 2]), 0.0)
-    return straight_angles(np.where(turning[:, None, None], 0.0, paths)), side
+    turned, moving = paths[:, -1, 2], np.abs(paths[..., :2]).max(axis=-1) > BENT
+    held = np.where(moving, paths[..., 2] - turned[:, None], 0.0)
+    return straight_angles(np.concatenate([paths[..., :2], held[..., None]], axis=-1)), turned
 
 
 def check_task(policy: Policy, task: Task) -> None:

@@ -1,5 +1,7 @@
 """A learned policy on what a hand can know: it waits for its first frames, then goes the way that it is told."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,71 +9,151 @@ from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.memory import Memory
-from inhand.control.policy import Policy, aims_of, check_task
+from inhand.control.policy import Policy, check_task, parts_of
 from inhand.control.seen import SENSED, Seen
-from inhand.geometry import Array
+from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.tasks.decisions import targets_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
+from inhand.tasks.past import Past
 
 ARRIVED = 0.001
 """Less than this left to go [m] is nothing: from then on commands stay as they are, as those of `ik-sensed` do."""
-GAINED = 5e-4
-"""A hand whose object is believed to have come no farther than this along its way [m] during"""
-STILL_TIME = 0.4
-"""this time [s] holds, and its episode is over."""
+SETTLE = SENSED_IK.settle
+"""Its episode is over when it has held that end for this time [s], or where the object has come no farther than"""
+GAINED, STILL_TIME = 5e-4, 0.4
+"""this [m] in this time [s]."""
 
 
 class SensedPolicyController:
-    """Moves or turns the object of every world as a policy says, and ends where the policy holds."""
+    """Turns the object of every world on the spot, then moves it, as a policy says; ends where the policy holds."""
 
     reads = SENSED
 
     def __init__(self, task: Task, policy: Policy) -> None:
-        """Carry objects along the task's paths, which are straight or turn on the spot.
+        """Carry objects along the task's paths, which turn on the spot or go straight, or one after the other.
 
         Raises:
             InputError: other paths, or a hand with another number of joints than the policy knows.
         """
         check_task(policy, task)
-        self._task, self._policy = task, policy
-        self._angle, self._turn = aims_of(task.path.poses)
-        self._layout, self._scene = find_layout(policy.observation), Scene(task.hand, task.objects)
+        self._task, self._decide = task, Deciding(task, policy)
+        self._angle, self._turned = parts_of(task.path.poses)
 
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
         self._memory, self._taken = Memory(Held(self._task.hand, self._task.objects[0]), seen), True
-        self._asked = Aim(self._angle, seen.frame_pose, self._way(seen), turn=self._turn)
+        way, arc = self._way(seen), TURN_ARM * np.abs(self._turned)
+        self._asked = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
+        self._rest = np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0)
+        self._gone, self._best, self._still, self._held = np.zeros((4, seen.n_worlds))
         self.progress = np.zeros(seen.n_worlds)
         """How far each object is believed to have come along its path `(B,)` [m]."""
         self._arrived = np.zeros(seen.n_worlds, dtype=bool)
-        self._best = np.zeros(seen.n_worlds)
-        self._still = np.zeros(seen.n_worlds)
 
     def act(self, seen: Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         if not self._taken:
             self._memory.take(seen)
         self._taken = False
-        self._past = self._memory.past
-        aim = self._past.aimed(self._asked)
-        self.progress = aim.come(self._past.shift(aim))
-        self._arrived |= ~self._past.waiting & (aim.distance - self.progress < ARRIVED)
-        action = self._policy(observe(self._layout, self._past, aim, self._scene))
-        targets = targets_of(action, self._policy.actions, self._task.hand, self._past)
-        return np.where(self._arrived[:, None], seen.targets, targets)
+        self._look()
+        turned = self._near & (self._rest > 0)
+        if turned.any():
+            self._move_on(turned)
+            self._look()
+        self._arrived |= self._near
+        return np.where(self._arrived[:, None], seen.targets, self._decide(self._past, self._aim))
 
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
-        """Return which worlds have gained nothing on their way for a while `(B,)`."""
+        """Return which worlds have held the end of their way, or gained nothing on it, for a while `(B,)`."""
         del seen
+        period = self._task.control_period
         gained = (self.progress > self._best + GAINED) | self._past.waiting
         self._best = np.where(gained, self.progress, self._best)
-        self._still = np.where(gained, 0.0, self._still + self._task.control_period)
-        return np.asarray(self._still >= STILL_TIME)
+        self._still = np.where(gained, 0.0, self._still + period)
+        self._held = np.where(self._arrived, self._held + period, 0.0)
+        return np.asarray((self._held >= SETTLE) | (self._still >= STILL_TIME))
+
+    def _look(self) -> None:
+        """Find out what is remembered, how far objects have come and which are near the end of what is asked."""
+        self._past = self._memory.past
+        self._aim = self._past.aimed(self._asked)
+        come = self._aim.come(self._past.shift(self._aim))
+        self._near = ~self._past.waiting & (self._aim.distance - come < ARRIVED)
+        self.progress = self._gone + come
+
+    def _move_on(self, worlds: NDArray[np.bool_]) -> None:
+        """Ask of some worlds, which have turned, to move."""
+        self._memory.go_on(np.flatnonzero(worlds), self._turned[worlds])
+        self._gone = np.where(worlds, self._asked.distance, self._gone)
+        moving = asked(self._angle, np.zeros_like(self._turned), self._asked.start, self._rest)
+        new = {name: np.where(worlds, getattr(moving, name), getattr(self._asked, name)) for name in CHANGED}
+        self._asked, self._rest = replace(self._asked, **new), np.where(worlds, 0.0, self._rest)
 
     def _way(self, seen: Seen) -> Array:
         """Return the way to go `(B,)` [m]: as the task says, or as far as the grip is predicted to carry."""
         if self._task.distance is not None:
             return np.minimum(self._task.distance, self._task.path.length)
         return follow_limit(self._task, self._memory.state(seen), SENSED_IK.friction_share, SENSED_IK.margin)
+
+
+class PolicyPrimitive:
+    """A primitive of a sequence, as a policy says: sees what has been remembered since the sequence began."""
+
+    reads = SENSED
+
+    def __init__(self, task: Task, policy: Policy) -> None:
+        """Move or turn objects along the task's paths, or hold them where paths have no length.
+
+        Raises:
+            InputError: other paths, or a hand with another number of joints than the policy knows.
+        """
+        check_task(policy, task)
+        self._task, self._decide = task, Deciding(task, policy)
+        self._angle, self._turned = parts_of(task.path.poses)
+
+    def begin(self, past: Past) -> None:
+        """Start where the task says, or where the object is believed."""
+        start = past.pose if self._task.start is None else self._task.start
+        distance = self._task.path.length if self._task.distance is None else self._task.distance
+        self._asked = asked(self._angle, self._turned, start, np.broadcast_to(distance, len(start)))
+        self._first = past.joint_angles
+
+    def act(self, past: Past) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        return self._decide(*self.seen_by(past))
+
+    def seen_by(self, past: Past) -> tuple[Past, Aim]:
+        """Return what the policy sees: itself counts from where the primitive starts, once first frames are in."""
+        start = np.where(past.waiting[:, None], past.start, self._asked.start)
+        believed = np.where(past.waiting[:, None], past.believed, self._asked.start)
+        mine = replace(past, first=self._first, start=start, believed=believed)
+        return mine, mine.aimed(self._asked)
+
+    def finished(self, past: Past) -> NDArray[np.bool_]:
+        """Return that nothing is over: the sequence sees where objects have come to."""
+        return np.zeros(past.n_worlds, dtype=bool)
+
+
+class Deciding:
+    """Joint targets of a policy for what is remembered and asked."""
+
+    def __init__(self, task: Task, policy: Policy) -> None:
+        """Decide for a task's hand and objects."""
+        self._policy, self._layout = policy, find_layout(policy.observation)
+        self._scene = Scene(task.hand, task.objects)
+
+    def __call__(self, past: Past, aim: Aim) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        action = self._policy(observe(self._layout, past, aim, self._scene))
+        return targets_of(action, self._policy.actions, self._scene.hand, past)
+
+
+CHANGED = ("angle", "distance", "turn")
+"""What another primitive asks otherwise."""
+
+
+def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
+    """Return aims that turn where paths do `(B,)` [rad], and move along directions `(B,)` [rad] where they do not."""
+    return Aim(np.where(turned == 0, angle, 0.0), start, distance, turn=np.sign(turned))

@@ -1,8 +1,10 @@
 """What an episode leaves: a `Trial`, and its file."""
 
-from collections.abc import Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,10 +99,9 @@ class Passport:
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
-    """One recorded episode of T rows, in the palm frame and SI units."""
+class Episode(ABC):
+    """What is measured in one recorded episode of T rows, in the palm frame and SI units."""
 
-    passport: Passport
     outcome: str
     """How it ended, one of `OUTCOMES`."""
     phases: tuple[str, ...]
@@ -128,7 +129,18 @@ class Trial:
     penetration: Array
     """Deepest overlap of a link and the object `(T,)` [m]."""
     reference: Array
-    """The reference path `(S, 3)` relative to the start of manipulation, in palm axes [m, m, rad]."""
+    """The reference path `(S, 3)` relative to the start of manipulation, in palm axes [m, m, rad]; in space `(S, 6)`,
+    positions [m] and rotation vectors [rad]."""
+
+    @property
+    @abstractmethod
+    def head(self) -> object:
+        """What its file says besides the arrays."""
+
+    @property
+    @abstractmethod
+    def label(self) -> tuple[str, int]:
+        """Its primitive, and its number in that direction."""
 
     @property
     def manipulation(self) -> slice:
@@ -162,12 +174,6 @@ class Trial:
         return 1e3 * float(self.penetration.max())
 
     @property
-    def torque_max_nmm(self) -> float:
-        """Largest torque of a finger's contact about the object's middle, round the upright axis, in any row [N mm]."""
-        arm = self.object_points - self.object_pose[:, None, :3]
-        return 1e3 * float(np.abs(np.cross(arm, self.forces)[..., 2]).max())
-
-    @property
     def penetration_mean_mm(self) -> float:
         """Mean over time of the deepest overlap while the object is manipulated [mm]; 0 where it never was."""
         held = self.penetration[self.manipulation]
@@ -178,6 +184,29 @@ class Trial:
         """Share of that time in which it is more than `DEEP_MM`."""
         held = self.penetration[self.manipulation]
         return float((1e3 * held > DEEP_MM).mean()) if len(held) else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Trial(Episode):
+    """One recorded episode of a hand in the plane."""
+
+    passport: Passport
+
+    @property
+    def head(self) -> object:
+        """What its file says besides the arrays."""
+        return _Head(FORMAT, self.outcome, self.phases, self.passport)
+
+    @property
+    def label(self) -> tuple[str, int]:
+        """Its primitive, and its number in that direction."""
+        return self.passport.primitive, self.passport.trial
+
+    @property
+    def torque_max_nmm(self) -> float:
+        """Largest torque of a finger's contact about the object's middle, round the upright axis, in any row [N mm]."""
+        arm = self.object_points - self.object_pose[:, None, :3]
+        return 1e3 * float(np.abs(np.cross(arm, self.forces)[..., 2]).max())
 
     def manipulated_path(self) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Return positions `(M, 2)` [mm] from the start of manipulation, rotation `(M,)` [deg], and contact.
@@ -226,9 +255,9 @@ class _Head:
             raise InputError(f"outcome is {self.outcome!r}; it must be {' or '.join(OUTCOMES)}")
 
 
-def save_trial(trial: Trial, path: Path) -> None:
+def save_trial(trial: Episode, path: Path) -> None:
     """Write a trial to a `.npz` file without pickles, under a temporary name that is then moved into place."""
-    head = text_of(_Head(FORMAT, trial.outcome, trial.phases, trial.passport))
+    head = text_of(trial.head)
     arrays = {name: getattr(trial, name) for name in SHAPES}
     with in_place(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, head=np.array(head), **arrays)
@@ -251,19 +280,35 @@ def load_trial(path: str | Path) -> Trial:
 
 
 def _read_trial(path: Path) -> Trial:
-    head = read_record(read_json(str(read_arrays(path, {"head": "text"})["head"])), _Head, FORMAT)
-    arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in SHAPES})
+    head = read_record(read_head(path), _Head, FORMAT)
+    arrays = measured(path, head.passport.hand.slices, head.phases, SHAPES)
+    return Trial(passport=head.passport, outcome=head.outcome, phases=head.phases, **arrays)
+
+
+def read_head(path: Path) -> object:
+    """Return what the file of a trial says besides its arrays."""
+    return read_json(str(read_arrays(path, {"head": "text"})["head"]))
+
+
+def measured(
+    path: Path, fingers: Sequence[slice], phases: Sequence[str], shapes: dict[str, tuple[str | int, ...]]
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a trial's file, of the shapes that the joints of its fingers and its phases ask for.
+
+    Raises:
+        InputError: others; the text names the array.
+    """
+    arrays = read_arrays(path, {name: "whole numbers" if name in _WHOLE else "numbers" for name in shapes})
     if len(arrays["reference"]) == 1:
         raise InputError("reference has one way-point; a path has two or more")
-    hand = head.passport.hand
-    check_shapes(arrays, SHAPES, {"n": hand.n_joints, "F": len(hand.fingers)})
-    below = [("phase", arrays["phase"], len(head.phases))]
-    for finger, links in zip(hand.fingers, arrays["contact_links"].T, strict=True):
-        below.append(("contact_links", links, len(finger.links)))
+    check_shapes(arrays, shapes, {"n": fingers[-1].stop, "F": len(fingers)})
+    below = [("phase", arrays["phase"], len(phases))]
+    for place, links in zip(fingers, arrays["contact_links"].T, strict=True):
+        below.append(("contact_links", links, place.stop - place.start))
     for name, values, count in below:
         if values.min() < 0 or values.max() >= count:
             raise InputError(f"{name} holds {np.unique(values).tolist()}; it must hold numbers from 0 to {count - 1}")
-    return Trial(head.passport, head.outcome, head.phases, **arrays)
+    return arrays
 
 
 def file_name(name: str) -> str:
@@ -271,12 +316,13 @@ def file_name(name: str) -> str:
     return name.lower().replace("'", "1").replace(" ", "_")
 
 
-def write_trials(trials: Iterable[Trial], folder: Path) -> None:
+def write_trials(trials: Iterable[Episode], folder: Path) -> None:
     """Write trials to the folder `trials` of a run's folder."""
     place = folder / "trials"
     place.mkdir(parents=True)
     for trial in trials:
-        save_trial(trial, place / f"{file_name(trial.passport.primitive)}_{trial.passport.trial}.npz")
+        primitive, number = trial.label
+        save_trial(trial, place / f"{file_name(primitive)}_{number}.npz")
 
 
 def load_trials(folder: Path) -> list[Trial]:

@@ -6,8 +6,6 @@ What reads robot files is imported when there is one.
 from __future__ import annotations
 
 import re
-import sys
-import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -16,12 +14,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
-from inhand.errors import InputError, near_matches
+from inhand.errors import InputError
 from inhand.hands.hand import FINGER_NAMES, FingerSpec, HandSpec, build_hand
 from inhand.hands.line_files import read_outline
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_name, polygon_object
 from inhand.hands.polylines import UNITS
+from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
 from inhand.registry import Registry, describe
 
 if TYPE_CHECKING:
@@ -87,7 +86,7 @@ def assumed(hands: Iterable[str]) -> tuple[str, ...]:
     free = []
     for name in hands:
         path = _as_file(name, "hand") if HANDS.find(name) is None else None
-        if path is not None and "robot" in (table := _read_toml(path, "hand")):
+        if path is not None and "robot" in (table := read_toml(path, "hand")):
             notes += _robot_from(table, path).notes
         elif (np.abs(load_hand(name).limits) == np.pi).all(axis=-1).any():
             free.append(name)
@@ -112,7 +111,7 @@ def _loaded(
     if own is not None:
         return own
     path = _as_file(given, registry.kind)
-    return readers[0](str(given)) if path is None else readers[1](_read_toml(path, registry.kind), path)
+    return readers[0](str(given)) if path is None else readers[1](read_toml(path, registry.kind), path)
 
 
 def _made(kind: type[S], what: str, name: str, given: object) -> S:
@@ -139,28 +138,6 @@ def _as_file(name_or_file: object, what: str) -> Path | None:
     return path if is_file else None
 
 
-def _read_toml(path: Path, what: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError as error:
-        raise InputError(f"no {what} file {path}: give the path of a TOML file, or a name without slashes") from error
-    except RecursionError as error:
-        raise InputError(f"{path} is not a TOML file of a {what}: its tables lie too deep in each other") from error
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
-
-
-def _check_keys(table: dict[str, Any], allowed: tuple[str, ...], required: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in allowed:
-            raise InputError(
-                f"{where}: unknown key {key!r}{near_matches(key, allowed)}; allowed are {', '.join(allowed)}"
-            )
-    for key in required:
-        if key not in table:
-            raise InputError(f"{where}: no {key!r}; it must give {', '.join(required)}")
-
-
 def _value(word: str) -> float | str:
     """Return a number of the command line as one, and anything else as it is."""
     try:
@@ -169,42 +146,21 @@ def _value(word: str) -> float | str:
         return word
 
 
-def _number(table: dict[str, Any], key: str, where: str) -> float:
-    value = table[key]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
-        raise InputError(f"{where}: {key} = {value!r}; it must be a finite number")
-    return float(value)
-
-
-def _text(table: dict[str, Any], key: str, where: str) -> str:
-    value = table[key]
-    if not isinstance(value, str) or not value:
-        raise InputError(f"{where}: {key} = {value!r}; it must be a text in quotes")
-    return value
-
-
-def _numbers(table: dict[str, Any], key: str, where: str) -> tuple[float, ...]:
-    value = table[key]
-    if not isinstance(value, list) or not value:
-        raise InputError(f"{where}: {key} = {value!r}; it must be a list of numbers")
-    return tuple(_number({key: item}, key, where) for item in value)
-
-
 def _sized_from(table: dict[str, Any], where: str) -> ObjectSpec:
-    _check_keys(table, _OBJECT_KEYS, ("name", "shape", "size_mm"), where)
-    size = _numbers(table, "size_mm", where)
+    check_keys(table, _OBJECT_KEYS, ("name", "shape", "size_mm"), where)
+    size = numbers_in(table, "size_mm", where)
     if len(size) != 3:
         raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, height] in mm")
-    shape = cast("Shape", _text(table, "shape", where))
-    return ObjectSpec(_text(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+    shape = cast("Shape", text_in(table, "shape", where))
+    return ObjectSpec(text_in(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
 
 
 def _polygon_from(table: dict[str, Any], where: str) -> ObjectSpec:
-    _check_keys(table, _POLYGON_KEYS, ("name", "shape", "corners_mm", "height_mm"), where)
+    check_keys(table, _POLYGON_KEYS, ("name", "shape", "corners_mm", "height_mm"), where)
     rows = table["corners_mm"]
     if not isinstance(rows, list):
         raise InputError(f"{where}: corners_mm = {rows!r}; it must be a list of corners [x, y] in mm")
-    corners = [_numbers({"corners_mm": row}, "corners_mm", where) for row in rows]
+    corners = [numbers_in({"corners_mm": row}, "corners_mm", where) for row in rows]
     for place, corner in enumerate(corners, start=1):
         if len(corner) != 2:
             raise InputError(f"{where}: corner {place} of corners_mm is {list(corner)}; it must be [x, y] in mm")
@@ -212,19 +168,19 @@ def _polygon_from(table: dict[str, Any], where: str) -> ObjectSpec:
 
 
 def _outlined_from(table: dict[str, Any], folder: Path, where: str) -> ObjectSpec:
-    _check_keys(table, _OUTLINE_KEYS, ("name", "outline"), where)
+    check_keys(table, _OUTLINE_KEYS, ("name", "outline"), where)
     if table.get("shape", "polygon") != "polygon":
         raise InputError(f"{where}: shape = {table['shape']!r}; with an outline it is 'polygon': leave it out")
     unit = table.get("unit")
     if unit is not None and unit not in UNITS:
         raise InputError(f"{where}: unit = {unit!r}; allowed are {', '.join(UNITS)}")
-    corners = read_outline(folder / _text(table, "outline", where), unit)
+    corners = read_outline(folder / text_in(table, "outline", where), unit)
     return _prism_from({"height_mm": HEIGHT_MM} | table, corners.tolist(), where)
 
 
 def _prism_from(table: dict[str, Any], corners: Sequence[Sequence[float]], where: str) -> ObjectSpec:
     """Return the object over corners [m]."""
-    spec = polygon_object(_text(table, "name", where), corners, _number(table, "height_mm", where) / 1e3)
+    spec = polygon_object(text_in(table, "name", where), corners, number_in(table, "height_mm", where) / 1e3)
     convex_pieces(spec)  # refuses an outline of too many
     return spec
 
@@ -235,8 +191,8 @@ def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
         spec = _outlined_from(table, path.parent, where)
     else:
         spec = (_polygon_from if table.get("shape") == "polygon" else _sized_from)(table, where)
-    mass = _number(table, "mass_kg", where) if "mass_kg" in table else spec.mass
-    friction = _number(table, "friction", where) if "friction" in table else spec.friction
+    mass = number_in(table, "mass_kg", where) if "mass_kg" in table else spec.mass
+    friction = number_in(table, "friction", where) if "friction" in table else spec.friction
     return replace(spec, mass=mass, friction=friction)
 
 
@@ -244,18 +200,18 @@ def _hand_from(table: dict[str, Any], path: Path) -> HandSpec:
     where = f"hand file {path}"
     if "robot" in table:
         return _robot_from(table, path).hand
-    _check_keys(table, _HAND_KEYS, ("name", "palm_width_mm", *FINGER_NAMES), where)
+    check_keys(table, _HAND_KEYS, ("name", "palm_width_mm", *FINGER_NAMES), where)
     links = []
     for side in FINGER_NAMES:
         if not isinstance(table[side], dict):
             raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with links_mm")
-        _check_keys(table[side], _FINGER_KEYS, ("links_mm",), f"{where} [{side}]")
-        links.append(tuple(length / 1e3 for length in _numbers(table[side], "links_mm", f"{where} [{side}]")))
+        check_keys(table[side], _FINGER_KEYS, ("links_mm",), f"{where} [{side}]")
+        links.append(tuple(length / 1e3 for length in numbers_in(table[side], "links_mm", f"{where} [{side}]")))
     changes: dict[str, Any] = {
-        key: _number(table, f"{key}_mm", where) / 1e3 for key in _HAND_LENGTHS if f"{key}_mm" in table
+        key: number_in(table, f"{key}_mm", where) / 1e3 for key in _HAND_LENGTHS if f"{key}_mm" in table
     }
-    changes |= {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
-    name, palm_width = _text(table, "name", where), _number(table, "palm_width_mm", where) / 1e3
+    changes |= {field: number_in(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    name, palm_width = text_in(table, "name", where), number_in(table, "palm_width_mm", where) / 1e3
     try:
         hand = build_hand(name, links[0], links[1], palm_width, **changes)
     except InputError as error:
@@ -272,7 +228,7 @@ def load_robot(path: Path) -> RobotHand:
     Raises:
         InputError: no such file, or one that names no robot, or no hand in it.
     """
-    table = _read_toml(path, "hand")
+    table = read_toml(path, "hand")
     if "robot" not in table:
         raise InputError(f"hand file {path}: no 'robot'; a robot's hand names its URDF or MJCF file")
     return _robot_from(table, path)
@@ -283,31 +239,31 @@ def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
     from inhand.hands.robot_files import read_robot
 
     where = f"hand file {path}"
-    _check_keys(table, _ROBOT_KEYS, ("name", "robot", "palm", *FINGER_NAMES), where)
+    check_keys(table, _ROBOT_KEYS, ("name", "robot", "palm", *FINGER_NAMES), where)
     fingers = []
     for side in FINGER_NAMES:
         if not isinstance(table[side], dict):
             raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with joints and tip")
-        _check_keys(table[side], _ROBOT_FINGER_KEYS, _ROBOT_FINGER_KEYS, f"{where} [{side}]")
+        check_keys(table[side], _ROBOT_FINGER_KEYS, _ROBOT_FINGER_KEYS, f"{where} [{side}]")
         joints = table[side]["joints"]
         if not isinstance(joints, list):
             raise InputError(f"{where} [{side}]: joints = {joints!r}; it must be a list of names, the palm's first")
-        named = tuple(_text({"joints": joint}, "joints", f"{where} [{side}]") for joint in joints)
-        fingers.append(FingerNames(named, _text(table[side], "tip", f"{where} [{side}]")))
+        named = tuple(text_in({"joints": joint}, "joints", f"{where} [{side}]") for joint in joints)
+        fingers.append(FingerNames(named, text_in(table[side], "tip", f"{where} [{side}]")))
     names = RobotNames(
-        _text(table, "palm", where),
+        text_in(table, "palm", where),
         fingers[0],
         fingers[1],
-        *(_text({key: table.get(key, key[-1])}, key, where) for key in ("palm_x", "palm_y")),
+        *(text_in({key: table.get(key, key[-1])}, key, where) for key in ("palm_x", "palm_y")),
     )
-    numbers = {field: _number(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
+    numbers = {field: number_in(table, key, where) for key, field in _HAND_SCALARS.items() if key in table}
     if "thickness_mm" in table:
-        numbers["thickness"] = _number(table, "thickness_mm", where) / 1e3
-    scale = _number(table, "scale", where) if "scale" in table else 1.0
+        numbers["thickness"] = number_in(table, "thickness_mm", where) / 1e3
+    scale = number_in(table, "scale", where) if "scale" in table else 1.0
     if not scale > 0:
         raise InputError(f"{where}: scale = {scale:g}; it must be positive: metres in one of the robot file's units")
-    robot = path.parent / _text(table, "robot", where)
-    return read_robot(robot, _text(table, "name", where), names, numbers, scale)
+    robot = path.parent / text_in(table, "robot", where)
+    return read_robot(robot, text_in(table, "name", where), names, numbers, scale)
 
 
 def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:
@@ -318,7 +274,7 @@ def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> Finge
         raise InputError(f"{where}: limits_deg must give [low, high] for each of the {len(finger.links)} joints")
     limits = []
     for joint, row in enumerate(rows):
-        pair = _numbers({"limits_deg": row}, "limits_deg", where)
+        pair = numbers_in({"limits_deg": row}, "limits_deg", where)
         if len(pair) != 2 or not pair[0] < pair[1]:
             raise InputError(
                 f"{where}: limits_deg of joint {joint} is {list(pair)}; it must be [low, high], low < high"

@@ -192,7 +192,9 @@ def sensed() -> Training:
         preset="sensed",
         disturb="field",
         interface=Interface("senses", "steps", "progress", horizon=180, truth="truth"),
-        recipe=Recipe(1024, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=8.0, grasp="sensed"),
+        recipe=Recipe(
+            1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=8.0, grasp="sensed", turns=0.15, legs=0.35
+        ),
         imitate=10000,
         rounds=4,
         episodes=250,

@@ -19,8 +19,10 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
+from inhand.hands.sides import rough_plan
 from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.legs import around, drawn_legs
 from inhand.learning.recipe import Recording
 from inhand.learning.starts import (
     Noise,
@@ -29,8 +31,8 @@ from inhand.learning.starts import (
     grid_of,
     gripped,
     joined,
-    plans_for,
     reach_of,
+    straight_poses,
     taken,
     varied_plans,
 )
@@ -38,10 +40,15 @@ from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.decisions import actions_of, largest_step
-from inhand.tasks.paths import stacked
+from inhand.tasks.paths import path_of, stacked
+from inhand.tasks.primitives import TURNS
 from inhand.tasks.routes import Routes, routes_of
 from inhand.tracing.tasks import find_task
 
+SIDES = tuple(each.name for each in TURNS)
+"""Words for the grasps of turns to either side,"""
+AROUND = "around"
+"""and for those of episodes in which primitive follows primitive."""
 RoutePool = tuple[Routes, list[GraspPlan]]
 """Routes of a whole task, and the grasp of each."""
 PLANNED_AT_ONCE = 8
@@ -152,6 +159,18 @@ def starts_of(
         return route_starts(
             held, given, count, rng, recording.noise, engine=recording.engine, disturb=recording.disturb
         )
+    turning, walking = round(recipe.turns * count), round(recipe.legs * count)
+    parts = [_directed(recording, given, count - turning - walking, rng, kept)]
+    if turning:
+        parts.append(_turning(recording, given, turning, rng))
+    if walking:
+        parts.append(_walking(recording, given, walking, rng))
+    return joined(parts) if len(parts) > 1 else parts[0]
+
+
+def _directed(recording: Recording, given: Plans, count: int, rng: np.random.Generator, kept: Starts | None) -> Starts:
+    """Return starts that are to move along drawn directions, some of them from states of earlier episodes."""
+    held, recipe = recording.held, recording.recipe
     again = 0 if kept is None else min(round(recipe.midway * count), len(kept))
     angles = recording.draw(rng, count - again)
     gripped_for = angles + recipe.grip_spread * rng.standard_normal(len(angles))
@@ -161,9 +180,41 @@ def starts_of(
     if kept is not None and again:
         rows = rng.choice(len(kept), again, replace=False)
         fresh = joined([fresh, kept.take(rows, recording.draw(rng, again))])
-    reach = told_reach(recording, fresh, rng)
-    share = np.where(rng.random(count) < recipe.whole, 1.0, rng.random(count))
-    return replace(fresh, distance=share * reach)
+    return _told(recording, fresh, rng)
+
+
+def _turning(recording: Recording, given: Plans, count: int, rng: np.random.Generator) -> Starts:
+    """Return starts that are to turn on the spot, half of them to each side."""
+    parts = []
+    for word, side, some in zip(SIDES, (-1.0, 1.0), (count // 2, count - count // 2), strict=True):
+        fresh = _gripped_by(recording, given[word], some, rng)
+        parts.append(replace(fresh, turn=np.full(some, side)))
+    return _told(recording, joined(parts), rng)
+
+
+def _walking(recording: Recording, given: Plans, count: int, rng: np.random.Generator) -> Starts:
+    """Return starts that are to go from place to place, and to turn on the way."""
+    fresh = _gripped_by(recording, given[AROUND], count, rng)
+    legs = drawn_legs(recording.held, count, rng)
+    first = fresh.state.pose + drawn_legs(recording.held, count, rng)[:, 0] * (1, 1, 0) - (*recording.held.start[:2], 0)
+    way = (first - fresh.state.pose)[:, :2]
+    distance = np.linalg.norm(way, axis=-1)
+    return replace(fresh, angle_deg=np.rad2deg(np.arctan2(way[:, 1], way[:, 0])), distance=distance, legs=legs)
+
+
+def _gripped_by(
+    recording: Recording, plans: GraspPlan | list[GraspPlan], count: int, rng: np.random.Generator
+) -> Starts:
+    """Return starts held by grasps that no direction tells apart."""
+    grips = {0.0: plans}, np.zeros(count)
+    return gripped(*recording.held, grips, rng, recording.noise, engine=recording.engine, disturb=recording.disturb)
+
+
+def _told(recording: Recording, starts: Starts, rng: np.random.Generator) -> Starts:
+    """Return starts with the way that they are told to go: as far as their grip reaches, or somewhere before."""
+    reach, count = told_reach(recording, starts, rng), len(starts)
+    share = np.where(rng.random(count) < recording.recipe.whole, 1.0, rng.random(count))
+    return replace(starts, distance=share * reach)
 
 
 def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -> Array:
@@ -176,15 +227,25 @@ def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -
 def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = lambda *_: None) -> Plans:
     """Return the grasps of the grid and of other directions, planned a few at a time, which changes none of them."""
     grid, recipe = grid_of(np.array([*recording.grid, *also_deg])), recording.recipe
-    plans: dict[float, GraspPlan | list[GraspPlan]] = {}
+    plans: dict[Any, GraspPlan | list[GraspPlan]] = {}
     for first in range(0, len(grid), PLANNED_AT_ONCE):
         told("planning grasps", first, len(grid))
         angles = grid[first : first + PLANNED_AT_ONCE]
-        if recipe.grasp == "sensed":
-            plans |= varied_plans(*recording.held, angles)
-        else:
-            plans |= plans_for(*recording.held, angles, recipe.grasp, recording.engine)
+        plans |= zip(angles, _plans_along(recording, straight_poses(recording.hand, angles)), strict=True)
+    if recipe.turns:
+        turns = np.stack([recording.hand.start_pose + path_of(turn).poses for turn in TURNS])
+        plans |= zip(SIDES, _plans_along(recording, turns), strict=True)
+    if recipe.legs:
+        plans[AROUND] = _plans_along(recording, around(recording.held)[None])[0]
     return plans
+
+
+def _plans_along(recording: Recording, poses: Array) -> Sequence[GraspPlan | list[GraspPlan]]:
+    """Return what starts of each path of poses `(P, S, 3)` are gripped by."""
+    held, grasp = recording.held, recording.recipe.grasp
+    if grasp == "sensed":
+        return varied_plans(held, poses)
+    return [rough_plan(*held)] * len(poses) if grasp == "rough" else direction_plans(*held, poses, recording.engine)
 
 
 @lru_cache(maxsize=16)

@@ -1,6 +1,7 @@
 """Who shows how it is done: a controller of the catalogue, or a teacher that knows every world as it was drawn."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def expert_of(name: str, held: Held, starts: Starts, worlds: ManipulationWorlds)
 
 def taught_reach(held: Held, starts: Starts, rng: np.random.Generator) -> Array:
     """Return how far the teacher carries the object of each start in its own world, before it is lost `(N,)` [m]."""
-    far = Starts(**(vars(starts) | {"distance": np.full(len(starts), FARTHEST)}))
+    far = replace(starts, distance=np.full(len(starts), FARTHEST), legs=None)
     interface = Interface("grip", "steps", "gain", horizon=LONGEST)
     worlds = ManipulationWorlds(held, far, len(far), interface, rng)
     worlds.reset(np.arange(len(far)))

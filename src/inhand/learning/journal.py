@@ -33,6 +33,8 @@ class Counters:
     """Rounds."""
     seconds: float = 0.0
     """Time spent since the demonstrations were there, over all sittings [s]."""
+    cpu_s: float = 0.0
+    """Time on a core, all cores together, over all sittings [s]."""
     evaluated: int = 0
     """Episodes at the last evaluation."""
     best: float = -math.inf

@@ -36,6 +36,10 @@ class Recipe(Config):
     """Share of the episodes that go as far as their grip reaches; the others stop somewhere before."""
     grip_spread: float = 0.0
     """Standard deviation of the angle between an episode's direction and the one whose grip it starts with [deg]."""
+    turns: float = 0.0
+    """Share of the episodes that turn the object on the spot instead (the teacher's)."""
+    legs: float = 0.0
+    """Share of the episodes in which primitive follows primitive, as in a sequence (the teacher's)."""
     steered: float = 0.15
     """Share of the episodes that the expert steers where it labels those of an actor."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +32,7 @@ from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import configured
+from inhand.repeats import write_repeat
 from inhand.shown import Kept, listed, path_of
 from inhand.sim.disturbance import disturbance_of
 from inhand.sim.disturbance_files import load_disturbance
@@ -164,6 +165,7 @@ def run_record(config: RecordConfig, told: Told = lambda *_: None) -> Dataset:
         rng = np.random.default_rng(config.seed)
         batches = demonstrations(recording, plans_of(recording, told=told), rng, told)
         write_dataset(folder, _noted(batches, ends), head, spec)
+        write_repeat(folder, "record", replace(config, out=out))
     return _dataset(out, head, ends)
 
 

@@ -24,6 +24,7 @@ from inhand.learning.figures import SMOOTHING, directions_figure, learning_figur
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
 from inhand.pages import again, listed, options, page_of, table_of
 from inhand.plots.save import save_picture
+from inhand.repeats import write_repeat
 from inhand.shown import Shown, frame
 from inhand.tasks.primitives import Primitive
 from inhand.versions import versions
@@ -86,6 +87,7 @@ class Compared(Shown):
             "seed": self.config.seed,
         }
         write_json(content, folder / "metrics.json")
+        write_repeat(folder, "evaluate", self.config)
 
     @property
     def run(self) -> Run:

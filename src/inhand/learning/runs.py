@@ -10,12 +10,13 @@ from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, clear, writing
 from inhand.hands.files import load_hand
+from inhand.learning.ahead import compile_ahead
 from inhand.learning.config import Training
 from inhand.learning.journal import Evaluation
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT, PAGE, READY
 from inhand.learning.run_cards import MARK, card_of, check, read_config
 from inhand.learning.setup import Ready, columns_of, load_ready, make_ready, save_ready
-from inhand.learning.training import Trainer, compile_ahead
+from inhand.learning.training import Trainer
 from inhand.records import text_of
 
 WORKING = (CHECKPOINT, READY, EXPERT, AGENT)
@@ -64,12 +65,12 @@ def finished(out: Path) -> bool:
 
 
 def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
-    began = time.perf_counter()
+    began, spent = time.perf_counter(), time.process_time()
     with ThreadPoolExecutor(1) as beside:
         compiled = beside.submit(compile_ahead, config, columns_of(config, load_hand(config.hand)))
         ready = _ready(config, out, told[0])
         compiled.result()
-    trainer = Trainer(config, ready, out, told[1], told[0])
+    trainer = Trainer(config, ready, out, told[1], told[0], spent=time.process_time() - spent)
     best = trainer.run()
     sitting = {"last_sitting_s": time.perf_counter() - began}
     (out / "finished.json").write_text(json.dumps(vars(trainer.counters) | sitting) + "\n")

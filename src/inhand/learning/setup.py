@@ -169,8 +169,9 @@ def save_ready(ready: Ready, path: Path) -> None:
     arrays = {name: np.asarray(getattr(ready, name)) for name in _NUMBERS}
     for name, starts in (("starts", ready.starts), ("tests", ready.tests)):
         arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
-        if starts.routes is not None:
-            arrays[f"{name}.routes"] = starts.routes.poses
+        routes = None if starts.routes is None else starts.routes.poses
+        asked = ("routes", routes), ("turn", starts.turn), ("legs", starts.legs)
+        arrays |= {f"{name}.{part}": given for part, given in asked if given is not None}
         if starts.disturbed is not None:
             drawn = tuple(each.drawn for each in starts.disturbed)
             arrays[f"{name}.disturbed"] = np.array(text_of(_Worlds(starts.disturbed[0].spec, drawn)))
@@ -188,9 +189,10 @@ def load_ready(config: Training, path: Path) -> Ready:
         def starts(name: str) -> Starts:
             snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
             state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
-            routes = Routes(data[f"{name}.routes"]) if f"{name}.routes" in data else None
+            routes, turn, legs = (data.get(f"{name}.{part}") for part in ("routes", "turn", "legs"))
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
-            return Starts(snapshot, state, angle_deg, distance, routes, config.engine, worlds(f"{name}.disturbed"))
+            found = Starts(snapshot, state, angle_deg, distance, None if routes is None else Routes(routes))
+            return replace(found, engine=config.engine, disturbed=worlds(f"{name}.disturbed"), turn=turn, legs=legs)
 
         def worlds(name: str) -> tuple[Disturbed, ...] | None:
             if name not in data:

@@ -8,7 +8,8 @@ that a primitive can begin anywhere in the workspace.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,8 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import primitive_at
 from inhand.tasks.routes import Routes
 
-Plans = Mapping[float, GraspPlan | list[GraspPlan]]
-"""Grasps by direction [deg]: one, or several of which one is drawn."""
+Plans = Mapping[Any, GraspPlan | list[GraspPlan]]
+"""Grasps by direction [deg], or by the word of what has none: one, or several of which one is drawn."""
 FAR = 0.75
 """Of several grasps those are taken that reach at least this share of the farthest."""
 GRID_DEG = 7.5
@@ -80,6 +81,10 @@ class Starts:
     """The engine in which the object is held; episodes from here run in it."""
     disturbed: tuple[Disturbed, ...] | None = None
     """How the world of each start is disturbed, which episodes from it are too; None where nothing is."""
+    turn: Array | None = None
+    """Side to which each is to turn on the spot instead `(N,)`, as `Aim.turn`; None where all move."""
+    legs: Array | None = None
+    """What is asked after that `(N, L, 3)`, as in `inhand.learning.legs`; None where nothing is."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
@@ -92,6 +97,12 @@ class Starts:
         snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
         return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed)
 
+    def rows(self, rows: NDArray[np.int64]) -> Starts:
+        """Return some starts, of which the same is asked."""
+        turn, legs = (None if each is None else each[rows] for each in (self.turn, self.legs))
+        taken = self.take(rows, self.angle_deg[rows])
+        return replace(taken, distance=self.distance[rows], turn=turn, legs=legs)
+
 
 def joined(parts: Sequence[Starts]) -> Starts:
     """Return several pools of one engine as one."""
@@ -101,7 +112,22 @@ def joined(parts: Sequence[Starts]) -> Starts:
     routes = Routes(np.concatenate(found)) if found else None
     snapshot = join([part.snapshot for part in parts])
     worlds = tuple(world for part in parts for world in part.disturbed or ()) or None
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds)
+    turn = _together([part.turn for part in parts], parts, 0.0)
+    legs = _together([part.legs for part in parts], parts, np.nan)
+    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, turn, legs)
+
+
+def _together(given: Sequence[Array | None], parts: Sequence[Starts], nothing: float) -> Array | None:
+    """Return an array of several pools as one, filled where a pool has none; None where none has it."""
+    known = next((each for each in given if each is not None), None)
+    if known is None:
+        return None
+    return np.concatenate(
+        [
+            np.full((len(part), *known.shape[1:]), nothing) if each is None else each
+            for each, part in zip(given, parts, strict=True)
+        ]
+    )
 
 
 def straight_task(held: Held, angle_deg: Array, distance: Array | None = None) -> Task:
@@ -139,18 +165,21 @@ def plans_for(
     """Return the grasp of each direction [deg]; a rough one is the same for all."""
     if grasp == "rough":
         return dict.fromkeys(angles_deg, rough_plan(hand, spec))
-    poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
-    return dict(zip(angles_deg, direction_plans(hand, spec, poses, engine), strict=True))
+    return dict(zip(angles_deg, direction_plans(hand, spec, straight_poses(hand, angles_deg), engine), strict=True))
 
 
-def varied_plans(hand: HandSpec, spec: ObjectSpec, angles_deg: Sequence[float]) -> dict[float, list[GraspPlan]]:
-    """Return grasps of each direction [deg] that are searched for several shares of the friction, all that go far."""
-    poses = np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
-    found, reach = candidates(Held(hand, spec), poses)
-    plans: dict[float, list[GraspPlan]] = {angle: [] for angle in angles_deg}
+def straight_poses(hand: HandSpec, angles_deg: Sequence[float]) -> Array:
+    """Return the poses `(P, S, 3)` from where a hand holds objects straight along directions [deg]."""
+    return np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
+
+
+def varied_plans(held: Held, poses: Array) -> list[list[GraspPlan]]:
+    """Return grasps of each path `(P, S, 3)` that are searched for several shares of the friction, all that go far."""
+    found, reach = candidates(held, poses)
+    plans: list[list[GraspPlan]] = [[] for _ in poses]
     for each in found:
         if each.reach >= FAR * reach[each.path]:
-            plans[angles_deg[each.path]].append(each.plan)
+            plans[each.path].append(each.plan)
     return plans
 
 
@@ -224,7 +253,7 @@ def _one_of(plans: GraspPlan | list[GraspPlan], rng: np.random.Generator) -> Gra
 
 def _nearest(plans: Plans, angles: Array) -> list[float]:
     """Return of each direction the nearest that has a plan [deg]."""
-    have = np.array(list(plans))
+    have = np.array([angle for angle in plans if not isinstance(angle, str)])
     away = np.abs((angles[:, None] - have + 180.0) % 360.0 - 180.0)
     return [float(a) for a in have[away.argmin(axis=1)]]
 

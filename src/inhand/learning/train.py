@@ -22,6 +22,8 @@ from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
 from inhand.learning.run_cards import MARK, check, read_config
+from inhand.records import configured
+from inhand.repeats import write_repeat
 from inhand.shown import Kept, path_of
 from inhand.sim.disturbance import disturbance_of
 
@@ -205,6 +207,17 @@ def changed(config: Training, given: dict[str, Any]) -> Training:
     return config
 
 
+def command_of(config: Training, out: Path) -> TrainConfig | None:
+    """Return the words of the command line that train so; None for what only Python can say."""
+    given = {name: value for name in CHOSEN if (value := getattr(config, name)) != ""}
+    try:
+        words = configured(TrainConfig, given | {"preset": config.preset, "out": out})
+        same = changed(preset_named(config.preset), given) == config
+    except InputError:
+        return None
+    return words if same else None
+
+
 def refuse_changes(given: dict[str, Any], out: Path) -> None:
     """Refuse settings beside --resume, which goes on with the run's own.
 
@@ -245,4 +258,7 @@ def _told(out: Path) -> Trained:
 
     found = load_training(out)
     write_training(out, found.title)
+    words = command_of(found.config, out)
+    if words is not None:
+        write_repeat(out, "train", words)
     return found

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from inhand.control.contract import contract_of
 from inhand.control.loop import Told
-from inhand.control.policy import Policy, save_policy
+from inhand.control.policy import Cost, Policy, load_policy, save_policy
 from inhand.errors import InputError
+from inhand.learning.ahead import CHUNK
 from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
@@ -27,7 +28,7 @@ from inhand.learning.demonstrations import recorded
 from inhand.learning.journal import Counters, Evaluation, Journal, Trying
 from inhand.learning.networks import Network
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
-from inhand.learning.replay_buffer import Columns, Priorities, ReplayBuffer, Rows, rows_of
+from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows, rows_of
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried
 from inhand.learning.worlds import ManipulationWorlds
@@ -35,8 +36,6 @@ from inhand.sim.disturbance_files import NONE, load_disturbance
 
 LEARNING = "learning"
 """What progress is told while the agent's episodes run."""
-CHUNK = 1000
-"""Updates of the actor's imitation that run at a time."""
 PRIORITY = 0.3
 """Exponent of the priorities (DDPGfD paper)."""
 CORRECTION = 0.5
@@ -47,24 +46,6 @@ SHOWN_BONUS, PRIORITY_FLOOR = 0.1, 1e-3
 
 def _quiet(what: str, done: int, total: int) -> None:
     """Tell nobody."""
-
-
-def compile_ahead(config: Training, columns: Columns) -> None:
-    """Compile what training calls, in sizes it will have: beside other work, so that training need not wait for it."""
-    learning, learner = config.learning, new_learner(config.learning, columns, config.seed)
-    rows, weights = _room(config.updates, learning.batch, columns.width), _room(config.updates, learning.batch)
-    update_many.lower(learner, rows, weights, learning, columns, strength=1.0).compile()
-    if config.imitate:
-        many = _room(CHUNK, 2 * learning.batch, columns.d + columns.n)
-        for total in {config.imitate, *([config.refit] if config.rounds > 1 else [])}:
-            first = imitate_many.lower(learner.actor, None, many, columns, total)
-            first.compile()
-            imitate_many.lower(*first.out_info[:2], many, columns, total).compile()
-
-
-def _room(*shape: int) -> Rows:
-    """Return rows that are not looked at."""
-    return np.empty(shape, dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +66,14 @@ class Trainer:
     """A training run in a folder."""
 
     def __init__(
-        self, config: Training, ready: Ready, folder: Path, told: Callable[[Evaluation], None], progress: Told = _quiet
+        self,
+        config: Training,
+        ready: Ready,
+        folder: Path,
+        told: Callable[[Evaluation], None],
+        progress: Told = _quiet,
+        *,
+        spent: float = 0.0,
     ) -> None:
         """Set the run up; if the folder holds a checkpoint, go on from it.
 
@@ -95,6 +83,7 @@ class Trainer:
             folder: the run's.
             told: told every evaluation.
             progress: told what is being done, how far it is, and how far it has to go.
+            spent: time on a core that its preparations took [s].
         """
         self.config, self._ready, self._folder, self._told, self._progress = config, ready, folder, told, progress
         self._contract = contract_of(ready.held.hand, load_disturbance(config.disturb))
@@ -105,11 +94,17 @@ class Trainer:
         )
         self._collector = Collector(worlds, ready.columns, (config.learning.discount, config.learning.look_ahead))
         self._learner = new_learner(config.learning, ready.columns, config.seed)
+        self._go_on_from(folder / CHECKPOINT)
+        self._began = time.perf_counter() - self.counters.seconds
+        self._began_cpu = time.process_time() - spent - self.counters.cpu_s
+        self._beside, self._trying = ThreadPoolExecutor(1), list[Trying]()
+
+    def _go_on_from(self, checkpoint: Path) -> None:
+        """Open what is written on and on; go on from a checkpoint, if it is there."""
+        config, ready, folder = self.config, self._ready, checkpoint.parent
         rows = config.agent_episodes * config.interface.horizon
         spare = 2 * (config.evaluate_every + 3 * config.worlds) * config.interface.horizon
-        checkpoint = folder / CHECKPOINT
-        arrays: dict[str, Any] = {}
-        written, shown, length = 0, ready.expert_rows, 0
+        arrays, written, shown, length = dict[str, Any](), 0, ready.expert_rows, 0
         self._new = not checkpoint.is_file()
         if not self._new:
             self._learner, arrays, head = load_checkpoint(checkpoint, self._learner)
@@ -122,8 +117,6 @@ class Trainer:
         self._expert = ReplayBuffer(folder / EXPERT, ready.columns, most, 0, shown)
         self._agent = ReplayBuffer(folder / AGENT, ready.columns, rows, spare, written)
         self._priorities = self._all_priorities(arrays)
-        self._began = time.perf_counter() - self.counters.seconds
-        self._beside, self._trying = ThreadPoolExecutor(1), list[Trying]()
 
     def run(self) -> Path:
         """Train to the end and return the folder of the best policy.
@@ -146,6 +139,7 @@ class Trainer:
         self._tell()
         self._beside.shutdown()
         self._journal.close()
+        self._sign()
         return self._folder / BEST
 
     @property
@@ -192,8 +186,7 @@ class Trainer:
         rng = np.random.default_rng((config.seed, 4, number))
         self._progress("relabelling the actor's episodes", number, config.rounds)
         rows = rng.choice(len(ready.starts), min(config.relabelled, len(ready.starts)), replace=False)
-        starts = replace(ready.starts.take(rows, ready.starts.angle_deg[rows]), distance=ready.starts.distance[rows])
-        episodes, _ = recorded(config.recording, starts, rng, self._policy(actor))
+        episodes, _ = recorded(config.recording, ready.starts.rows(rows), rng, self._policy(actor))
         looking = config.learning.discount, config.learning.look_ahead
         for shown in episodes.apart():
             episode = shown.observations, shown.actions, shown.wanted, shown.rewards
@@ -303,6 +296,7 @@ class Trainer:
             fraction = found.distance / ready.limit
             score = float(found.total[ready.trained].mean())
             trying.counters.seconds = counters.seconds = time.perf_counter() - self._began
+            trying.counters.cpu_s = counters.cpu_s = time.process_time() - self._began_cpu
             save_policy(trying.policy, self._folder / "last")
             if score > counters.best:
                 trying.counters.best = counters.best = score
@@ -310,6 +304,17 @@ class Trainer:
             evaluation = Evaluation(trying.counters, found, fraction, score)
             self._journal.evaluation(evaluation, ready)
             self._told(evaluation)
+
+    def _sign(self) -> None:
+        """Write what all of it took into the policies' cards."""
+        config, counters = self.config, self.counters
+        shown = config.recipe.episodes + config.rounds * config.relabelled
+        fitted = config.imitate * (2 if config.rounds else 1) + config.refit * max(config.rounds - 1, 0)
+        updates = fitted + config.warm_up + counters.updates
+        decided = self._expert.written + counters.decisions
+        cost = Cost(shown + counters.episodes, decided, updates, round(counters.cpu_s, 1))
+        for place in ("last", BEST):
+            save_policy(replace(load_policy(self._folder / place), cost=cost), self._folder / place)
 
     def _keep(self, name: str) -> None:
         self._agent.flush()

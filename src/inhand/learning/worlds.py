@@ -15,6 +15,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
+from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.disturbance import FACTORS
@@ -31,8 +32,8 @@ from inhand.tasks.observations import Aim, Scene, observe
 if TYPE_CHECKING:
     from inhand.control.between import Between
 
-_AIMED = ("angle", "start", "distance")
-_KEPT = ("observation", "steps", "lost", "last", "row", "come", "key", "seen_start")
+_AIMED = ("angle", "start", "distance", "turn")
+_KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start")
 """What worlds go on from, beside their states and aims."""
 
 
@@ -107,9 +108,9 @@ class ManipulationWorlds:
         self._memory: Memory | None = None
         self._pool = _asked(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
-        self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count))
+        self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.empty(count))
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
-        self._steps, self._lost, self._row, self._come = np.zeros((4, count), dtype=np.int64)
+        self._steps, self._lost, self._row, self._come, self._leg = np.zeros((5, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
         self._key = np.zeros(count, dtype=np.int64)
         self._told = self._aim
@@ -177,6 +178,7 @@ class ManipulationWorlds:
         self._state = after
         if self._memory is not None:
             self._memory.take(self.seen)
+        self._go_on()
         successor, shift = self._observed(), self._shift(decision)
         self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
@@ -194,6 +196,17 @@ class ManipulationWorlds:
         now, then = (routes.way[self._row, place] for place in (self._come, before))
         return Made(now - then, routes.way[self._row, -1] - now, *routes.off(self._row, self._come, after.pose))
 
+    def _go_on(self) -> None:
+        """Ask the next primitive of objects that have come to the end of one, if their episode has more."""
+        legs, aim, pose = self._starts.legs, self._aim, self._state.pose
+        if legs is None:
+            return
+        over, leg = due(aim, pose, legs[self._row], self._leg)
+        if self._memory is not None:
+            over &= ~self._memory.waiting
+            self._memory.go_on(np.flatnonzero(over), turned_by(aim)[over])
+        self._aim, self._leg = next_aim(aim, pose, leg, over), self._leg + over
+
     def _shift(self, decision: Decision) -> Array:
         """Return the way along, the way to the left and the angle turned of what was asked `(B, 3)`."""
         made, routes = decision.route, self._starts.routes
@@ -205,12 +218,12 @@ class ManipulationWorlds:
         kinds = None if self._starts.disturbed is None else rows
         self.simulator.restore(worlds, self._starts.snapshot, rows, kinds)
         self._state = put(self._state, worlds, self._starts.state, rows)
-        self._aim = Aim(
-            **{name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
-        )
-        self._row[worlds], self._come[worlds] = rows, 0
+        self._row[worlds], self._come[worlds], self._leg[worlds] = rows, 0, 0
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
+        else:
+            aims = {name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
+            self._aim = Aim(**aims)
         self._look(worlds)
         self._observation = _put(self._observation, worlds, self._observed()[worlds])
         self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
@@ -263,7 +276,7 @@ class ManipulationWorlds:
         snapshot = self.simulator.snapshot()
         arrays = {f"world.{field.name}": getattr(snapshot, field.name) for field in fields(Snapshot)}
         return arrays | {
-            **{f"aim.{name}": getattr(self._aim, name) for name in _AIMED},
+            **{f"aim.{name}": np.asarray(getattr(self._aim, name)) for name in _AIMED},
             **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
             **({} if self._between is None else self._between.state_dict()),
             **({} if self._memory is None else self._memory.state_dict()),
@@ -283,9 +296,9 @@ class ManipulationWorlds:
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
             self._memory.load_state_dict(kept)
-        self._aim = Aim(**{name: kept[f"aim.{name}"] for name in _AIMED})
-        if self._starts.routes is not None:
-            self._aim = self._starts.routes.aim(self._row, self._come)
+        routes = self._starts.routes
+        asked = {name: kept[f"aim.{name}"] for name in _AIMED}
+        self._aim = Aim(**asked) if routes is None else routes.aim(self._row, self._come)
         self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
 
@@ -314,7 +327,8 @@ def _numbers(drawn: Drawn) -> Array:
 
 def _asked(starts: Starts) -> Aim:
     if starts.routes is None:
-        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance)
+        turn = np.zeros(len(starts)) if starts.turn is None else starts.turn
+        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance, turn=turn)
     return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))
 
 

@@ -20,7 +20,7 @@ from inhand.sim.bullet_model import Part, World, build_world, load_pybullet
 from inhand.sim.bullet_servo import FINER, Servos, servos_of
 from inhand.sim.engine import Simulator
 from inhand.sim.scene import FAR, SceneSpec
-from inhand.sim.snapshot import Snapshot, centre_of
+from inhand.sim.snapshot import Snapshot, centre_of, nowhere
 from inhand.sim.state import State, ran_away
 
 MOST_WORLDS = 1000
@@ -92,7 +92,8 @@ class BulletSimulator(Simulator):
         qpos = np.concatenate([joints, poses], axis=1)
         centre = centre_of(qpos, qvel, self._centre)
         zero = np.zeros_like(qvel)
-        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), zero, self._forces.copy(), centre)
+        forces, held = self._forces.copy(), nowhere(self.n_worlds)
+        return Snapshot(self._time(), qpos, qvel, self._targets.copy(), zero, forces, centre, held)
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         """Build the worlds anew: contacts that PyBullet remembers would change the next episode."""

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,17 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.names import Engine
 from inhand.sim.scene import SceneSpec, scene_of_each
 from inhand.sim.snapshot import Snapshot, check_indices, check_restore
 from inhand.sim.state import State
 
+Hand: TypeAlias = HandSpec | SpatialHand
+"""A hand in the plane, or one in space."""
+Body: TypeAlias = ObjectSpec | SolidSpec
+"""What such a hand holds."""
 LINK_SENSOR_SIZE = 7
 """Sensor values for every link and piece of the object: their distance, then the nearest points of both [m]."""
 
@@ -28,11 +34,13 @@ class Simulator(ABC):
     """
 
     engine: ClassVar[Engine]
+    pose_size: ClassVar[int] = 3
+    """Numbers of the pose in which an object is placed."""
 
     def __init__(
         self,
-        hand: HandSpec | Sequence[HandSpec],
-        objects: Sequence[ObjectSpec],
+        hand: Hand | Sequence[Hand],
+        objects: Sequence[Body],
         scenes: SceneSpec | Sequence[SceneSpec] | None = None,
         kinds: NDArray[np.int64] | None = None,
     ) -> None:
@@ -44,10 +52,13 @@ class Simulator(ABC):
             InputError: no objects, hands of different joints, or another number of hands or scenes.
         """
         each = scene_of_each(objects, scenes)
-        self._kinds = list(zip(_hand_of_each(hand, len(objects)), objects, each, strict=True))
+        self._kinds: list[tuple[Any, Any, SceneSpec]] = list(
+            zip(_hand_of_each(hand, len(objects)), objects, each, strict=True)
+        )
         self._kind = np.arange(len(objects)) if kinds is None else kinds.copy()
         count = len(self._kind)
-        self.hand, self.timestep = self._kinds[0][0], each[0].timestep
+        self.hand: Any = self._kinds[0][0]
+        self.timestep = each[0].timestep
         """The first kind's hand, whose joints are those of all, and the physics step [s]."""
         self._mass, self._height, self._centre = np.zeros(count), np.zeros(count), np.zeros((count, 2))
         self._know(np.arange(count))
@@ -58,7 +69,7 @@ class Simulator(ABC):
         self._held = np.zeros((count, self.hand.n_joints))
 
     @property
-    def objects(self) -> tuple[ObjectSpec, ...]:
+    def objects(self) -> tuple[Any, ...]:
         """The object of each world."""
         return tuple(self._kinds[kind][1] for kind in self._kind.tolist())
 
@@ -70,18 +81,21 @@ class Simulator(ABC):
     def reset(self, object_pose: Array, joint_angles: Array) -> State:
         """Place the objects `(B, 3)` upright on the plane and the joints `(B, n)`, all at rest; return the state.
 
+        Hands in space have no plane: their objects are held at poses `(B, 7)` until they are let go.
+
         Raises:
             InputError: a pose or an angle is not finite, or their shapes are others; the text names the world.
         """
         count = self.n_worlds
         self._check_targets(joint_angles)
-        if object_pose.shape != (count, 3):
-            raise InputError(f"object poses of shape {object_pose.shape}; {count} worlds need {(count, 3)}")
+        if object_pose.shape != (count, self.pose_size):
+            raise InputError(
+                f"object poses of shape {object_pose.shape}; {count} worlds need {(count, self.pose_size)}"
+            )
         if not np.isfinite(object_pose).all():
             world = np.argwhere(~np.isfinite(object_pose))[0, 0]
-            raise InputError(
-                f"the object's start pose in world {world} is {object_pose[world]}; give finite x, y, theta"
-            )
+            needed = "x, y, theta" if self.pose_size == 3 else "numbers, a position and a quaternion"
+            raise InputError(f"the object's start pose in world {world} is {object_pose[world]}; give finite {needed}")
         self._diverged[:], self._forces[:], self._held[:] = False, 0.0, joint_angles
         self._place(object_pose, joint_angles)
         return self.measure()
@@ -100,6 +114,10 @@ class Simulator(ABC):
         active = np.ones(self.n_worlds, dtype=bool) if active is None else active
         self._hold(targets, substeps, active)
         return self._measure(active)
+
+    def let_go(self, worlds: NDArray[np.bool_]) -> None:
+        """Let go of objects that some worlds `(B,)` have held where they were placed; on a plane none is held."""
+        del worlds
 
     def measure(self) -> State:
         """Return the state of the present instant, worlds that diverged put back first."""
@@ -227,8 +245,8 @@ class Simulator(ABC):
             )
 
 
-def _hand_of_each(hand: HandSpec | Sequence[HandSpec], n_worlds: int) -> tuple[HandSpec, ...]:
-    hands = (hand,) * n_worlds if isinstance(hand, HandSpec) else tuple(hand)
+def _hand_of_each(hand: Hand | Sequence[Hand], n_worlds: int) -> tuple[Hand, ...]:
+    hands = (hand,) * n_worlds if isinstance(hand, HandSpec | SpatialHand) else tuple(hand)
     if len(hands) != n_worlds:
         raise InputError(f"{len(hands)} hands for {n_worlds} objects; give one for all or one each")
     links = {tuple(len(finger.links) for finger in each.fingers) for each in hands}

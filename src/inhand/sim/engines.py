@@ -1,7 +1,7 @@
 """The one place that makes the engines' simulators."""
 
 from collections.abc import Sequence
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,17 +10,22 @@ from inhand.aside import Aside
 from inhand.errors import InputError, near_matches
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
-from inhand.hands.objects import CATALOGUE, ObjectSpec
+from inhand.hands.objects import CATALOGUE
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.bullet_model import load_pybullet
-from inhand.sim.engine import Simulator
-from inhand.sim.names import Engine
+from inhand.sim.engine import Body, Hand, Simulator
+from inhand.sim.names import ENGINE, Engine
 from inhand.sim.scene import SceneSpec
+
+SPATIAL: Engine = "mujoco"
+"""The engine of hands in space."""
 
 
 def make_simulator(
     engine: str,
-    hand: HandSpec | Sequence[HandSpec],
-    objects: Sequence[ObjectSpec],
+    hand: Hand | Sequence[Hand],
+    objects: Sequence[Body],
     scenes: SceneSpec | Sequence[SceneSpec] | None = None,
     threads: int = 0,
     *,
@@ -35,17 +40,53 @@ def make_simulator(
         InputError: an unknown engine, one that is not installed, or what its simulator refuses.
     """
     check_engine(engine)
+    made: dict[str, Any] = {"hand": hand, "objects": objects, "scenes": scenes, "kinds": kinds}
+    if _in_space(hand, objects):
+        from inhand.sim.spatial_engine import SpatialSimulator
+
+        engine_in_space(engine)
+        return SpatialSimulator(**made, threads=threads)
     if engine == "bullet":
         from inhand.sim.bullet_engine import BulletSimulator
 
-        return BulletSimulator(hand, objects, scenes, kinds=kinds)
+        return BulletSimulator(**made)
     if engine == "planar":
         from inhand.sim.planar.engine import PlanarSimulator
 
-        return PlanarSimulator(hand, objects, scenes, threads, kinds=kinds)
+        return PlanarSimulator(**made, threads=threads)
     from inhand.sim.mujoco_engine import MujocoSimulator
 
-    return MujocoSimulator(hand, objects, scenes, threads, kinds=kinds)
+    return MujocoSimulator(**made, threads=threads)
+
+
+def _in_space(hand: Hand | Sequence[Hand], objects: Sequence[Body]) -> bool:
+    """Return whether worlds are of hands in space.
+
+    Raises:
+        InputError: hands or objects of both kinds.
+    """
+    hands = [hand] if isinstance(hand, HandSpec | SpatialHand) else list(hand)
+    kinds = {isinstance(each, SpatialHand) for each in hands} | {isinstance(each, SolidSpec) for each in objects}
+    if len(kinds) > 1:
+        raise InputError(
+            "hands or objects of the plane and of space in one simulator; a hand in space (3f_60.60_40_10) holds an"
+            " object in space, as load_held of the two names gives"
+        )
+    return kinds == {True}
+
+
+def engine_in_space(engine: str) -> Engine:
+    """Return the engine of a hand in space: MuJoCo, also where the engine of hands in the plane is asked for.
+
+    Raises:
+        InputError: an engine that has no third dimension for it.
+    """
+    check_engine(engine)
+    if engine not in {SPATIAL, ENGINE}:
+        raise InputError(
+            f"engine {engine!r} with a hand in space, which runs in {SPATIAL} alone: leave it out or give {SPATIAL}"
+        )
+    return SPATIAL
 
 
 def compile_aside(aside: Aside, engine: str) -> None:

@@ -51,7 +51,7 @@ def describe_model(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> mujoco
     _add_pairs(mj, links, hand, spec, scene)
     _add_walls(mj, list(chain(*links)), hand, spec, scene)
     for names in links:
-        _add_force(mj, names[0])
+        add_force(mj, names[0])
     return mj
 
 
@@ -86,7 +86,7 @@ def _bodies(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[mujoco.
 
 def _add_surroundings(mj: mujoco.MjSpec, hand: HandSpec, spec: ObjectSpec) -> None:
     world = mj.worldbody
-    _geom(world, "floor", mujoco.mjtGeom.mjGEOM_PLANE, [0.5, 0.5, 0.01])
+    add_geom(world, "floor", mujoco.mjtGeom.mjGEOM_PLANE, [0.5, 0.5, 0.01])
     _add_prism(mj, world, "palm", palm_outline(hand), height=hand.thickness, mass=0.0, middle=spec.height / 2)
 
 
@@ -123,9 +123,9 @@ def _add_object(mj: mujoco.MjSpec, spec: ObjectSpec) -> None:
     body.add_freejoint(name="object")
     half = [s / 2 for s in spec.size]
     if spec.shape == "box":
-        _geom(body, "object", mujoco.mjtGeom.mjGEOM_BOX, half, mass=spec.mass)
+        add_geom(body, "object", mujoco.mjtGeom.mjGEOM_BOX, half, mass=spec.mass)
     elif spec.shape == "cylinder":
-        _geom(body, "object", mujoco.mjtGeom.mjGEOM_CYLINDER, [half[0], half[2], 0], mass=spec.mass)
+        add_geom(body, "object", mujoco.mjtGeom.mjGEOM_CYLINDER, [half[0], half[2], 0], mass=spec.mass)
     else:
         for name, piece in zip(_piece_names(spec), convex_pieces(spec), strict=True):
             _add_prism(mj, body, name, piece, height=spec.height, mass=spec.mass)
@@ -169,11 +169,11 @@ def _add_prism(
     low, high = corners.min(axis=0), corners.max(axis=0)
     if is_box(corners):
         half = [*(high - low) / 2, height / 2]
-        _geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, middle])
+        add_geom(body, name, mujoco.mjtGeom.mjGEOM_BOX, half, mass=mass, pos=[*(high + low) / 2, middle])
         return
     mesh = mj.add_mesh(name=name)
     mesh.uservert = np.concatenate([_at_height(corners, z) for z in (-height / 2, height / 2)]).ravel()
-    geom = _geom(body, name, mujoco.mjtGeom.mjGEOM_MESH, None, mass=mass, pos=[0, 0, middle])
+    geom = add_geom(body, name, mujoco.mjtGeom.mjGEOM_MESH, None, mass=mass, pos=[0, 0, middle])
     geom.meshname = name
 
 
@@ -187,7 +187,7 @@ def _add_rims(mj: mujoco.MjSpec, name: str, corners: Array, thickness: float) ->
         mesh = mj.add_mesh(name=f"{name}_{side}")
         layers = ((inner, height - RIM_HEIGHT), (corners, height), (inner, height + RIM_HEIGHT))
         mesh.uservert = np.concatenate([_at_height(outline, z) for outline, z in layers]).ravel()
-        geom = _geom(mj.body(name), f"{name}_{side}", mujoco.mjtGeom.mjGEOM_MESH, None)
+        geom = add_geom(mj.body(name), f"{name}_{side}", mujoco.mjtGeom.mjGEOM_MESH, None)
         geom.meshname = f"{name}_{side}"
 
 
@@ -195,7 +195,7 @@ def _at_height(corners: Array, height: float) -> Array:
     return np.column_stack([corners, np.full(len(corners), height)])
 
 
-def _geom(
+def add_geom(
     body: mujoco.MjsBody,
     name: str,
     kind: mujoco.mjtGeom,
@@ -204,6 +204,7 @@ def _geom(
     mass: float = 0.0,
     pos: list[float] | None = None,
 ) -> mujoco.MjsGeom:
+    """Add a shape to a body that touches only what pairs say, and return it."""
     geom = body.add_geom(name=name, type=kind, contype=0, conaffinity=0, mass=mass, pos=pos or [0, 0, 0])
     if size is not None:
         geom.size = size
@@ -261,7 +262,7 @@ def _add_points(mj: mujoco.MjSpec, spec: ObjectSpec) -> list[str]:
         for side, height in zip(RIMS, _rib_heights(spec), strict=True):
             names.append(f"corner_{number}_{side}")
             place = [*corner, height - spec.height / 2]
-            _geom(mj.body("object"), names[-1], mujoco.mjtGeom.mjGEOM_SPHERE, [POINT, 0, 0], pos=place)
+            add_geom(mj.body("object"), names[-1], mujoco.mjtGeom.mjGEOM_SPHERE, [POINT, 0, 0], pos=place)
     return names
 
 
@@ -270,7 +271,7 @@ def _add_wall_box(mj: mujoco.MjSpec, name: str, wall: Wall, heights: tuple[float
     low, high = heights
     half = [wall.thickness / 2, wall.length / 2, (high - low) / 2]
     place = [*wall.outline.mean(axis=0), (low + high) / 2]
-    geom = _geom(mj.worldbody, name, mujoco.mjtGeom.mjGEOM_BOX, half, pos=place)
+    geom = add_geom(mj.worldbody, name, mujoco.mjtGeom.mjGEOM_BOX, half, pos=place)
     angle = np.deg2rad(wall.normal_deg)
     geom.quat = [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]
 
@@ -282,7 +283,7 @@ def _pair(mj: mujoco.MjSpec, first: str, second: str, friction: float, scene: Sc
     pair.friction = [max(friction, floor), max(friction, floor), floor, floor, floor]
 
 
-def _add_force(mj: mujoco.MjSpec, base: str) -> None:
+def add_force(mj: mujoco.MjSpec, base: str) -> None:
     """Add a sensor of the net contact force that the links from `base` on put on the object, in palm axes [N]."""
     sensor = mj.add_sensor(type=mujoco.mjtSensor.mjSENS_CONTACT, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=base)
     sensor.reftype = mujoco.mjtObj.mjOBJ_XBODY

@@ -17,7 +17,7 @@ from inhand.hands.polygons import is_box
 from inhand.sim.engine import LINK_SENSOR_SIZE, Simulator
 from inhand.sim.model import build_measuring_model, build_model
 from inhand.sim.scene import SceneSpec
-from inhand.sim.snapshot import Snapshot, centre_of
+from inhand.sim.snapshot import Snapshot, centre_of, nowhere
 from inhand.sim.state import State, ran_away
 
 
@@ -34,7 +34,7 @@ class Readings:
     sensors: Array
 
 
-_KEPT = tuple(field.name for field in fields(Snapshot) if field.name not in {"forces", "centre"})
+_KEPT = tuple(field.name for field in fields(Snapshot) if field.name not in {"forces", "centre", "held"})
 
 
 class MujocoSimulator(Simulator):
@@ -68,7 +68,7 @@ class MujocoSimulator(Simulator):
         models = {kind: (build_model(*kind), build_measuring_model(*kind)) for kind in set(self._kinds)}
         self._models = [models[kind] for kind in self._kinds]
         threads = min(threads or os.cpu_count() or 1, self.n_worlds)
-        self._stepper, self._meter = (_batch([*own], threads) for own in self._models_now())
+        self._stepper, self._meter = (model_batch([*own], threads) for own in self._models_now())
         bind = self._stepper.bind
         read = {name: bind(name) for name in _KEPT}
         self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
@@ -89,7 +89,7 @@ class MujocoSimulator(Simulator):
         """Return copies of all that the worlds' future depends on: one of like hand, object and scene goes on alike."""
         kept = {name: getattr(self._readings, name).copy() for name in _KEPT}
         centre = centre_of(kept["qpos"], kept["qvel"], self._centre)
-        return Snapshot(**kept, forces=self._forces.copy(), centre=centre)
+        return Snapshot(**kept, forces=self._forces.copy(), centre=centre, held=nowhere(self.n_worlds))
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
         n = self.hand.n_joints
@@ -156,7 +156,12 @@ def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> 
         )
 
 
-def _batch(models: list[mujoco.MjModel], threads: int) -> Batch:
+def model_batch(models: list[mujoco.MjModel], threads: int) -> Batch:
+    """Return a batch of a world for each model.
+
+    Raises:
+        InputError: models that differ in more than numbers.
+    """
     # One MjData for each thread, not for each world, stays in the cache: a seventh faster, and the same bytes.
     batch = Batch(models[0], len(models), threads, persistent=False)
     if any(model is not models[0] for model in models):

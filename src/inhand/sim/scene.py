@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand.errors import InputError
-from inhand.hands.objects import ObjectSpec
 from inhand.sim.walls import Wall
 
 
-def scene_of_each(objects: Sequence[ObjectSpec], scenes: SceneSpec | Sequence[SceneSpec] | None) -> list[SceneSpec]:
+def scene_of_each(objects: Sequence[object], scenes: SceneSpec | Sequence[SceneSpec] | None) -> list[SceneSpec]:
     """Return what surrounds each object: the standard scene, one scene for all, or one for each.
 
     Raises:
@@ -31,6 +30,8 @@ def scene_of_each(objects: Sequence[ObjectSpec], scenes: SceneSpec | Sequence[Sc
 
 SUBSTEPS = 5
 """Physics steps for one decision: 0.02 s, guessed (the thesis's physics steps take 4 ms)."""
+PALM_UP = (0.0, 0.0, -9.81)
+"""Gravity in the palm frame of a hand in space whose palm looks up [m/s^2]."""
 FAR = 1.0
 """Distances beyond this read as this [m]; larger than any hand."""
 
@@ -47,6 +48,8 @@ class SceneSpec:
     """Gravity along -z [m/s^2]."""
     walls: tuple[Wall, ...] = ()
     """Fixed walls, which object and links run against; none may stand in the object."""
+    pull: tuple[float, float, float] | None = None
+    """Gravity in the palm frame [m/s^2] of a hand in space, which has no floor; None for a palm that looks up."""
 
     def __post_init__(self) -> None:
         """Refuse surroundings that no simulation has."""
@@ -54,6 +57,8 @@ class SceneSpec:
             raise InputError(f"timestep {self.timestep:g} s: a physics step must be positive")
         if not (np.isfinite(self.floor_friction) and self.floor_friction >= 0):
             raise InputError(f"floor_friction {self.floor_friction:g}: friction must be 0 or more")
+        if self.pull is not None and not np.isfinite(self.pull).all():
+            raise InputError(f"pull {self.pull} m/s^2: gravity needs three finite numbers")
         if not np.isfinite(self.gravity):
             raise InputError(f"gravity {self.gravity:g} m/s^2: it must be a finite number")
 

@@ -33,6 +33,8 @@ class Snapshot:
     centre: Array
     """Pose of the object's centre of mass in the plane, x, y [m] and theta [rad], and its rates `(B, 6)`: what the
     planar engine goes on from, where `qpos` and `qvel` are of the object's frame."""
+    held: Array
+    """Where the world itself holds the object `(B, 8)`: 1 where it does and 0 where not, then the pose [m]."""
 
     @property
     def n_worlds(self) -> int:
@@ -47,6 +49,11 @@ class Snapshot:
         """
         check_indices(rows, self.n_worlds, "row")
         return Snapshot(**{field.name: getattr(self, field.name)[rows] for field in fields(Snapshot)})
+
+
+def nowhere(n_worlds: int) -> Array:
+    """Return what `Snapshot.held` is of worlds that hold no object themselves `(B, 8)`."""
+    return np.zeros((n_worlds, 8))
 
 
 def centre_of(qpos: Array, qvel: Array, offset: Array) -> Array:

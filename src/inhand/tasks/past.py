@@ -54,6 +54,11 @@ class Past:
         """Number of worlds B."""
         return len(self.start)
 
+    def select(self, worlds: NDArray[np.int64]) -> "Past":
+        """Return what is known of some worlds alone."""
+        lagged = ("joints", "commands", "frames", "ages")
+        return Past(**{name: each[:, worlds] if name in lagged else each[worlds] for name, each in vars(self).items()})
+
     def shift(self, aim: Aim) -> Array:
         """Return the way along and to the left [m] and the angle turned [rad] as believed, since the wait `(B, 3)`."""
         return aim.shift(aim.start + self.pose - self.believed)

@@ -54,16 +54,18 @@ class Followed:
 def repertoire_of(entry: ControllerEntry) -> Repertoire:
     """Return what a controller's primitives are carried out by.
 
-    A learned policy knows straight primitives only, so twists are the expert's; so is closing the grip after a failure,
-    and pushing, where a force is commanded and not a place. On real senses its numbers are those of `ik-sensed`.
+    A privileged policy knows straight primitives only, so twists are the expert's, and so is closing the grip after a
+    failure; one on real senses does these too. Pushing, where a force is commanded and not a place, is the expert's. On
+    real senses its numbers are those of `ik-sensed`.
     """
-    config = SENSED_IK if entry.reads == SENSED else IkConfig()
+    sensed, learned = entry.reads == SENSED, entry.policy is not None
+    config = SENSED_IK if sensed else IkConfig()
     expert, own = partial(IkController, config=config), entry.primitive or entry.manipulate
     return {
         "move": own,
-        "turn": own if entry.policy is None else expert,
+        "turn": own if sensed or not learned else expert,
         "press": partial(IkController, config=replace(config, push=PUSH)),
-        "hold": expert,
+        "hold": own if sensed and learned else expert,
     }
 
 
@@ -107,7 +109,7 @@ def _driver(
 ) -> Sequencer | SensedSequencer | RouteController:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
     if entry.reads == SENSED:
-        return SensedSequencer(task, plans, repertoire_of(entry), config)
+        return SensedSequencer(task, plans, repertoire_of(entry), config, remembers=entry.policy is not None)
     if entry.policy is not None and entry.policy.task:
         return RouteController(task, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)

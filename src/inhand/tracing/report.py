@@ -19,6 +19,7 @@ from inhand.pages import again, counted, listed, options, page_of, pictured, tab
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.records import read_record
+from inhand.repeats import write_repeat
 from inhand.shown import Shown, frame, saved
 from inhand.sim.names import UNTOLD
 from inhand.tracing.config import MARK, TraceConfig
@@ -78,6 +79,7 @@ class TraceRun(Shown):
             "seed": self.config.seed,
         }
         write_json(content, folder / MARK)
+        write_repeat(folder, "trace", self.config)
 
     def _entries(self) -> list[dict[str, Any]]:
         pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose

@@ -73,11 +73,6 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     check_engine(config.engine)
     if entry.policy is not None:
         check_joints(entry.policy, held.hand)
-        if entry.reads == SENSED:
-            raise InputError(
-                f"policy {entry.name!r} on real senses carries single primitives: take --controller ik-sensed here, or"
-                " run the policy with `inhand asterisk`"
-            )
     task = TASKS.find(config.path)
     if task is None:
         if config.size is not None and config.size <= 0:
@@ -101,7 +96,8 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
             lies outside of the hand's reach, and the largest that fits.
     """
     held, entry, asked = check_trace(config)
-    notes = () if entry.policy is None else ("The policy moves; twists and recoveries are the expert's (`ik`).",)
+    helped = entry.policy is not None and entry.reads != SENSED
+    notes = ("The policy moves; twists and recoveries are the expert's (`ik`).",) if helped else ()
     if isinstance(asked, SequenceTask):
         draws = [
             (np.random.default_rng((config.seed, k)), f"task {asked.name}, trial {k + 1}") for k in range(config.trials)

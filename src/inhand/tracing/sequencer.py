@@ -14,8 +14,10 @@ from inhand.control.controller import Controller, Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
 from inhand.control.seen import SENSED, Seen, View, reads_of
+from inhand.control.sensed_policy import PolicyPrimitive
 from inhand.geometry import Array, Path, wrap_angle
 from inhand.sim.state import State, select
+from inhand.tasks.past import Past
 from inhand.tasks.paths import stacked
 from inhand.tracing.plan import STEP, Plan
 from inhand.tracing.walk import Event, Pose, Request, SequenceConfig, Walk, What
@@ -63,7 +65,9 @@ class Sequencer:
         for walk, way in zip(self.walks, ways.tolist(), strict=True):
             walk.limit = np.inf if way >= walk.plan.way[-1] - STEP / 10 else way
         self.seen: Seen | None = None
-        """What is sensed now, for low-level controllers that read that."""
+        """What is sensed now, for low-level controllers that read that,"""
+        self.past: Past | None = None
+        """and what is remembered, for those of a policy that reads that."""
         self.legs: list[NDArray[np.int64]] = []
         """The primitive that each world was on, at every decision `(T, B)`."""
 
@@ -94,7 +98,7 @@ class Sequencer:
         targets = np.empty_like(state.targets)
         for number, group in self._groups.items():
             mine = self._group[group.worlds] == number
-            targets[group.worlds[mine]] = group.controller.act(self._view(group.controller, state, group.worlds))[mine]
+            targets[group.worlds[mine]] = group.controller.act(self.view(group.controller, state, group.worlds))[mine]
         return targets
 
     def finished(self, state: State) -> NDArray[np.bool_]:
@@ -136,7 +140,7 @@ class Sequencer:
                 continue
             task = self._primitive(worlds, [requests[world] for world in worlds.tolist()])
             controller = self._repertoire[what](task)
-            controller.begin(self._view(controller, state, worlds))
+            controller.begin(self.view(controller, state, worlds))
             self._groups[self._made] = _Group(controller, worlds)
             self._group[worlds] = self._made
             self._made += 1
@@ -153,8 +157,10 @@ class Sequencer:
         path = Path(shares[:, None] * relative[:, None])
         return replace(self._part(worlds, path), distance=path.length, start=start)
 
-    def _view(self, controller: Controller, state: State, worlds: NDArray[np.int64]) -> View:
-        """Return what a low-level controller of some worlds sees."""
+    def view(self, controller: Controller, state: State, worlds: NDArray[np.int64]) -> View:
+        """Return what a low-level controller of some worlds sees: what is true or believed, sensed or remembered."""
+        if self.past is not None and isinstance(controller, PolicyPrimitive):
+            return self.past.select(worlds)
         if self.seen is not None and reads_of(controller) == SENSED:
             return self.seen.select(worlds)
         return select(state, worlds)

@@ -30,6 +30,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.names import CATALOGUE, LAB_LIMITS_SUFFIX
 from inhand.hands.objects import ObjectSpec
 from inhand.records import checked, configured, read_json, table_of
+from inhand.repeats import write_repeat
 from inhand.shown import frame, listed, path_of, several
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class DesignRun(Study):
         from inhand.asterisk_test.design.page import write_design
 
         write_design(self.config, self.found, folder, (self.seconds, self.notes))
+        write_repeat(folder, "design", self.config)
 
 
 def design(

@@ -11,6 +11,7 @@ from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spread import Plan, check_jobs, planned
 from inhand.control.catalogue import find_controller
+from inhand.control.policy import Policy
 from inhand.control.run_config import DrawConfig, HeldConfig
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
@@ -156,14 +157,16 @@ def _contender(config: AsteriskConfig) -> Contender:
     entry = find_controller(config.controller)
     trained = None if entry.policy is None else entry.policy.trained
     kin = None if trained is None or "seed" not in trained else {k: v for k, v in trained.items() if k != "seed"}
-    cost = "no training" if trained is None else _cost(Path(config.controller), trained)
+    cost = "no training" if entry.policy is None else _cost(Path(config.controller), entry.policy)
     return Contender(entry.name, config.controller, entry.reads, cost, kin)
 
 
-def _cost(folder: Path, trained: dict[str, Any]) -> str:
-    """Return what training a policy took, as its folder or its card says it."""
+def _cost(folder: Path, policy: Policy) -> str:
+    """Return what training a policy took, as its card or the folder of an earlier training says it."""
+    if policy.cost is not None:
+        return str(policy.cost)
     files = [place / FINISHED for place in (folder, folder.parent) if (place / FINISHED).is_file()]
-    took = checked("content", read_json(files[0].read_bytes()), dict[str, Any]) if files else trained
+    took = checked("content", read_json(files[0].read_bytes()), dict[str, Any]) if files else {}
     decisions, seconds = (checked(name, took.get(name), float | None) for name in ("decisions", "seconds"))
     told = [] if decisions is None else [f"{decisions:,.0f} decisions"]
     told += [] if seconds is None else [f"{seconds / 60:.1f} minutes"]

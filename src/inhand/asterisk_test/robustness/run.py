@@ -22,6 +22,7 @@ from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
+from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
 from inhand.sim.disturbance import Disturbance, name_of
 
@@ -66,6 +67,7 @@ class RobustnessRun(Study):
         from inhand.asterisk_test.robustness.page import write_robustness
 
         write_robustness(replace(self.config, out=folder), self.found, self.seconds, self.notes)
+        write_repeat(folder, "robustness", self.config)
 
 
 def robustness(

@@ -23,6 +23,7 @@ from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import configured
+from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
 from inhand.sim.disturbance import disturbance_of
 from inhand.tasks.primitives import parse_directions
@@ -64,6 +65,7 @@ class SweepRun(Study):
         from inhand.asterisk_test.sweep.page import write_sweep
 
         write_sweep(replace(self.config, out=folder), self.sweep, self.seconds, self.notes)
+        write_repeat(folder, "sweep", self.config)
 
 
 def sweep(

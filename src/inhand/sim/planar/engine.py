@@ -19,7 +19,7 @@ from inhand.sim.planar.build import build
 from inhand.sim.planar.kernels import measure_worlds, step_worlds
 from inhand.sim.planar.parts import Work, Worlds, room
 from inhand.sim.scene import SceneSpec
-from inhand.sim.snapshot import Snapshot
+from inhand.sim.snapshot import Snapshot, nowhere
 from inhand.sim.state import State, ran_away
 
 WORTH = 24
@@ -98,6 +98,7 @@ class PlanarSimulator(Simulator):
             qacc_warmstart=np.concatenate([now.acceleration[:, :n], _upright(now.acceleration[:, n:])], axis=-1),
             forces=self._forces.copy(),
             centre=np.concatenate([now.position[:, n:], now.velocity[:, n:]], axis=-1),
+            held=nowhere(self.n_worlds),
         )
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:

@@ -1,0 +1,33 @@
+"""`inhand again`: a run repeated from its folder, and whether the numbers are the same."""
+
+from inhand.cli.answer import Answer
+from inhand.cli.commands import COMMANDS, AgainConfig
+from inhand.cli.work import worker
+from inhand.errors import InputError
+from inhand.repeats import COMMAND, NAME, read_repeat, settings_in
+
+
+def run_again(config: AgainConfig) -> Answer:
+    """Run what a folder's `run.toml` says, to another folder, and tell what differs.
+
+    Raises:
+        InputError: no such file, one of no command of ours, or what its command refuses.
+    """
+    file = config.run / NAME
+    if not file.is_file():
+        raise InputError(
+            f"{config.run} holds no {NAME}: give the folder of a finished run; where it is older than that file, or was"
+            " run in Python with more than a command can say, its report tells how to run it again"
+        )
+    command = read_repeat(file).get(COMMAND)
+    if not isinstance(command, str) or command not in COMMANDS:
+        raise InputError(f"{file}: {COMMAND} is {command!r}; it must be a command, {', '.join(COMMANDS)}")
+    out = config.out or config.run.resolve().with_name(f"{config.run.resolve().name}-again")
+    kind = COMMANDS[command]
+    settings = settings_in(file, command, kind) | {"out": out, "overwrite": config.overwrite}
+    done = worker(command)(kind(**settings))
+    from inhand.sameness import compared
+
+    found = compared(config.run, out)
+    sentences = (*done.sentences, *found.sentences(config.run))
+    return Answer(done.tables, sentences, done.entries, out, failed=bool(found.differ))

@@ -1,0 +1,129 @@
+"""The commands and what each is configured with; imports nothing heavy, so that `--help` stays fast."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import tyro
+
+from inhand.asterisk_test.config import AsteriskConfig, ReachCommand
+from inhand.asterisk_test.design.config import DesignConfig
+from inhand.asterisk_test.robustness.config import RobustnessConfig
+from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
+from inhand.records import Config
+from inhand.tracing.config import TraceConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printing(Config):
+    """What every command has besides: where its settings come from, and what it prints."""
+
+    config: Path | None = None
+    """TOML file of settings, such as the `run.toml` of a run's folder; what is given here comes before what it says."""
+    quiet: bool = False
+    """Print nothing but errors, and with --json that."""
+    json: bool = False
+    """Print the result as JSON, alone on stdout; how far it is goes to stderr."""
+
+
+@dataclass(frozen=True)
+class MetricsConfig(Config):
+    """Measure recorded trials (.npz of a run) or human files (.csv) alone."""
+
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """Trial files, human files, folders of runs, or folders of human files."""
+    out: Path | None = None
+    """Write the numbers to this JSON file too; it holds the same `trials` list as a run's metrics.json."""
+    gaps: Literal["refuse", "drop", "fill"] = "refuse"
+    """Frames in which the camera did not see the object have empty rows: refuse the recording, drop them, or fill them
+    with a line between their neighbours. The table says how many they were."""
+
+
+@dataclass(frozen=True)
+class EvaluateCommand(EvaluateConfig):
+    """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
+
+    run: tyro.conf.Positional[str] = EvaluateConfig.run
+    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
+
+
+@dataclass(frozen=True)
+class ExportConfig(Config):
+    """Write a learned policy as an ONNX model, with its contract in the metadata (extra `onnx`)."""
+
+    policy: tyro.conf.Positional[str]
+    """The folder of a run of `inhand train` (its best policy) or of a policy, or rl, the policy of the package."""
+    out: Path = Path("policy.onnx")
+    """The file to write."""
+    overwrite: bool = False
+    """Replace a file of that name."""
+
+
+@dataclass(frozen=True)
+class ViewConfig(Config):
+    """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
+
+    trial: tyro.conf.Positional[Path]
+    """A .npz file from the `trials` folder of a run."""
+    speed: float = 1.0
+    """Speed of the replay; 1 is real time."""
+
+
+@dataclass(frozen=True)
+class AgainConfig(Config):
+    """Run again what a folder holds, by its run.toml, and tell whether all numbers are the same."""
+
+    run: tyro.conf.Positional[Path]
+    """The folder of a run."""
+    out: Path | None = None
+    """Folder to write the new run to; without it the folder's name and `-again`."""
+    overwrite: bool = False
+    """Replace the run that the new folder holds."""
+
+
+@dataclass(frozen=True)
+class HandsConfig(Config):
+    """List the hands of the catalogue and the form of a hand's name."""
+
+
+@dataclass(frozen=True)
+class ObjectsConfig(Config):
+    """List the objects of the catalogue and the form of an object's name."""
+
+
+@dataclass(frozen=True)
+class DoctorConfig(Config):
+    """Tell what this installation has and lacks: versions, cores, engines, extras, pictures, caches."""
+
+
+@dataclass(frozen=True)
+class CompletionConfig(Config):
+    """Print what makes a shell complete the words of `inhand`, as in: eval "$(inhand completion bash)"."""
+
+    shell: tyro.conf.Positional[Literal["bash", "zsh", "tcsh"]]
+    """The shell."""
+
+
+COMMANDS: dict[str, type[Config]] = {
+    "asterisk": AsteriskConfig,
+    "trace": TraceConfig,
+    "reach": ReachCommand,
+    "sweep": SweepConfig,
+    "design": DesignConfig,
+    "robustness": RobustnessConfig,
+    "record": RecordConfig,
+    "train": TrainConfig,
+    "evaluate": EvaluateCommand,
+    "export": ExportConfig,
+    "metrics": MetricsConfig,
+    "view": ViewConfig,
+    "again": AgainConfig,
+    "hands": HandsConfig,
+    "objects": ObjectsConfig,
+    "doctor": DoctorConfig,
+    "completion": CompletionConfig,
+}
+"""What each command is configured with."""
+MODULES = {"hands": "lists", "objects": "lists"}
+"""The module of a command in `inhand.cli`, where it has not its name."""

@@ -1,0 +1,102 @@
+"""Hands and objects in space by name or file: the one place that turns a text into a spec."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+from inhand.errors import InputError
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.names import is_spatial, parse_spatial_name
+from inhand.hands.spatial.objects import Solid, SolidSpec, parse_solid_name
+from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
+
+_SIZED_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
+_MESH_KEYS = ("name", "mesh", "unit", "hull", "mass_kg", "friction")
+MESHES = (".stl", ".obj")
+"""Endings of files that are objects by themselves."""
+
+
+def is_spatial_hand(given: str | Path | object) -> bool:
+    """Return whether a hand's name, file or spec is of a hand in space, whose objects are solids.
+
+    A TOML file with fingers as a list (`[[fingers]]`) is one.
+
+    Raises:
+        InputError: a TOML file that cannot be read.
+    """
+    if not isinstance(given, str | Path):
+        return isinstance(given, SpatialHand)
+    if Path(given).suffix.lower() == ".toml":
+        return isinstance(read_toml(Path(given), "hand").get("fingers"), list)
+    return is_spatial(str(given))
+
+
+def load_spatial_hand(given: str | Path | SpatialHand) -> SpatialHand:
+    """Return the hand of a name (see `parse_spatial_name`); a spec stays as it is.
+
+    Raises:
+        InputError: no name of a hand in space.
+    """
+    return given if isinstance(given, SpatialHand) else parse_spatial_name(str(given))
+
+
+def load_solid(given: str | Path | SolidSpec) -> SolidSpec:
+    """Return the object in space of a name (see `parse_solid_name`), a TOML, STL or OBJ file; a spec stays as it is.
+
+    After a mesh file keys of an object file may stand, as `part.stl:unit=mm:mass_kg=0.05`.
+
+    Raises:
+        InputError: neither an object name nor a readable file.
+    """
+    if isinstance(given, SolidSpec):
+        return given
+    stem, *pairs = str(given).split(":")
+    path = Path(stem)
+    if path.suffix.lower() in MESHES:
+        table = {"name": path.stem, "mesh": path.name} | dict(_pair(str(given), pair) for pair in pairs)
+        return _mesh_from(table, path.parent, f"object {str(given)!r}")
+    if path.suffix.lower() != ".toml":
+        return parse_solid_name(str(given))
+    table, where = read_toml(path, "object"), f"object file {path}"
+    return _mesh_from(table, path.parent, where) if "mesh" in table else _sized_from(table, where)
+
+
+def _sized_from(table: dict[str, Any], where: str) -> SolidSpec:
+    check_keys(table, _SIZED_KEYS, ("name", "shape", "size_mm"), where)
+    size = numbers_in(table, "size_mm", where)
+    if len(size) != 3:
+        raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, z] in mm")
+    shape = cast("Solid", text_in(table, "shape", where))
+    spec = SolidSpec(text_in(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
+    return _weighed(spec, table, where)
+
+
+def _mesh_from(table: dict[str, Any], folder: Path, where: str) -> SolidSpec:
+    from inhand.hands.spatial.meshes import mesh_object
+
+    check_keys(table, _MESH_KEYS, ("name", "mesh"), where)
+    hull = table.get("hull", False)
+    if not isinstance(hull, bool):
+        raise InputError(f"{where}: hull = {hull!r}; it must be true or false")
+    unit = text_in(table, "unit", where) if "unit" in table else None
+    spec = mesh_object(folder / text_in(table, "mesh", where), unit, hull=hull)
+    return _weighed(replace(spec, name=text_in(table, "name", where)), table, where)
+
+
+def _weighed(spec: SolidSpec, table: dict[str, Any], where: str) -> SolidSpec:
+    mass = number_in(table, "mass_kg", where) if "mass_kg" in table else spec.mass
+    friction = number_in(table, "friction", where) if "friction" in table else spec.friction
+    return replace(spec, mass=mass, friction=friction)
+
+
+def _pair(given: str, pair: str) -> tuple[str, object]:
+    """Return a key and its value as the command line has them."""
+    key, equals, value = pair.partition("=")
+    if not equals:
+        raise InputError(f"object {given!r}: {pair!r} after its name is no key=value such as mass_kg=0.05")
+    if value in {"true", "false"}:
+        return key, value == "true"
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value

@@ -1,0 +1,44 @@
+"""Which way gravity pulls in the palm frame: by how the palm is held, or along any vector."""
+
+import re
+
+import numpy as np
+
+from inhand.errors import InputError, near_matches
+from inhand.hands.spatial.hand import Vector
+
+GRAVITY = 9.81
+"""Acceleration of gravity [m/s^2]."""
+PALMS: dict[str, Vector] = {"up": (0.0, 0.0, -1.0), "down": (0.0, 0.0, 1.0), "sideways": (0.0, -1.0, 0.0)}
+"""Where gravity points by where the palm looks: up (the object lies above it), down (below it), or to the side, with
+the hand's +y up."""
+SHORTEST = 1e-9
+"""A vector shorter than this has no direction."""
+
+
+def gravity_of(word: str) -> Vector:
+    """Return gravity in the palm frame [m/s^2] of `up`, `down`, `sideways` or a vector along which it pulls.
+
+    A vector is three numbers in the palm frame, as `0,-1,-1`; its length does not count.
+
+    Raises:
+        InputError: no such word, no three finite numbers, or a vector of no length.
+    """
+    known = word.strip().lower().removeprefix("palm-")
+    if known in PALMS:
+        x, y, z = PALMS[known]
+        return (GRAVITY * x, GRAVITY * y, GRAVITY * z)
+    try:
+        numbers = [float(each) for each in re.split(r"[,\s]+", word.strip())]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3 or not np.isfinite(numbers).all():
+        raise InputError(
+            f"gravity {word!r}{near_matches(known, PALMS)}; allowed are {', '.join(PALMS)} (where the palm looks) or"
+            " three numbers in the palm frame along which it pulls, such as 0,-1,-1"
+        )
+    length = float(np.linalg.norm(numbers))
+    if length < SHORTEST:
+        raise InputError(f"gravity {word!r} has no length, so it pulls nowhere: give a direction such as 0,0,-1")
+    x, y, z = (GRAVITY * number / length for number in numbers)
+    return (x, y, z)

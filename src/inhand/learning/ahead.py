@@ -1,0 +1,28 @@
+"""What training calls, compiled while demonstrations are recorded."""
+
+import numpy as np
+
+from inhand.learning.config import Training
+from inhand.learning.ddpgfd import imitate_many, new_learner, update_many
+from inhand.learning.replay_buffer import Columns, Rows
+
+CHUNK = 1000
+"""Updates of the actor's imitation that run at a time."""
+
+
+def compile_ahead(config: Training, columns: Columns) -> None:
+    """Compile what training calls, in sizes it will have: beside other work, so that training need not wait for it."""
+    learning, learner = config.learning, new_learner(config.learning, columns, config.seed)
+    rows, weights = _room(config.updates, learning.batch, columns.width), _room(config.updates, learning.batch)
+    update_many.lower(learner, rows, weights, learning, columns, strength=1.0).compile()
+    if config.imitate:
+        many = _room(CHUNK, 2 * learning.batch, columns.d + columns.n)
+        for total in {config.imitate, *([config.refit] if config.rounds > 1 else [])}:
+            first = imitate_many.lower(learner.actor, None, many, columns, total)
+            first.compile()
+            imitate_many.lower(*first.out_info[:2], many, columns, total).compile()
+
+
+def _room(*shape: int) -> Rows:
+    """Return rows that are not looked at."""
+    return np.empty(shape, dtype=np.float32)

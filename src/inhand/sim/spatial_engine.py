@@ -1,0 +1,192 @@
+"""MuJoCo with hands in space: a free object, gravity along any vector, all worlds stepped without a Python loop."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.errors import InputError
+from inhand.geometry import Array, turn
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.kinematics import measure
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.sim.engine import Simulator
+from inhand.sim.mujoco_engine import model_batch
+from inhand.sim.scene import PALM_UP, SceneSpec
+from inhand.sim.snapshot import Snapshot
+from inhand.sim.spatial_model import build_spatial_model
+from inhand.sim.state import NEAREST, State, ran_away
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Live views of the engine's arrays, bound once."""
+
+    time: Array
+    qpos: Array
+    qvel: Array
+    ctrl: Array
+    qacc_warmstart: Array
+    eq_active: Array
+    mocap_pos: Array
+    mocap_quat: Array
+    sensordata: Array
+
+
+_KEPT = ("time", "qpos", "qvel", "ctrl", "qacc_warmstart")
+"""Arrays that a snapshot has under the engine's names."""
+
+
+class SpatialSimulator(Simulator):
+    """Worlds of hands in space.
+
+    Where worlds differ in gravity alone they share one model, of which each has its own gravity; where they differ in
+    hands or objects each has a model of its own.
+    """
+
+    engine = "mujoco"
+    pose_size = 7
+
+    def __init__(
+        self,
+        hand: SpatialHand | Sequence[SpatialHand],
+        objects: Sequence[SolidSpec],
+        scenes: SceneSpec | Sequence[SceneSpec] | None = None,
+        threads: int = 0,
+        *,
+        kinds: NDArray[np.int64] | None = None,
+    ) -> None:
+        """Build a world for each object, to step on some threads; 0 uses every core.
+
+        Raises:
+            InputError: objects of different shapes, meshes of different corners, or walls, which no hand in space has.
+        """
+        super().__init__(hand, objects, scenes, kinds)
+        _check_alike(objects, [scene for _, _, scene in self._kinds])
+        pairs = {kind[:2]: None for kind in self._kinds}
+        self._pairs: list[tuple[SpatialHand, SolidSpec]] = [(hand, spec) for hand, spec in pairs]
+        alike = len(pairs) == 1
+        self._pair = np.array([self._pairs.index(kind[:2]) for kind in self._kinds])
+        models = {kind: build_spatial_model(*kind) for kind in (self._kinds[:1] if alike else set(self._kinds))}
+        self._models = [models[self._kinds[0] if alike else kind] for kind in self._kinds]
+        self._gravity = np.array([scene.pull or PALM_UP for _, _, scene in self._kinds])
+        threads = min(threads or os.cpu_count() or 1, self.n_worlds)
+        self._batch = model_batch([self._models[kind] for kind in self._kind.tolist()], threads)
+        self._pull = self._batch.expand("opt.gravity") if alike else None
+        self._become(np.arange(self.n_worlds))
+        self._readings = Readings(**{name: self._batch.bind(name) for name in Readings.__dataclass_fields__})
+        self._start = self._readings.qpos.copy()
+        self._last_links = np.array([len(finger.links) - 1 for finger in self.hand.fingers])
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity of each world in the palm frame `(B, 3)` [m/s^2]."""
+        return np.asarray(self._gravity[self._kind])
+
+    def let_go(self, worlds: NDArray[np.bool_]) -> None:
+        """Let go of the objects of some worlds `(B,)`: from now on only the fingers hold them."""
+        self._readings.eq_active[worlds] = 0.0
+
+    def snapshot(self) -> Snapshot:
+        """Return copies of all that the worlds' future depends on: one of like hand, object and scene goes on alike."""
+        now = self._readings
+        kept = {name: getattr(now, name).copy() for name in _KEPT}
+        held = np.concatenate([now.eq_active, now.mocap_pos[:, 0], now.mocap_quat[:, 0]], axis=-1)
+        return Snapshot(**kept, forces=self._forces.copy(), centre=np.zeros((self.n_worlds, 6)), held=held)
+
+    def _measure(self, active: NDArray[np.bool_]) -> State:
+        del active
+        self._put_back()
+        now, n = self._readings, self.hand.n_joints
+        qpos, qvel = now.qpos.copy(), now.qvel.copy()
+        joints, pose = qpos[:, :n], qpos[:, n:]
+        points, normals, gaps, link_gaps = self._touch(joints, pose)
+        # Points of a finger that just touches are kept a little apart, so that they tell the normal.
+        apart = np.copysign(np.maximum(np.abs(gaps), 2 * NEAREST), gaps)[..., None]
+        return State(
+            time=now.time.copy(),
+            object_pose=pose,
+            object_velocity=np.concatenate([qvel[:, n : n + 3], turn(pose[:, 3:], qvel[:, n + 3 :])], axis=-1),
+            joint_angles=joints,
+            joint_velocities=qvel[:, :n],
+            targets=now.ctrl.copy(),
+            link_gaps=link_gaps,
+            contact_links=np.tile(self._last_links, (self.n_worlds, 1)),
+            finger_points=points + apart * normals,
+            object_points=points,
+            gaps=gaps,
+            forces=self._forces.copy(),
+            diverged=self._diverged.copy(),
+        )
+
+    def _touch(self, joints: Array, pose: Array) -> tuple[Array, Array, Array, Array]:
+        """Return where objects are nearest to fingertips, the normals and distances there, and distances of links."""
+        count, fingers = self.n_worlds, len(self.hand.fingers)
+        points, normals, gaps = np.empty((count, fingers, 3)), np.empty((count, fingers, 3)), np.empty((count, fingers))
+        link_gaps, mine = np.empty(joints.shape), self._pair[self._kind]
+        for number in np.unique(mine).tolist():
+            rows = mine == number
+            hand, spec = self._pairs[number]
+            told = measure(hand, spec, joints[rows], pose[rows])
+            points[rows], normals[rows], gaps[rows] = told.points, told.normals, told.gaps
+            link_gaps[rows] = told.link_gaps
+        return points, normals, gaps, link_gaps
+
+    def _place(self, object_pose: Array, joint_angles: Array) -> None:
+        now, n = self._readings, self.hand.n_joints
+        self._batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        now.qpos[:, :n] = now.ctrl[:] = joint_angles
+        now.qpos[:, n:] = object_pose
+        now.mocap_pos[:, 0], now.mocap_quat[:, 0] = object_pose[:, :3], object_pose[:, 3:]
+        now.eq_active[:] = 1.0
+        self._start[:] = now.qpos
+
+    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        self._readings.ctrl[active] = targets[active]
+        self._batch.step(active, nstep=substeps)
+        self._forces[active] = self._readings.sensordata.reshape(self._forces.shape)[active]
+
+    def _become(self, worlds: NDArray[np.int64]) -> None:
+        if self._pull is not None:
+            self._pull[worlds] = self.gravity[worlds]
+            return
+        self._batch.set_models([self._models[kind] for kind in self._kind.tolist()])
+
+    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
+        now = self._readings
+        for name in _KEPT:
+            getattr(now, name)[worlds] = getattr(snapshot, name)[rows]
+        held = snapshot.held[rows]
+        now.eq_active[worlds] = held[:, :1]
+        now.mocap_pos[worlds, 0], now.mocap_quat[worlds, 0] = held[:, 1:4], held[:, 4:]
+
+    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
+        n = self.hand.n_joints
+        self._readings.qvel[worlds, n : n + 3] += impulse / self._mass[worlds, None]
+
+    def _know(self, worlds: NDArray[np.int64]) -> None:
+        for world in worlds.tolist():
+            self._mass[world] = self._kinds[self._kind[world]][1].mass
+
+    def _put_back(self) -> None:
+        """Find worlds that diverged and put them at rest where they were last reset to, held; their time goes on."""
+        now = self._readings
+        wild = ran_away(now.qpos, now.qvel)
+        if wild.any():
+            self._diverged |= wild
+            now.qpos[wild] = self._start[wild]
+            for array in (now.qvel, now.qacc_warmstart, self._forces):
+                array[wild] = 0.0
+            now.eq_active[wild] = 1.0
+
+
+def _check_alike(objects: Sequence[SolidSpec], scenes: Sequence[SceneSpec]) -> None:
+    if len({spec.shape for spec in objects}) > 1:
+        raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
+    if len({spec.mesh for spec in objects}) > 1:
+        raise InputError("different meshes in one simulator; use one simulator for each mesh")
+    if any(scene.walls for scene in scenes):
+        raise InputError("walls with a hand in space, which has none: leave them out, or use a hand in the plane")

@@ -20,7 +20,7 @@ from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
+from inhand.control.sensed_plan import CROOKED, MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
@@ -90,21 +90,34 @@ def test_a_wrong_first_look_is_mended_by_the_frames_after_it(carried: tuple[Task
     assert off[-1] < 0.5e-3
 
 
+def straight(*ways: float) -> Array:
+    """Return ways that were gone straight until they ended."""
+    return np.repeat(np.array(ways)[:, None], 2, axis=1)
+
+
 def test_how_far_is_told_weighs_way_against_losses() -> None:
-    even = np.full(20, 0.1)
-    assert told_way(even) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - PRICE * 0.5 / 21)))
+    even = [0.1] * 20
+    assert told_way(straight(*even)) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - PRICE * 0.5 / 21)))
     # One of twenty is lost early: to stop there would cost more than the object.
-    assert told_way(np.array([0.01, *even]))[0] == pytest.approx(0.1 - MARGIN)
+    assert told_way(straight(0.01, *even))[0] == pytest.approx(0.1 - MARGIN)
     # Five are lost a little before the others: not worth it.
-    assert told_way(np.array([0.09] * 5 + [0.1] * 15))[0] == pytest.approx(0.09 - MARGIN)
-    assert told_way(np.full(10, -1.0))[0] == 0.0
+    assert told_way(straight(*[0.09] * 5, *[0.1] * 15))[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(straight(*[-1.0] * 10))[0] == 0.0
+
+
+def test_what_goes_crooked_costs_less_than_what_is_lost() -> None:
+    ways = straight(*[0.1] * 20)
+    ways[:5, 1] = 0.09
+    assert told_way(ways)[0] == pytest.approx(0.09 - MARGIN)
+    ways[:5, 1] = 0.06
+    assert told_way(ways) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - (PRICE * 0.5 + CROOKED * 5) / 21)))
 
 
 def test_a_path_is_gone_whole_where_most_worlds_come_to_its_end() -> None:
     even = [0.1] * 18
-    assert told_way(np.array([0.09] * 2 + even), 0.1)[0] == 0.1
-    assert told_way(np.array([0.09] * 2 + even))[0] == pytest.approx(0.09 - MARGIN)
-    assert told_way(np.array([0.09] * 6 + even), 0.1)[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(straight(*[0.09] * 2, *even), 0.1)[0] == 0.1
+    assert told_way(straight(*[0.09] * 2, *even))[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(straight(*[0.09] * 6, *even), 0.1)[0] == pytest.approx(0.09 - MARGIN)
 
 
 @pytest.fixture
@@ -121,7 +134,7 @@ def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.Monke
     def tried(*given: Any) -> list[Candidate]:
         rounds.append((given[2], given[4]))
         far = {each.plan.contacts.tobytes(): 0.01 * (k + 1) for k, each in enumerate(rounds[0][0])}
-        return [replace(each, ways=[far[each.plan.contacts.tobytes()]] * 4) for each in given[2]]
+        return [replace(each, ways=[(far[each.plan.contacts.tobytes()],) * 2] * 4) for each in given[2]]
 
     monkeypatch.setattr(sensed_plan, "_tried", tried)
     monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())

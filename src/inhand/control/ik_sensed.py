@@ -19,16 +19,19 @@ from inhand.geometry import Array
 SENSED_IK = IkConfig(
     speed=0.06,
     acceleration=0.3,
-    grip=2.5,
-    proportional=1.0,
-    integral=0.0,
+    grip=3.0,
+    integral=8.0,
+    integral_limit=(0.004, 0.004, 0.08),
+    along=(0.67, 0.0),
+    lasting=False,
     damping=0.01,
     friction_share=0.58,
     margin=(0.004, 0.16),
 )
-"""The expert's numbers on real senses: a firmer grip, for heavier objects and pushes; softer feedback, which fights an
-object less that slides; faster, as there are pushes all the time. Where no way was planned, the end that is predicted
-uses the least friction of `field`."""
+"""The expert's numbers on real senses: a firmer grip, for heavier objects and pushes; softer feedback along the path,
+as an object that slides is lost to what pushes it on; across it an integral part that is small and lets go where the
+object is to stop, as what dragged on it is gone there; faster, as there are pushes all the time. Where no way was
+planned, the end that is predicted uses the least friction of `field`."""
 
 
 class IkSensedController:

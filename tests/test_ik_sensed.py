@@ -90,6 +90,21 @@ def test_a_wrong_first_look_is_mended_by_the_frames_after_it(carried: tuple[Task
     assert off[-1] < 0.5e-3
 
 
+def test_what_an_estimator_begins_with_is_taken_in_once(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    angles, pose = trial.joint_angles[None, first], planar(trial.object_pose)[None, first]
+    time, still = np.zeros(1), np.zeros((1, HAND.n_joints))
+    seen = Seen(time, angles, still, angles, pose, time)
+    estimator, moved = Estimator(task.hand, CUBE), angles + 0.01
+    estimator.begin(seen)
+    believed = estimator.pose
+    for known in (seen, replace(seen, joint_angles=moved, targets=moved)):
+        estimator.take(known)
+        np.testing.assert_array_equal(estimator.pose, believed)
+    estimator.take(replace(seen, time=time + PERIOD, joint_angles=moved, targets=moved))
+    assert np.abs(estimator.pose - believed).max() > 1e-4
+
+
 def straight(*ways: float) -> Array:
     """Return ways that were gone straight until they ended."""
     return np.repeat(np.array(ways)[:, None], 2, axis=1)

@@ -48,15 +48,13 @@ class IkSensedController:
     def begin(self, seen: Seen) -> None:
         """Start from the grip that holds the object now."""
         self._estimator.begin(seen)
-        self._began, self._carrying, self._taken = seen.time, False, True
+        self._began, self._carrying = seen.time, False
         self._state = self._estimator.state(seen)
         self._waiting.begin(self._state)
 
     def act(self, seen: Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
-        if not self._taken:
-            self._estimator.take(seen)
-        self._taken = False
+        self._estimator.take(seen)
         self._state = self._estimator.state(seen)
         # Time stands still in a world whose episode has ended: it holds up no other.
         if not self._carrying and bool(waited(self._began, seen).any()):

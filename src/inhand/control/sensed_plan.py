@@ -3,8 +3,9 @@
 The contact search gives candidates for several shares of the friction. Each is closed and carried by the controller
 itself in worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to
 reach. How far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every
-object that is lost before, and for every one that does not go straight. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on
-disk. How fingers then close follows where the camera sees the object.
+object that is lost before, and for every one that does not go straight. A hand looks at nothing for that, so it is the
+same for every trial of a direction and is kept on disk. How fingers then close follows where the camera sees the
+object.
 """
 
 from collections.abc import Callable

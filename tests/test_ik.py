@@ -151,6 +151,18 @@ def test_feedback_along_the_path_has_a_share_of_its_own(
     assert (np.abs(commands(lasting, 0.0) - commands(replace(lasting, along=share), 0.0)).max() > 0) == (share[1] < 1)
 
 
+def test_an_integral_part_that_does_not_last_lets_go_where_the_set_point_rests(grip: tuple[Task, State]) -> None:
+    task, state = grip
+    moved = replace(state, object_pose=state.object_pose + [0.002, 0.001, 0.0, 0.0, 0.0, 0.0, 0.0])
+    commands = []
+    for config in (IkConfig(lasting=False), IkConfig(integral=0.0), IkConfig()):
+        controller = IkController(replace(task, distance=np.zeros(task.n_worlds)), config)
+        controller.begin(state)
+        commands.append(np.stack([controller.act(moved) for _ in range(5)])[-1])
+    np.testing.assert_array_equal(commands[0], commands[1])
+    assert np.abs(commands[2] - commands[1]).max() > 1e-3
+
+
 def test_worlds_do_not_touch_each_other(grip: tuple[Task, State]) -> None:
     task, state = grip
     together = IkController(task)

@@ -24,6 +24,7 @@ from inhand.control.sensed_plan import CROOKED, MARGIN, PRICE, Candidate, Carrie
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
+from inhand.hands.fit import Held
 from inhand.sim import memory
 from inhand.sim.disturbance import FIELD, Disturbance
 from inhand.sim.engine import Simulator
@@ -126,6 +127,23 @@ def test_what_goes_crooked_costs_less_than_what_is_lost() -> None:
     assert told_way(ways)[0] == pytest.approx(0.09 - MARGIN)
     ways[:5, 1] = 0.06
     assert told_way(ways) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - (PRICE * 0.5 + CROOKED * 5) / 21)))
+
+
+@pytest.mark.usefixtures("quick")
+def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    held = Held(HAND, CUBE)
+    poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses[None]
+    first, reach = sensed_plan.candidates(held, poses)
+    found = []
+    for most in (sensed_plan.ASTRAY, 1e-6):
+        monkeypatch.setattr(sensed_plan, "STRAIGHT", most)
+        (tried,) = vars(sensed_plan)["_tried"](held, (poses, reach), first[:1], Carrier(), range(2))
+        found.append(np.array(tried.ways))
+    assert found[0].shape == (2, 2)
+    assert found[0].min() > 0.025
+    np.testing.assert_array_equal(found[0][:, 0], found[0][:, 1])
+    np.testing.assert_array_equal(found[1][:, 0], found[0][:, 0])
+    assert found[1][:, 1].max() < 0.01
 
 
 def test_a_path_is_gone_whole_where_most_worlds_come_to_its_end() -> None:

@@ -153,7 +153,7 @@ def test_feedback_along_the_path_has_a_share_of_its_own(
 
 def test_an_integral_part_that_does_not_last_lets_go_where_the_set_point_rests(grip: tuple[Task, State]) -> None:
     task, state = grip
-    moved = replace(state, object_pose=state.object_pose + [0.002, 0.001, 0.0, 0.0, 0.0, 0.0, 0.0])
+    moved = replace(state, object_pose=state.object_pose + np.eye(7)[0] * 0.002)
     commands = []
     for config in (IkConfig(lasting=False), IkConfig(integral=0.0), IkConfig()):
         controller = IkController(replace(task, distance=np.zeros(task.n_worlds)), config)

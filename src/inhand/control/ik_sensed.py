@@ -33,6 +33,11 @@ as an object that slides is lost to what pushes it on; across it an integral par
 object is to stop, as what dragged on it is gone there; faster, as there are pushes all the time. Where no way was
 planned, the end that is predicted uses the least friction of `field`."""
 
+SENSED_PRIMITIVE = replace(
+    SENSED_IK, proportional=1.0, integral=2.0, integral_limit=(0.003, 0.003, 0.06), along=(1.0, 1.0), lasting=True
+)
+"""The same for primitives of a sequence, which have to arrive where the next one begins: an integral part lasts."""
+
 
 class IkSensedController:
     """Carries objects as far as was planned, or as its grip can follow, and holds them there."""

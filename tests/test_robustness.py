@@ -126,6 +126,7 @@ def test_words_for_several_stand_for_each_and_points_of_curves_are_not_told_in_t
     assert curves_of(config) == {"field": {0.0: "field@0", 0.5: "field@0.5", 1.0: "field@1"}}
     every = [case.name for case in cases_of(replace(config, disturbances=("singles@2",), curves=()))]
     assert every == ["none", *(f"{each.name}@2" for each in SINGLES)]
+    assert curves_of(replace(config, curves=("none", "field@0"))) == {}
 
 
 def test_two_disturbances_of_one_name_are_refused(tmp_path: Path) -> None:

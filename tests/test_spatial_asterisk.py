@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,10 +33,16 @@ from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
 from inhand.plots.spatial_asterisk import SpatialCurve, Turned, on_map, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import painted, write_spatial_replay
 from inhand.tasks.spatial.paths import spatial_path_of
-from inhand.tasks.spatial.primitives import MAP, parse_spatial_directions
+from inhand.tasks.spatial.primitives import MAP, SpatialPrimitive, parse_spatial_directions
+from inhand.tasks.spatial.reach import SpatialLimit
 
 HAND = parse_spatial_name(STANDARD)
 WORDS = ("--hand", STANDARD, "--object", "cube_50", "--directions", "Down,turn+z", "--trials", 1, "--gravity", "down")
+
+
+def limited(_: object, primitives: Sequence[SpatialPrimitive], *__: object, **___: object) -> list[SpatialLimit]:
+    """Return limits that take no time to compute."""
+    return [SpatialLimit(each, 3.0 if each.direction is None else 0.08, None) for each in primitives]
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +51,7 @@ def run() -> SpatialRun:
     quick = SpatialSearchConfig(spacing=0.012, keep=2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("inhand.control.spatial_rehearsal._search", lambda *_: quick)
+        patch.setattr("inhand.asterisk_test.spatial.run.limits_in_space", limited)
         made = inhand.asterisk(STANDARD, "cube_50", directions="Down,turn+z", trials=1, gravity="down")
     assert isinstance(made, SpatialRun)
     return made
@@ -63,6 +71,9 @@ def test_objects_are_carried_and_turned_and_kept(run: SpatialRun) -> None:
     assert down.along == (0.0, 0.0, -1.0)
     assert all(result.metrics.longest_gap_s == 0.0 for result in run.results)
     assert down.metrics.lateral_max_mm < 1.0
+    assert down.limit == 80.0
+    assert turned.limit == pytest.approx(np.rad2deg(3.0))
+    assert down.fraction == pytest.approx(down.reached / 80.0)
     passport = run.trials[0].passport
     assert passport.gravity == (0.0, 0.0, 9.81)
     assert (passport.engine, passport.reads) == ("mujoco", "privileged")

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from inhand.errors import InputError
 from inhand.folders import in_place
-from inhand.pages import pictured
+from inhand.pages import Picture
 from inhand.plots.paper import paper
 
 PNG_DPI = 160
@@ -40,11 +40,11 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     return path
 
 
-def save_picture(figure: Figure, folder: Path, name: str, text: str) -> str:
+def save_picture(figure: Figure, folder: Path, name: str, text: str) -> Picture:
     """Write a figure into `figures` of a run's folder and return it as a part of the run's page.
 
     What is drawn for decides the suffix of its name.
     """
     name = Path(name).with_suffix(paper().suffix).as_posix()
     save_figure(figure, folder / "figures" / name)
-    return pictured(text, f"figures/{name}")
+    return Picture(text, f"figures/{name}")

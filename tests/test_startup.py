@@ -47,8 +47,8 @@ WRONG = (
     "export nonsense --as csv", "export nonsense --as policy", "import missing",
     "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
     "metrics missing.npz", "metrics missing.csv", "metrics missing",
-    "view missing.npz", "report missing", "again missing", "figures missing", "completion fish", "nonsense", "asterisk --nonsense",
-    "asterisk --config missing.toml",
+    "view missing.npz", "report missing", "again missing", "figures missing",
+    "completion fish", "nonsense", "asterisk --nonsense", "asterisk --config missing.toml",
 )  # fmt: skip
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
-from inhand.control.trial import load_trial
 from inhand.learning.datasets import MARK as DATASET
 from inhand.learning.datasets import read_dataset
 from inhand.records import read_json, table_of
@@ -66,14 +66,23 @@ def _content(path: Path) -> object:
     if not path.is_file():
         return None
     if path.suffix == ".npz":
-        trial = load_trial(path)
-        arrays = {name: _bits(array) for name, array in vars(trial).items() if isinstance(array, np.ndarray)}
-        return arrays, trial.outcome, trial.phases, _told(table_of(trial.passport))
+        return _numbers(path)
     if path.as_posix().endswith(DATASET):
         head, episodes = read_dataset(path.parents[1])
         return _told(table_of(head)), [[_bits(np.asarray(value)) for value in vars(each).values()] for each in episodes]
     content = path.read_bytes()
     return _told(read_json(content)) if path.suffix == ".json" else content
+
+
+def _numbers(path: Path) -> object:
+    """Return the arrays of a trial, of whatever kind of hand, and what its head says."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (OSError, ValueError, BadZipFile) as error:
+        raise InputError(f"{path} cannot be read: {error}") from error
+    head = _told(read_json(str(arrays.pop("head")))) if "head" in arrays else None
+    return {name: _bits(array) for name, array in arrays.items()}, head
 
 
 def _bits(array: np.ndarray[Any, Any]) -> tuple[object, ...]:

@@ -84,6 +84,11 @@ class SpatialRun(Shown):
         self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "asterisk", self.config)
 
+    def draw(self, folder: Path) -> None:
+        """Draw figures and replay into `figures` of a folder."""
+        _pictures(self, folder)
+        draw_replay(self, folder)
+
     @property
     def name(self) -> str:
         """What tells it from others."""

@@ -36,7 +36,7 @@ from inhand.plots.style import MUTED, TICK_POINTS, series_look
 from inhand.sim.names import Engine
 from timing import environment, verdict
 
-CONTROLLERS = ("ik", "ik-sensed", "rl")
+CONTROLLERS = ("ik", "ik-sensed", "rl-privileged")
 ENGINES: tuple[Engine, Engine] = ("mujoco", "bullet")
 TRIALS, SEEDS = 3, 10
 LEAST, MOST_DROPS = 0.90, 0.01

@@ -162,7 +162,7 @@ def training_decision(preset: str = "default") -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("engine", MOST_FILES)
-@pytest.mark.parametrize("name", [*CONTROLLERS, "rl", "joint"])
+@pytest.mark.parametrize("name", [*CONTROLLERS, "rl-privileged", "rl", "joint"])
 def test_few_files_take_part_in_one_control_step(name: str, engine: str) -> None:
     if engine == "bullet":
         pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")

@@ -397,8 +397,8 @@ def test_a_policy_runs_with_the_rate_and_the_senses_of_its_contract_alone() -> N
         check_entry(entry, None, DriveConfig())
     with pytest.raises(InputError, match=r"policy 'mine' has no contract"):
         check_entry(replace(entry, policy=replace(policy, contract=None)), FIELD, DriveConfig())
-    with pytest.raises(InputError, match=r"controller 'rl' reads what no hand can know"):
-        check_entry(replace(find_controller("rl"), reads="privileged"), FIELD, DriveConfig())
+    with pytest.raises(InputError, match=r"controller 'rl-privileged' reads what no hand can know"):
+        check_entry(find_controller("rl-privileged"), FIELD, DriveConfig())
 
 
 ALONE = """

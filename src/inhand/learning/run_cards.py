@@ -14,7 +14,7 @@ from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
 from inhand.learning.datasets import check_installed, read_head
 from inhand.learning.demonstrations import check_episodes
 from inhand.learning.environment_config import angles_of
-from inhand.learning.experts import TEACHER
+from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance_files import load_disturbance
@@ -88,7 +88,7 @@ def check(config: Training) -> None:
         raise InputError(
             f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
         )
-    if config.recipe.expert != TEACHER and (config.recipe.turns or config.recipe.legs):
+    if config.recipe.expert not in TEACHERS and (config.recipe.turns or config.recipe.legs):
         raise InputError(f"expert {config.recipe.expert!r} shows straight primitives: leave turns and legs at 0")
     find_reward(config.interface.reward)
     check_engine(config.engine)

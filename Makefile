@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare lock
+.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare docs docs-links lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -66,6 +66,14 @@ study: .venv/.run
 compare: .venv/.dev
 	$(BIN)/python studies/compare.py
 
+# The site, in build/docs/index.html; a warning is an error. `docs-links` asks the network for every link outside.
+SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -n
+docs: .venv/.docs
+	$(SPHINX) -b html docs build/docs
+
+docs-links: .venv/.docs
+	$(SPHINX) -b linkcheck docs build/links
+
 .venv/.run: pyproject.toml requirements/run.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "inhand needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
@@ -77,9 +85,14 @@ compare: .venv/.dev
 	$(PIP) --no-deps --require-hashes -r requirements/dev.txt
 	touch $@
 
+.venv/.docs: .venv/.run requirements/docs.txt
+	$(PIP) --no-deps --require-hashes -r requirements/docs.txt
+	touch $@
+
 # Needs uv. mink asks for the full `mujoco`; the lock leaves that and its viewers out (docs/design.md).
 LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate
 lock:
 	$(LOCK) $(INPUTS) --output-file requirements/run.txt
 	$(LOCK) $(INPUTS) --extra dev --extra bullet --extra design --extra dxf --extra onnx --extra rl --constraints requirements/run.txt --overrides requirements/overrides.txt \
 		$(addprefix --no-emit-package ,mujoco mujoco-studio glfw pyopengl websockets) --output-file requirements/dev.txt
+	$(LOCK) --group docs --constraints requirements/dev.txt --output-file requirements/docs.txt

@@ -138,6 +138,20 @@ def stretch(chain: Chain, room: Room, m: int) -> None:
 
 
 @leaf
+def write_bodies(chain: Chain, room: Room, bodies: Array) -> None:
+    """Write ends and radius of each capsule, and of the tip, in the palm frame `(M + 1, 7)`."""
+    count = len(chain.capsules)
+    for m in range(count):
+        stretch(chain, room, m)
+        for i in range(6):
+            bodies[m, i] = room.ends[i]
+        bodies[m, 6] = chain.capsules[m, 6]
+    for i in range(3):
+        bodies[count, i] = bodies[count, 3 + i] = room.tip[i]
+    bodies[count, 6] = chain.radius
+
+
+@leaf
 def move_point(
     room: Room, point: tuple[float, float, float], way: tuple[float, float, float], rules: tuple[float, float]
 ) -> bool:

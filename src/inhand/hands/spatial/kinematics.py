@@ -55,6 +55,19 @@ def measure(hand: SpatialHand, spec: SolidSpec, joints: Array, pose: Array) -> M
     return told
 
 
+def bodies_of(hand: SpatialHand, joints: Array, most: int) -> Array:
+    """Return ends and radius of each finger's capsules, and of its tip, in the palm frame `(B, F, most, 7)` [m].
+
+    Fingers of fewer bodies have others of no radius.
+    """
+    from inhand.hands.spatial.measuring import tell_bodies
+
+    bodies = np.zeros((len(joints), len(hand.fingers), most, 7))
+    for numbers, (chain, room) in zip(_numbers(hand), _chains(hand), strict=True):
+        tell_bodies(chain, room, numbers, np.ascontiguousarray(joints), bodies)
+    return bodies
+
+
 def point_jacobian(places: Array, axes: Array, point: Array) -> Array:
     """Return how a point `(..., 3)` [m] of the last link moves with joints at `(..., n, 3)`: `(..., 3, n)` [m/rad]."""
     x, y, z = np.moveaxis(point[..., None, :] - places, -1, 0)

@@ -8,7 +8,17 @@ import numpy as np
 
 from inhand.compiled import kernel, leaf
 from inhand.geometry import Array
-from inhand.hands.spatial.chains import Chain, Room, capsule_gap, into, move_point, reach_out, stretch, turned
+from inhand.hands.spatial.chains import (
+    Chain,
+    Room,
+    capsule_gap,
+    into,
+    move_point,
+    reach_out,
+    stretch,
+    turned,
+    write_bodies,
+)
 from inhand.hands.spatial.surfaces import Surface, nearest
 
 FAR = 1.0
@@ -69,6 +79,14 @@ def measure_fingers(
         for i in range(3):
             told.normals[b, finger, i] = normal[i]
             told.points[b, finger, i] = room.tip[i] - room.hit[0] * normal[i]
+
+
+@kernel
+def tell_bodies(chain: Chain, room: Room, numbers: tuple[int, int], joints: Array, bodies: Array) -> None:
+    """Write ends and radius of one finger's capsules, and of its tip `(B, F, M, 7)`."""
+    for b in range(len(joints)):
+        _place(chain, room, numbers, joints, b)
+        write_bodies(chain, room, bodies[b, numbers[0]])
 
 
 @kernel

@@ -36,7 +36,7 @@ FILES = sorted(SOURCE.rglob("*.py"))
 LONGEST_FILE, LONGEST_FUNCTION, MOST_ROOMS = 350, 40, 9
 MOST_FILES, MOST_FILES_IN_TRAINING = {"planar": 10, "mujoco": 9, "bullet": 9}, 12
 SENSING = {"ik-sensed": 5, "rl": 9}
-"""Files more where an estimator stands in front of the law: itself, what is seen, outlines and how they meet."""
+"""Files more where an estimator stands in front: itself, what is seen, outlines and how they meet; and a memory."""
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"]
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 

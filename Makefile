@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare docs docs-links lock
+.PHONY: demo test fuzz sweep robustness bench engines learn ship study family compare docs docs-links lock
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -39,6 +39,7 @@ bench: .venv/.dev
 	$(BIN)/python benchmarks/reach_time.py
 	$(BIN)/python benchmarks/rehearsal.py
 	$(BIN)/python benchmarks/disturbed.py
+	$(BIN)/python benchmarks/mixed_hands.py
 	$(BIN)/python benchmarks/report_time.py
 	$(BIN)/python benchmarks/before.py
 
@@ -57,10 +58,16 @@ ship: .venv/.dev
 	cp results/ship/best/actor.json results/ship/best/actor.safetensors results/ship/config.json src/inhand/policies/default
 	$(BIN)/inhand train --preset privileged --seed 1 --out results/privileged --overwrite
 	cp results/privileged/best/actor.json results/privileged/best/actor.safetensors results/privileged/config.json src/inhand/policies/privileged
+	$(BIN)/inhand train --preset family --out results/ship-family --overwrite
+	cp results/ship-family/best/actor.json results/ship-family/best/actor.safetensors results/ship-family/config.json src/inhand/policies/family
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py
 	$(BIN)/python benchmarks/sequences.py
+
+# One policy with 12 hands and 10 objects that it never saw, beside each hand's own expert: ten core minutes.
+family: .venv/.dev
+	$(BIN)/python studies/family.py
 
 # Structured against end to end: hours.
 compare: .venv/.dev

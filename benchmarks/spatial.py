@@ -4,7 +4,10 @@
 bare `mujoco.rollout` of the same model and targets, which measures nothing and starts each call from the last state of
 the one before.
 
-Bounds: at least 25,000 steps/s, and bare rollout at most 1.4 times ours.
+Then decisions of the expert for the same worlds, which are not simulated meanwhile, and what a second of bare stepping
+would have made of their time.
+
+Bounds: at least 25,000 steps/s and 20,000 decisions/s, and bare rollout at most 1.4 times ours.
 Run: python benchmarks/spatial.py
 """
 
@@ -17,7 +20,8 @@ import mujoco
 import numpy as np
 from mujoco.rollout import Rollout
 
-from inhand.control.controller import SUBSTEPS
+from inhand.control.controller import SUBSTEPS, SpatialTask
+from inhand.control.spatial_ik import SpatialIkController
 from inhand.geometry import Array
 from inhand.hands.spatial.gravity import GRAVITY
 from inhand.hands.spatial.kinematics import inverse
@@ -28,6 +32,8 @@ from inhand.sim.scene import SceneSpec
 from inhand.sim.spatial_engine import SpatialSimulator
 from inhand.sim.spatial_model import build_spatial_model
 from inhand.sim.state import State
+from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
+from inhand.tasks.spatial.primitives import DIRECTIONS
 from timing import best_times, environment, verdict
 
 WORLDS = 256
@@ -36,6 +42,8 @@ LEAST_STEPS = 25_000
 """Least physics steps a second, one core."""
 UNDER_ROLLOUT = 1.4
 """Largest ratio of bare rollout's speed to ours, one core."""
+LEAST_DECISIONS = 20_000
+"""Least decisions a second, one core."""
 HAND, CUBE = parse_spatial_name(STANDARD), parse_solid_name("cube_50")
 FACES = np.array([[0.0, 0.025, 0.0], [-0.025, -0.008, 0.0], [0.025, -0.008, 0.0]])
 """Contacts in the object's frame [m],"""
@@ -98,10 +106,23 @@ def bare_rollout(simulator: SpatialSimulator, state: State) -> Callable[[], None
     return advance
 
 
+def decisions(simulator: SpatialSimulator, state: State) -> Callable[[], object]:
+    """Return a function that decides once for every world, each carried along a direction of its own."""
+    path = stacked_paths([spatial_path_of(DIRECTIONS[k % len(DIRECTIONS)]) for k in range(WORLDS)])
+    task = SpatialTask(HAND, (CUBE,) * WORLDS, path, simulator.gravity, distance=path.length)
+    expert = SpatialIkController(task)
+    expert.begin(state)
+    return lambda: expert.act(state)
+
+
 def main() -> None:
-    """Time both and print the ratio."""
+    """Time everything and print the ratios."""
     simulator, state = held()
-    cases = {"ours": lambda: simulator.step(state.targets, SUBSTEPS), "rollout": bare_rollout(simulator, state)}
+    cases = {
+        "ours": lambda: simulator.step(state.targets, SUBSTEPS),
+        "rollout": bare_rollout(simulator, state),
+        "expert": decisions(simulator, state),
+    }
     best = best_times(cases, time.process_time, repeats=20)
     rate = {name: WORLDS * SUBSTEPS / seconds for name, seconds in best.items()}
     under = rate["rollout"] / rate["ours"]
@@ -110,6 +131,10 @@ def main() -> None:
     print(f"(at least {LEAST_STEPS:,}: {verdict(rate['ours'] >= LEAST_STEPS)})")
     print(f"mujoco.rollout, nothing measured       {rate['rollout']:9,.0f} steps/s")
     print(f"mujoco.rollout / inhand  {under:5.2f}  (at most {UNDER_ROLLOUT}: {verdict(under <= UNDER_ROLLOUT)})")
+    decided = WORLDS / best["expert"]
+    print(f"the expert, one core                   {decided:9,.0f} decisions/s", end="  ")
+    print(f"(at least {LEAST_DECISIONS:,}: {verdict(decided >= LEAST_DECISIONS)})")
+    print(f"bare steps in the time of a decision   {rate['rollout'] / decided:9.2f}")
 
 
 if __name__ == "__main__":

@@ -210,6 +210,8 @@ PLANAR = (
     "control/thesis_ik.py",
     "control/follow.py",
     "control/rehearsal.py",
+    "tasks/hand_arrays.py",
+    "tasks/joint_rows.py",
 )
 """What may take a hand for two fingers in a plane."""
 TWO_FINGERS = re.compile(

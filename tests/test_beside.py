@@ -12,7 +12,7 @@ from matplotlib.text import Text
 import inhand
 from inhand.asterisk_test.beside import MOST, load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.report import both_radars, command, side_by_side, write_report
+from inhand.asterisk_test.report import Run, both_radars, command, side_by_side, write_report
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, shown_columns, table_rows, with_beside
@@ -97,6 +97,7 @@ def test_table_panels_radar_and_report_have_the_names(
     monkeypatch.setattr("inhand.asterisk_test.report.write_replay", lambda *_, **__: None)
     earlier = saved("earlier", hand=load_hand(LONG))
     run = inhand.asterisk(controller="thesis-ik", directions="Out", trials=1, beside=earlier, label=["new", "old"])
+    assert isinstance(run, Run)
     header, rows = with_beside(HEADER, table_rows(run.results, ()), run.name, run.beside)
     assert header[:4] == ("Direction", "new [mm]", "old [mm]", "Limit [mm]")
     assert rows[0][1] == rows[0][2]

@@ -75,7 +75,9 @@ def same(one: Trial, other: Trial) -> None:
 @pytest.fixture(scope="module")
 def run() -> Run:
     """Two directions and trials, disturbed."""
-    return inhand.asterisk(directions="Out,Left", trials=2, disturb=LEVEL, engine="planar")
+    made = inhand.asterisk(directions="Out,Left", trials=2, disturb=LEVEL, engine="planar")
+    assert isinstance(made, Run)
+    return made
 
 
 def test_a_disturbed_trial_can_be_run_again_alone(run: Run) -> None:
@@ -258,5 +260,5 @@ def test_starts_of_a_training_are_kept_with_their_worlds(tmp_path: Path) -> None
     config = replace(smoke(), engine="planar", disturb=DISTURBANCES.name_of(LEVEL))
     pool = disturbed_batch(LEVEL, starts=3).config.pool()
     held, numbers = config.recording.held, np.zeros(3)
-    save_ready(Ready(held, Columns(31, 4), pool, pool, numbers, numbers, numbers, 7), tmp_path / "ready.npz")
-    assert load_ready(config, tmp_path / "ready.npz").starts.disturbed == pool.disturbed
+    save_ready(Ready(held, Columns(31, 4), (pool,), (pool,), numbers, numbers, numbers, 7), tmp_path / "ready.npz")
+    assert load_ready(config, tmp_path / "ready.npz").starts[0].disturbed == pool.disturbed

@@ -35,7 +35,8 @@ from inhand.asterisk_test.results import result_of_human, result_of_trial
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.control.contract import contract_of
-from inhand.control.policy import ACTOR, CARD, Policy, load_policy, save_policy
+from inhand.control.policy import CARD, Policy, load_policy, save_policy
+from inhand.control.policy_arrays import ACTOR
 from inhand.control.trial import load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object

@@ -75,7 +75,7 @@ def _reach() -> Golden:
 
 
 def _actor(engine: Engine) -> Golden:
-    from inhand.control.policy import ACTOR
+    from inhand.control.policy_arrays import ACTOR
     from inhand.learning.config import thesis
     from inhand.learning.setup import load_ready, make_ready, save_ready
     from inhand.learning.training import Trainer

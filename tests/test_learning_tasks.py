@@ -1,6 +1,7 @@
 """What a learned controller sees, does and is rewarded for."""
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from inhand.tasks.decisions import (
     reward,
     targets_of,
 )
+from inhand.tasks.joint_rows import COLUMNS
 from inhand.tasks.layouts import LAYOUTS, find_layout
 from inhand.tasks.observations import LARGEST_SIZE, THESIS, Aim, Layout, Scene, by_rank, observe
 from inhand.tasks.past import Past
@@ -224,7 +226,10 @@ def mirrored(state: State) -> State:
     )
 
 
-MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, float | tuple[float, ...]], ...] = (
+MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, Any], ...] = (
+    ("for each joint's slot", (len(COLUMNS), 2, 3), 2, np.array([*[1.0] * 3, *[-1.0] * 12, *[1.0] * 3])[:, None, None]),
+    ("line between the contacts", (2,), None, (-1.0, 1.0)),
+    ("object position from its start", (3,), None, (-1.0, 1.0, -1.0)),
     ("encoders", (-1, 2), 2, -1.0),
     ("frames", (-1, 3), None, (1.0, -1.0, -1.0)),
     ("object at the start", (-1, 3), None, (-1.0, 1.0, -1.0)),

@@ -18,6 +18,7 @@ from inhand.geometry import Array
 from inhand.records import read_json, read_record
 from inhand.tasks.layouts import LAYOUTS, find_layout
 from inhand.tasks.observations import numbers_for
+from test_joint_rows import a_policy as over_joints
 from test_policy import HAND, a_policy
 
 onnxruntime = pytest.importorskip("onnxruntime", reason="needs the extra `onnx`: pip install 'inhand[onnx]'")
@@ -48,6 +49,17 @@ def test_a_model_acts_as_its_policy(layout: str) -> None:
     found = ran(model_of(policy).SerializeToString(), measured(layout, scaled))
     wanted = policy(np.clip(scaled, -1.0, 1.0))
     assert np.abs(wanted).mean() > 0.3
+    np.testing.assert_allclose(found, wanted, atol=1e-5)
+
+
+def test_a_model_of_a_network_over_joints_acts_as_its_policy() -> None:
+    policy = over_joints()
+    scaled = np.random.default_rng(5).uniform(-1.5, 1.5, (MANY, find_layout("joints").size(HAND)))
+    scaled[:, [2, 5]] = 0.0  # two links a finger
+    found = ran(model_of(policy).SerializeToString(), measured("joints", scaled))
+    wanted = policy(np.clip(scaled, -1.0, 1.0))
+    assert np.abs(wanted[:, 0]).mean() > 0.3
+    assert (found[:, [2, 5]] == 0).all()
     np.testing.assert_allclose(found, wanted, atol=1e-5)
 
 

@@ -24,7 +24,6 @@ from inhand.control.contract import ANGLES, check_senses, contract_of
 from inhand.control.controller import SUBSTEPS, Task
 from inhand.control.draws import disturbance_notes
 from inhand.control.policy import (
-    ACTOR,
     CARD,
     STILL_TIME,
     Policy,
@@ -33,6 +32,7 @@ from inhand.control.policy import (
     load_policy,
     save_policy,
 )
+from inhand.control.policy_arrays import ACTOR
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.hands.files import assumed
@@ -56,7 +56,7 @@ MADE = {"preset": "default", "hand": HAND.name, "object": CUBE.name, "seed": 3}
 def a_policy(layout: str = "grip", strength: float = 1.0) -> Policy:
     """Return a policy with drawn weights; with strength 0 it does nothing."""
     rng, size = np.random.default_rng(5), find_layout(layout).size(HAND)
-    sizes = [size, 16, 16, HAND.n_joints]
+    sizes = [size, 16, 16, find_layout(layout).actions(HAND)]
     drawn = [strength * rng.standard_normal((a, b)) / np.sqrt(a) for a, b in pairwise(sizes)]
     weights = tuple(weight.astype(np.float32).astype(float) for weight in drawn)
     biases = tuple(np.zeros(b) for b in sizes[1:])
@@ -344,7 +344,7 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
     (folder.parent / "empty").mkdir()
     with pytest.raises(InputError, match=r"no trained policy in .*empty"):
         find_controller(str(folder.parent / "empty"))
-    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-privileged, the folder of a run"):
+    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-privileged, rl-family, the folder of"):
         find_controller(str(folder / "nothing"))
 
 

@@ -123,6 +123,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
         (("--noise-mm", "nan"), "--noise-mm is nan; it must be a finite number"),
         (("--midway", 1.5), "--midway 1.5: a share is from 0 to 1"),
         (("--observation", "gripp"), "unknown observation 'gripp'; did you mean grip"),
+        (("--observation", "joints"), "--observation joints has slots for joints that a hand has not"),
         (("--reward", "progres"), "unknown reward 'progres'; did you mean progress?"),
         (("--directions", "Outt"), "unknown direction 'Outt'"),
         (("--directions", "cw"), "cw only rotates and has no direction"),

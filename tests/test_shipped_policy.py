@@ -29,7 +29,8 @@ def test_they_are_small_and_say_how_they_were_made(name: str) -> None:
     assert card["interface"] == table_of(interface_card(find_layout(made["interface"]["observation"])))
     trained = load_policy(folder).trained
     disturb = {"disturb": made["disturb"]} if made["disturb"] != "none" else {}
-    assert {key: made[key] for key in ("preset", "hand", "object", "seed")} | disturb == trained
+    pairs = {"pairs": made["pairs"]} if made.get("pairs") else {}
+    assert {key: made[key] for key in ("preset", "hand", "object", "seed")} | disturb | pairs == trained
     assert made["directions"] == "continuous"
 
 

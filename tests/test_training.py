@@ -18,11 +18,12 @@ pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'i
 import jax
 
 from inhand.control.contract import contract_of
-from inhand.control.policy import ACTOR, load_policy
+from inhand.control.policy import load_policy
+from inhand.control.policy_arrays import ACTOR
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.hands.sides import rough_plan
-from inhand.learning import worlds
+from inhand.learning import kinds
 from inhand.learning.ahead import compile_ahead
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training, default, preset, thesis
@@ -276,7 +277,7 @@ def test_a_dataset_gives_the_rows_that_recording_gives(prepared: Path, tmp_path:
     with (tmp_path / "run" / "expert.rows").open("rb") as ours, (prepared / "expert.rows").open("rb") as theirs:
         size = 4 * ready.expert_rows * ready.columns.width
         assert ours.read(size) == theirs.read(size)
-    assert ready.starts.state.touching.all()
+    assert ready.starts[0].state.touching.all()
     refused = [
         (replace(config, object="cube_45"), "object: cube_39 there, cube_45 here"),
         (replace(config, interface=replace(SMALL.interface, reward="thesis")), "reward: progress there, thesis here"),
@@ -382,7 +383,9 @@ def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
     assert numbers.discount == 0.995
     assert (numbers.look_ahead, numbers.batch, numbers.critics, numbers.imitation, given.imitate) == (5, 10, 1, 0.0, 0)
     assert preset("privileged").learning.critics == 2
-    with pytest.raises(InputError, match="unknown preset 'best'; allowed are default, sensed, thesis, smoke"):
+    with pytest.raises(
+        InputError, match="unknown preset 'best'; allowed are default, privileged, family, from-family, thesis, smoke"
+    ):
         preset("best")
 
 
@@ -394,9 +397,9 @@ def test_an_agent_learns_in_the_engine_of_its_starts(
     shutil.copytree(prepared, tmp_path / "run")
     ready = load_ready(SMALL, prepared / "ready.npz")
     few = np.array([0, 8])
-    grips = [rough_plan(*ready.held)] * len(few), ready.tests.angle_deg[few]
+    grips = [rough_plan(*ready.held)] * len(few), ready.angle_deg[few]
     starts = gripped(*ready.held, grips, np.random.default_rng(0), engine="bullet")
-    starts = replace(starts, distance=ready.tests.distance[few])
+    starts = replace(starts, distance=ready.tests[0].distance[few])
     expert = {name: getattr(ready, name)[few] for name in ("limit", "expert_total", "expert_fraction")}
     engines = []
 
@@ -404,10 +407,12 @@ def test_an_agent_learns_in_the_engine_of_its_starts(
         engines.append(engine)
         return make_simulator(engine, *given, **more)
 
-    monkeypatch.setattr(worlds, "make_simulator", told)
+    monkeypatch.setattr(kinds, "make_simulator", told)
     config = replace(SMALL, engine="bullet", interface=replace(SMALL.interface, horizon=3), imitate=0, warm_up=0)
     config = replace(config, worlds=2, decisions=4, episodes=3, evaluate_every=3)
-    trainer = Trainer(config, replace(ready, starts=starts, tests=starts, **expert), tmp_path / "run", lambda _: None)
+    trainer = Trainer(
+        config, replace(ready, starts=(starts,), tests=(starts,), **expert), tmp_path / "run", lambda _: None
+    )
     policy = load_policy(trainer.run())
     assert trainer.counters.episodes >= 3
     assert np.isfinite(trainer.counters.best)

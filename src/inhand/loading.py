@@ -1,7 +1,8 @@
 """Saved runs, back as the values that made them."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from inhand.asterisk_test.asterisk import people_of
@@ -15,9 +16,12 @@ from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness import run as robust
 from inhand.asterisk_test.robustness.config import RobustnessConfig
+from inhand.asterisk_test.spatial.report import SpatialRun
+from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import SweepRun, run_sweep
-from inhand.control.trial import Trial, load_trial, load_trials
+from inhand.control.spatial_trial import AnyTrial, SpatialTrial, load_all, load_any
+from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.learning.evaluate import load_evaluation
 from inhand.learning.record import load_dataset
@@ -26,6 +30,7 @@ from inhand.records import checked, read_json
 from inhand.shown import Shown, saved
 from inhand.sim.names import UNTOLD, Engine
 from inhand.tasks.primitives import parse_directions
+from inhand.tasks.spatial.primitives import parse_spatial_directions
 from inhand.tracing.report import load_trace
 
 MOST_NAMES = 5
@@ -61,12 +66,24 @@ def _tested(folder: Path) -> Shown:
     return load_evaluation(folder) if isinstance(found, dict) and "expert" in found else _run(folder)
 
 
-def _run(folder: Path) -> Run:
+def _in_space(config: AsteriskConfig, found: Sequence[AnyTrial], notes: tuple[str, ...] = ()) -> SpatialRun:
+    """Return the run of trials in space, in the order of its directions."""
+    order = [each.name for each in parse_spatial_directions(config.directions, config.twist)]
+    trials = [trial for trial in found if isinstance(trial, SpatialTrial)]
+    trials.sort(key=lambda trial: (_place(trial, order), trial.passport.trial))
+    return SpatialRun(config, tuple(trials), tuple(result_of_spatial(trial) for trial in trials), notes)
+
+
+def _run(folder: Path) -> Run | SpatialRun:
     config, content = saved(folder, "metrics.json", AsteriskConfig, engine=UNTOLD)
-    order = [each.name for each in parse_directions(config.directions)]
-    trials = tuple(sorted(load_trials(folder), key=lambda trial: (_place(trial, order), trial.passport.trial)))
-    results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     notes: tuple[str, ...] = checked("notes", content.get("notes", ()), tuple[str, ...])
+    found = load_all(folder)
+    if isinstance(found[0], SpatialTrial):
+        return _in_space(config, found, notes)
+    order = [each.name for each in parse_directions(config.directions)]
+    planar = [trial for trial in found if isinstance(trial, Trial)]
+    trials = tuple(sorted(planar, key=lambda trial: (_place(trial, order), trial.passport.trial)))
+    results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     name, beside = load_beside(config.beside, settings_of(trials[0].passport), config.label)
     return Run(config, trials, results, people_of(config).trials, notes, beside, name)
 
@@ -83,14 +100,14 @@ def _robustness(folder: Path) -> robust.RobustnessRun:
     return robust.run_robustness(saved(folder, robust.MARK, RobustnessConfig)[0])
 
 
-def _place(trial: Trial, order: list[str]) -> int:
+def _place(trial: AnyTrial, order: list[str]) -> int:
     """Return where a trial's direction stands in a run; those that hold a twist stand as they were saved."""
     name = trial.passport.primitive
     return order.index(name) if name in order else len(order)
 
 
-def _one(path: Path) -> Run:
-    trial = load_trial(path)
+def _one(path: Path) -> Run | SpatialRun:
+    trial = load_any(path)
     passport = trial.passport
     config = AsteriskConfig(
         hand=passport.hand.name,
@@ -101,6 +118,9 @@ def _one(path: Path) -> Run:
         seed=passport.seed,
         engine=checked("engine", passport.engine, Engine),
     )
+    if isinstance(trial, SpatialTrial):
+        gravity = ",".join(f"{part:g}" for part in trial.passport.gravity)
+        return _in_space(replace(config, gravity=gravity), [trial])
     return Run(config, (trial,), (result_of_trial(trial),))
 
 

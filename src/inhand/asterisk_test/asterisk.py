@@ -13,15 +13,20 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.asterisk_test.spatial.asterisk import finish_in_space
+from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.control.draws import disturbance_notes
-from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import HANDS as SPATIAL_HANDS
+from inhand.hands.spatial.files import SOLIDS, is_spatial_hand
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
 from inhand.shown import listed, several
 from inhand.sim.disturbance import disturbance_of
@@ -30,18 +35,19 @@ from inhand.sim.names import Engine
 
 if TYPE_CHECKING:
     from inhand.asterisk_test.report import Run
+    from inhand.asterisk_test.spatial.report import SpatialRun
 
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
-Simulate = Callable[[AsteriskConfig, Setup], tuple[Trial, ...]]
-"""Runs a setup; the command line shows how far it is."""
+Simulate = Callable[[AsteriskConfig, Any], tuple[Any, ...]]
+"""Runs a setup and returns its trials; the command line shows how far it is."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ready:
     """What a run needs, checked."""
 
-    setup: Setup
+    setup: Setup | SpatialSetup
     """What is simulated."""
     people: HumanFolder
     """Human trials to follow or to set beside."""
@@ -52,8 +58,8 @@ class Ready:
 
 
 def asterisk(
-    hand: str | Path | HandSpec = DEFAULT.hand,
-    object: str | Path | ObjectSpec = DEFAULT.object,
+    hand: str | Path | HandSpec | SpatialHand = DEFAULT.hand,
+    object: str | Path | ObjectSpec | SolidSpec = DEFAULT.object,
     controller: object = DEFAULT.controller,
     *,
     directions: str | Sequence[str | float] = DEFAULT.directions,
@@ -64,7 +70,7 @@ def asterisk(
     beside: str | Path | Sequence[str | Path] = (),
     label: str | Sequence[str] = (),
     **settings: Any,
-) -> Run:
+) -> Run | SpatialRun:
     """Run the Asterisk Test and return its trials, results, table and figure; nothing is written before `save`.
 
     Args:
@@ -84,7 +90,7 @@ def asterisk(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
-    settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
+    settings |= {"hand": _name_of(hand), "object": _name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
     settings |= disturbance_of(settings)
@@ -93,12 +99,28 @@ def asterisk(
     return finish(config, ready(config))
 
 
+def _name_of(given: str | Path | HandSpec | ObjectSpec | SpatialHand | SolidSpec) -> str:
+    """Return the name of a hand or an object; a spec is taken up under its own."""
+    if isinstance(given, SpatialHand):
+        return SPATIAL_HANDS.name_of(given)
+    if isinstance(given, SolidSpec):
+        return SOLIDS.name_of(given)
+    return OBJECTS.name_of(given) if isinstance(given, ObjectSpec) else HANDS.name_of(given)
+
+
 def ready(config: AsteriskConfig) -> Ready:
     """Return everything that a run needs, looked at before anything is simulated or written.
 
     Raises:
         InputError: anything in the configuration that cannot be run.
     """
+    if is_spatial_hand(config.hand):
+        return Ready(prepare_in_space(config), HumanFolder((), ()), (), "")
+    if config.gravity is not None:
+        raise InputError(
+            f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
+            " it out, or use a hand in space (3f_60.60_40_10)"
+        )
     people = people_of(config)
     for metric in config.metrics:
         METRICS.known(metric)
@@ -108,17 +130,20 @@ def ready(config: AsteriskConfig) -> Ready:
     return Ready(setup, people, beside, name)
 
 
-def finish(config: AsteriskConfig, known: Ready, run: Simulate = simulate) -> Run:
+def finish(config: AsteriskConfig, known: Ready, run: Simulate | None = None) -> Run | SpatialRun:
     """Simulate, measure, and return the finished run."""
+    setup = known.setup
+    if isinstance(setup, SpatialSetup):
+        return finish_in_space(config, setup, run or simulate_asterisk_in_space)
     from inhand.asterisk_test.report import Run
 
-    entry = known.setup.controller
+    entry = setup.controller
     notes = (
         *known.people.notes,
         *notes_of(entry, config.hand, config.object),
         *disturbance_notes(config, entry.reads, entry.contract),
     )
-    trials = run(config, known.setup)
+    trials = (run or simulate)(config, setup)
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     for sentence in metric_faults(results):
         logging.getLogger("inhand").warning(sentence)

@@ -40,11 +40,15 @@ class AsteriskConfig(TrialsConfig, HeldConfig):
     label: tuple[str, ...] = ()
     """Names of this run and of those of --beside, in that order, instead of what differs between them."""
     directions: str = "all"
-    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
+    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas. Of a
+    hand in space also turns, axes, edges, corners, map, names as Out-Right-Up and vectors as 1:2:0."""
     twist: float = 0.0
     """Twist to hold in translations [deg], each way: turned first, clockwise (p) and counter-clockwise (m)."""
     metrics: tuple[str, ...] = ()
     """Metrics of yours to measure too: registered names, or FILE.py:NAME (docs/extend.md)."""
+    gravity: str | None = None
+    """Gravity of a hand in space (3f_60.60_40_10) by where its palm looks, up, down or sideways, or three numbers in
+    the palm frame along which it pulls (0,-1,-1); without it up. Hands in the plane lie on a floor."""
     phases: tuple[str, ...] = ()
     """Phases of yours between grip and manipulation, in their order: registered names, or FILE.py:NAME."""
     out: Path = Path("results/asterisk")

@@ -20,7 +20,7 @@ from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.geometry import Path
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import check_fit
+from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance_files import load_disturbance
@@ -80,7 +80,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     for primitive in primitives:
         paths = _paths(config, primitive, people)
         assignments += [Assignment(primitive, paths[k % len(paths)], k + 1) for k in range(config.trials)]
-    check_known(entry, hand, stacked([whole_path(each.path) for each in assignments]))
+    check_known(entry, Held(hand, spec), stacked([whole_path(each.path) for each in assignments]))
     return Setup(hand, spec, entry, tuple(assignments))
 
 

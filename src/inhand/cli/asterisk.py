@@ -4,10 +4,11 @@ from inhand.aside import second_process
 from inhand.asterisk_test.asterisk import finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import Setup, simulate
+from inhand.asterisk_test.spatial.run import SpatialSetup, simulate_asterisk_in_space
 from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import trials_shown
-from inhand.control.trial import Trial
+from inhand.control.spatial_trial import AnyTrial
 from inhand.folders import run_folder
 from inhand.sim.engines import compile_aside
 
@@ -22,7 +23,8 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
         run_folder(config.out, overwrite=config.overwrite) as folder,
         second_process("inhand.asterisk_test.report") as aside,
     ):
-        compile_aside(aside, config.engine)
+        if isinstance(known.setup, Setup):
+            compile_aside(aside, config.engine)
         run = finish(config, known, simulated)
         run.write(folder, aside)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
@@ -30,7 +32,9 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
     return of_run(run, config.out, [Listing(run.subject, header, rows, spare=SPARE)], sentences)
 
 
-def simulated(config: AsteriskConfig, setup: Setup) -> tuple[Trial, ...]:
+def simulated(config: AsteriskConfig, setup: Setup | SpatialSetup) -> tuple[AnyTrial, ...]:
     """Run every trial of a setup and show how far it is."""
     with trials_shown(len(setup.assignments)) as show:
+        if isinstance(setup, SpatialSetup):
+            return simulate_asterisk_in_space(config, setup, show)
         return simulate(config, setup, show)

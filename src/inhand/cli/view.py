@@ -5,7 +5,7 @@ import sys
 
 from inhand.cli.answer import Answer
 from inhand.cli.commands import ViewConfig
-from inhand.control.trial import load_trial
+from inhand.control.spatial_trial import load_any
 from inhand.errors import InputError
 
 
@@ -17,7 +17,7 @@ def run_view(config: ViewConfig) -> Answer:
     """
     if not config.speed > 0:
         raise InputError(f"--speed {config.speed:g}: give a positive number; 1 is real time")
-    trial = load_trial(config.trial)
+    trial = load_any(config.trial)
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise InputError("no display here: `inhand view` needs a screen; a run's figures/replay.gif needs none")
     from inhand.sim.viewer import play

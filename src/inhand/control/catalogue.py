@@ -17,17 +17,18 @@ from inhand.control.contract import Contract
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_IK, IkSensedController
+from inhand.control.knowing import check_held
 from inhand.control.phases import Grasp
 from inhand.control.policy import (
-    ACTOR,
     Policy,
     PolicyController,
     RouteController,
-    check_joints,
+    aims_of,
     load_policy,
     parts_of,
     straight_angles,
 )
+from inhand.control.policy_arrays import ACTOR
 from inhand.control.rehearsal import best_grasps, closing_joints
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
 from inhand.control.sensed_plan import Carrier, sensed_grasp
@@ -265,17 +266,19 @@ def learned_grasp(
     return closing_joints(hand, spec, plans, poses[:, 0], starts)
 
 
-def check_known(entry: ControllerEntry, hand: HandSpec, paths: Array) -> None:
+def check_known(entry: ControllerEntry, held: Held, paths: Array) -> None:
     """Refuse what a learned policy does not know, before anything is computed; other controllers know everything.
 
     The paths `(P, S, 3)` begin at the grasp, each at the origin.
 
     Raises:
-        InputError: a hand with another number of joints, or a path that bends or turns.
+        InputError: a hand or an object that it does not know, or a path that bends or turns.
     """
     if entry.policy is not None:
-        check_joints(entry.policy, hand)
-        if not entry.policy.task:
+        check_held(entry.policy, held.hand, (held.object,))
+        if find_layout(entry.policy.observation).slotted:
+            aims_of(paths)
+        elif not entry.policy.task:
             known = parts_of if entry.reads == SENSED else straight_angles
             known(paths)
 
@@ -286,12 +289,13 @@ def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
     if entry.policy is None:
         return notes
     trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
-    if trained == {"hand": hand, "object": spec}:
+    if entry.policy.family is not None or trained == {"hand": hand, "object": spec}:
         return notes
+    other = "" if trained["hand"] == hand else f" {FAMILY} was trained for hands and objects that differ."
     return (
         *notes,
         f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
-        f" {hand}.",
+        f" {hand}.{other}",
     )
 
 
@@ -313,5 +317,7 @@ def _plain(name: str) -> str:
 
 SHARES = (1.0, 0.95, 0.9, 0.8)
 """Shares of a planned way among which that of a learned policy on real senses is chosen."""
-SHIPPED = {"rl": "default", "rl-privileged": "privileged"}
+FAMILY = "rl-family"
+"""The policy of the package for hands and objects that differ."""
+SHIPPED = {"rl": "default", "rl-privileged": "privileged", FAMILY: "family"}
 """Policies that come with the package by name, each with the preset that trained it, which is its folder."""

@@ -25,6 +25,7 @@ from inhand.control.trial import MANIPULATE, REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, Path, wrap_angle
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.shown import listed
@@ -159,7 +160,7 @@ def _asked(
         )
     path = path_of(primitives[0])
     whole = whole_path(path)[None]
-    check_known(entry, hand, whole)
+    check_known(entry, Held(hand, spec), whole)
     if grasp is None:
         grasp = entry.grasp(hand, spec, hand.start_pose + whole)
     for name in ("opened", "closed"):

@@ -13,12 +13,14 @@ import numpy as np
 
 from inhand.control.catalogue import find_controller
 from inhand.control.contract import Contract
+from inhand.control.onnx_joints import Node, joint_nodes
 from inhand.control.policy import Policy
 from inhand.errors import InputError, needs_extra
 from inhand.folders import in_place, writing
 from inhand.geometry import Array
 from inhand.records import text_of
 from inhand.tasks.decisions import Actions, largest_step
+from inhand.tasks.hand_arrays import SLOTS
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import numbers_for
 from inhand.tasks.past import LAGS
@@ -106,14 +108,16 @@ def model_of(policy: Policy) -> "onnx.ModelProto":
         from onnx import TensorProto, checker, helper, numpy_helper
     except ImportError as error:
         raise needs_extra("onnx", "an ONNX model") from error
-    size, joints = len(policy.weights[0]), len(policy.biases[-1])
+    size = sum(part.count for part in card.inputs)
+    joints = SLOTS if policy.network == "joints" else len(policy.biases[-1])
     nodes, arrays = _parts(policy, card)
     ends = [
         helper.make_tensor_value_info(name, TensorProto.FLOAT, ["N", count])
         for name, count in zip(NAMES, (size, joints), strict=True)
     ]
-    constants = [numpy_helper.from_array(array.astype(np.float32), name) for name, array in arrays.items()]
-    steps = [helper.make_node(kind, list(given), [made]) for kind, given, made in nodes]
+    kinds = {"i": np.int64, "f": np.float32}
+    constants = [numpy_helper.from_array(a.astype(kinds[a.dtype.kind]), name) for name, a in arrays.items()]
+    steps = [helper.make_node(each.kind, list(each.takes), [each.gives], **each.settings) for each in nodes]
     graph = helper.make_graph(steps, "policy", ends[:1], ends[1:], constants)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR, producer_name=CARD)
     helper.set_model_props(model, {CARD: text_of(card)})
@@ -143,10 +147,6 @@ def card_of(policy: Policy) -> ModelCard:
     return ModelCard(layout.name, tuple(inputs), lags, policy.actions, step, policy.contract, policy.trained)
 
 
-Node = tuple[str, tuple[str, ...], str]
-"""An operator, the names of what it takes, and the name of what it gives."""
-
-
 def _parts(policy: Policy, card: ModelCard) -> tuple[list[Node], dict[str, Array]]:
     """Return the operators of a model in their order, and its numbers by name."""
     arrays = {
@@ -155,18 +155,21 @@ def _parts(policy: Policy, card: ModelCard) -> tuple[list[Node], dict[str, Array
         "least": np.array(-1.0),
         "most": np.array(1.0),
     }
-    nodes: list[Node] = [
-        ("Sub", (NAMES[0], "middle"), "shifted"),
-        ("Div", ("shifted", "half"), "scaled"),
-        ("Clip", ("scaled", "least", "most"), "0"),
+    nodes = [
+        Node("Sub", (NAMES[0], "middle"), "shifted"),
+        Node("Div", ("shifted", "half"), "scaled"),
+        Node("Clip", ("scaled", "least", "most"), "0"),
     ]
+    if policy.network == "joints":
+        steps, numbers = joint_nodes(policy, "0", NAMES[1])
+        return [*nodes, *steps], arrays | numbers
     last = len(policy.weights) - 1
     for k, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
         arrays |= {f"{k}.weight": weight, f"{k}.bias": bias}
         made = ("Tanh", NAMES[1]) if k == last else ("Relu", f"{k + 1}")
         nodes += [
-            ("MatMul", (f"{k}", f"{k}.weight"), f"{k}.product"),
-            ("Add", (f"{k}.product", f"{k}.bias"), f"{k}.sum"),
-            (made[0], (f"{k}.sum",), made[1]),
+            Node("MatMul", (f"{k}", f"{k}.weight"), f"{k}.product"),
+            Node("Add", (f"{k}.product", f"{k}.bias"), f"{k}.sum"),
+            Node(made[0], (f"{k}.sum",), made[1]),
         ]
     return nodes, arrays

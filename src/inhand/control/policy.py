@@ -1,7 +1,6 @@
 """A learned policy in plain NumPy: its file, the function it is, and the controller it makes."""
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -11,30 +10,31 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load_file, save
 
-from inhand.archives import check_shapes
-from inhand.control.contract import Contract, check_rate
+from inhand.control.contract import Contract
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
+from inhand.control.joint_network import NetworkKind, actions_of_joints
+from inhand.control.knowing import check_task
+from inhand.control.policy_arrays import ACTOR, PARTS, layers_of
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array
-from inhand.hands.hand import HandSpec
+from inhand.hands.pair_family import PairFamily
 from inhand.records import read_json, read_record, text_of
 from inhand.sim.state import State
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
 from inhand.tasks.decisions import Actions, targets_of
+from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
 from inhand.tasks.routes import routes_of
 
 FORMAT = 2
 """Version of the files; see `inhand.tasks.cards.NEW`."""
-ACTOR, CARD = "actor.safetensors", "actor.json"
-"""Names of the weights' file and of what says how to use them."""
-PARTS = ("weight", "bias")
-"""Arrays of a layer."""
+CARD = "actor.json"
+"""Name of what says how to use the weights."""
 STILL_WAY = 3e-4
 """A policy that has gained less along the primitive [m] during"""
 STILL_TIME = 0.5
@@ -87,6 +87,10 @@ class Policy:
     """Hand, joints, rate and senses that it learned with; None of one that no training made."""
     cost: Cost | None = None
     """What training it took; None where nobody wrote that down."""
+    network: NetworkKind = "plain"
+    """Form of the network that its layers are of."""
+    family: PairFamily | None = None
+    """Hands and objects that it is for; None of one that learned with one pair."""
 
     @property
     def task(self) -> str:
@@ -103,6 +107,8 @@ class Policy:
 
     def __call__(self, observation: Array) -> Array:
         """Return actions `(..., n)` within [-1, 1] for observations `(..., d)`."""
+        if self.network == "joints":
+            return np.asarray(actions_of_joints(tuple(zip(self.weights, self.biases, strict=True)), observation, np))
         found = observation
         for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
             found = np.maximum(found @ weight + bias, 0.0)
@@ -120,6 +126,8 @@ class _Card:
     trained: dict[str, Any]
     contract: Contract | None = None
     cost: Cost | None = None
+    network: NetworkKind = "plain"
+    family: PairFamily | None = None
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
@@ -130,7 +138,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
     interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
     named = policy.observation, interface, policy.actions, policy.grasp, policy.trained
-    card = _Card(FORMAT, count, *named, policy.contract, policy.cost)
+    card = _Card(FORMAT, count, *named, policy.contract, policy.cost, policy.network, policy.family)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
         with in_place(folder / file) as temporary:
@@ -147,42 +155,17 @@ def load_policy(folder: Path) -> Policy:
     try:
         card = read_record(read_json((folder / CARD).read_bytes()), _Card, FORMAT, NEW)
         check_same(card.interface, card.observation, card.actions)
-        weights, biases = _layers(card, load_file(folder / ACTOR))
+        joints = None if card.contract is None else card.contract.hand.n_joints
+        seen, arrays = (card.observation, card.interface), load_file(folder / ACTOR)
+        weights, biases = layers_of(arrays, card.layers, seen, card.network, joints)
     except FileNotFoundError as error:
         raise InputError(
             f"no trained policy in {folder}: it needs {ACTOR} and {CARD}; give the folder of a run of `inhand train`"
         ) from error
     except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
         raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
-    named = card.observation, card.actions, card.grasp, card.trained
-    return Policy(weights, biases, *named, card.contract, card.cost)
-
-
-def _layers(card: _Card, arrays: Mapping[str, Array]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Return weights and biases that fit together and a hand with as many joints as there are outputs."""
-    count = card.layers
-    if count < 1 or 2 * count != len(arrays):
-        raise InputError(f"layers is {count}, and {ACTOR} has {len(arrays)} arrays; it must have two for each layer")
-    shapes: dict[str, tuple[str | int, ...]] = {}
-    for k in range(count):
-        shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
-    for name in shapes:
-        if name not in arrays:
-            raise InputError(f"{ACTOR} has no array {name}")
-        if arrays[name].dtype.kind != "f" or not np.isfinite(arrays[name]).all():
-            raise InputError(f"{name} holds {arrays[name].dtype}, not finite throughout; it must hold finite numbers")
-    check_shapes(arrays, shapes, {})
-    inputs, outputs = len(arrays["0.weight"]), len(arrays[f"{count - 1}.bias"])
-    needed = card.interface.size(outputs)
-    if needed != inputs:
-        raise InputError(
-            f"it has {inputs} inputs and {outputs} outputs; layout {card.interface.layout} has {needed} numbers with a"
-            f" hand of {outputs} joints"
-        )
-    if card.contract is not None and card.contract.hand.n_joints != outputs:
-        raise InputError(f"it has {outputs} outputs, and the hand of its contract {card.contract.hand.n_joints} joints")
-    weights, biases = (tuple(arrays[f"{k}.{part}"].astype(float) for k in range(count)) for part in PARTS)
-    return weights, biases
+    how = card.observation, card.actions, card.grasp, card.trained, card.contract
+    return Policy(weights, biases, *how, card.cost, card.network, card.family)
 
 
 class PolicyController:
@@ -192,12 +175,16 @@ class PolicyController:
         """Move objects along the task's directions.
 
         Raises:
-            InputError: paths that turn or bend, a hand with another number of joints than the policy knows, or another
-                rate than its contract's.
+            InputError: paths that bend or turn, but for turns on the spot where the layout has slots; a hand or an
+                object that the policy does not know, or another rate than its contract's.
         """
         self._task, self._policy, self._period = task, policy, task.control_period
-        self._angle = straight_angles(task.path.poses)
         self._layout = find_layout(policy.observation)
+        self._turn: Array | float = 0.0
+        if self._layout.slotted:
+            self._angle, self._turn = aims_of(task.path.poses)
+        else:
+            self._angle = straight_angles(task.path.poses)
         if isinstance(policy, Policy):
             check_task(policy, task)
         self._scene = Scene(task.hand, task.objects)
@@ -205,7 +192,7 @@ class PolicyController:
     def begin(self, state: State) -> None:
         """Start a primitive where the object is now."""
         start = self._task.origin(state)
-        self._aim = Aim(self._angle, start, self._distance(state))
+        self._aim = Aim(self._angle, start, self._distance(state), turn=self._turn)
         self._best = np.zeros(state.n_worlds)
         self._still = np.zeros(state.n_worlds)
 
@@ -220,11 +207,13 @@ class PolicyController:
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, state, self._aim, self._scene))
+        if self._layout.slotted:
+            action = action[:, slots_of(self._task.hand)]
         return targets_of(action, self._policy.actions, self._task.hand, state)
 
     def finished(self, state: State) -> NDArray[np.bool_]:
-        """Return which worlds have gained nothing along their direction for a while `(B,)`."""
-        along = self._aim.shift(state.pose)[:, 0]
+        """Return which worlds have gained nothing of what is asked for a while `(B,)`."""
+        along = self._aim.come(self._aim.shift(state.pose))
         gained = along > self._best + STILL_WAY
         self._best = np.where(gained, along, self._best)
         self._still = np.where(gained, 0.0, self._still + self._period)
@@ -307,26 +296,12 @@ def parts_of(paths: Array) -> tuple[Array, Array]:
     return straight_angles(np.concatenate([paths[..., :2], held[..., None]], axis=-1)), turned
 
 
-def check_task(policy: Policy, task: Task) -> None:
-    """Refuse a hand that a policy has no inputs for, and another rate than its contract's.
+def aims_of(paths: Array) -> tuple[Array, Array]:
+    """Return directions [rad] and sides of turns, each `(B,)`, of paths `(B, S, 3)`: straight, or turns on the spot.
 
     Raises:
-        InputError: another number of joints, or another rate.
+        InputError: a path that bends, or turns and moves.
     """
-    check_joints(policy, task.hand)
-    if policy.contract is not None:
-        check_rate(policy.contract, task.control_period)
-
-
-def check_joints(policy: Policy, hand: HandSpec) -> None:
-    """Refuse a hand that a policy has no inputs for.
-
-    Raises:
-        InputError: another number of joints.
-    """
-    size, given = find_layout(policy.observation).size(hand), policy.weights[0].shape[0]
-    if size != given or policy.weights[-1].shape[1] != hand.n_joints:
-        raise InputError(
-            f"the policy was trained with {policy.trained.get('hand', 'another hand')} and takes {given} numbers; hand"
-            f" {hand.name!r} gives {size}: use a hand with as many joints, or train one for it with `inhand train`"
-        )
+    turning = np.abs(paths[..., :2]).max(axis=(1, 2)) <= BENT
+    side = np.where(turning, np.sign(paths[:, -1, 2]), 0.0)
+    return straight_angles(np.where(turning[:, None, None], 0.0, paths)), side

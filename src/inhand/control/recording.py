@@ -1,13 +1,15 @@
 """Trials from the recording of a batch."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from inhand.control.catalogue import ControllerEntry
 from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import Recording
+from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.trial import SHAPES, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -30,20 +32,23 @@ def cut_trials(recording: Recording, passports: Sequence[Passport], references: 
 
     The reference paths `(B, S, 3)` are relative to the start of manipulation.
     """
+    parts = zip(passports, references, _cut(recording), strict=True)
+    return tuple(Trial(passport=passport, reference=reference, **part) for passport, reference, part in parts)
+
+
+def cut_spatial_trials(
+    recording: Recording, passports: Sequence[SpatialPassport], references: Array
+) -> tuple[SpatialTrial, ...]:
+    """Return the same of hands in space, whose reference paths are `(B, S, 6)`."""
+    parts = zip(passports, references, _cut(recording), strict=True)
+    return tuple(SpatialTrial(passport=passport, reference=reference, **part) for passport, reference, part in parts)
+
+
+def _cut(recording: Recording) -> Iterator[dict[str, Any]]:
+    """Give of each world what was measured, up to its last state, and how it ended."""
     measured = [name for name in SHAPES if name not in {"phase", "reference"}]
     stacks = {name: np.stack([getattr(state, name) for state in recording.states]) for name in measured}
-    trials = []
-    for world, passport in enumerate(passports):
+    for world, outcome in enumerate(recording.outcomes):
         rows = slice(0, int(recording.last[world]) + 1)
         arrays = {name: np.ascontiguousarray(stack[rows, world]) for name, stack in stacks.items()}
-        trials.append(
-            Trial(
-                passport=passport,
-                outcome=recording.outcomes[world],
-                phases=recording.phases,
-                phase=recording.phase[rows],
-                reference=references[world],
-                **arrays,
-            )
-        )
-    return tuple(trials)
+        yield {"outcome": outcome, "phases": recording.phases, "phase": recording.phase[rows]} | arrays

@@ -47,6 +47,7 @@ class TrialsConfig(RunConfig):
 
     controller: str = "ik"
     """Controller: ik, ik-cautious, thesis-ik, ik-sensed (on encoders and a camera alone), rl (a policy that was
-    learned on these), rl-privileged (one that knows all), or the folder of a run of `inhand train`."""
+    learned on these), rl-privileged (one that knows all), rl-family (one for hands and objects that differ), or the
+    folder of a run of `inhand train`."""
     trials: int = 3
     """Trials for each direction or drawing, each with its own start noise, and of a task its own draw."""

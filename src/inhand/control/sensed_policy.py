@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik_sensed import SENSED_IK
+from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
-from inhand.control.policy import Policy, check_task, parts_of
+from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held

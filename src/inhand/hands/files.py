@@ -20,6 +20,7 @@ from inhand.hands.line_files import read_outline
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_name, polygon_object
 from inhand.hands.polylines import UNITS
+from inhand.hands.spatial.names import is_spatial
 from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
 from inhand.registry import Registry, describe
 
@@ -56,7 +57,19 @@ def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
     Raises:
         InputError: neither a hand name nor a readable hand file.
     """
+    if not isinstance(name_or_file, HandSpec):
+        _check_planar(name_or_file)
     return _loaded(name_or_file, HANDS, HandSpec, (parse_hand_name, _hand_from))
+
+
+def _check_planar(given: str | Path) -> None:
+    """Refuse a hand in space, which only the Asterisk Test and reach take."""
+    if isinstance(given, str) and is_spatial(given) and HANDS.find(given) is None:
+        raise InputError(
+            f"hand {given!r} is a hand in space: `inhand asterisk` takes one, with straight paths and the controller"
+            " ik (docs/spatial.md); everything else is of hands in the plane, such as"
+            " 2v2_50.50_50.50_1.1_53"
+        )
 
 
 def load_object(name_or_file: str | Path | ObjectSpec) -> ObjectSpec:

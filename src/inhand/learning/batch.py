@@ -73,7 +73,7 @@ class Batch(Generic[C]):
         self._live: Live | None = None
         size = self.worlds.layout.size(held.hand)
         self.observation_space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (size,), np.float32)
-        self.action_space = spaces.Box(-1.0, 1.0, (held.hand.n_joints,), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (self.worlds.layout.actions(held.hand),), np.float32)
 
     def reset(self, rng: np.random.Generator, options: dict[str, Any] | None) -> tuple[Seen, Info]:
         """Start every episode anew with draws of a generator; return observations and infos."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from inhand.control.joint_network import NetworkKind
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.learning.recipe import Recipe, Recording
@@ -20,6 +21,9 @@ class Learning(Config):
 
     hidden: tuple[int, ...] = (128, 128)
     """Units of the hidden layers of actor and critic."""
+    network: NetworkKind = "plain"
+    """Form of the actor: plain, of all numbers in their order; or joints, a graph network over the joints of any hand,
+    which sees layout joints."""
     critics: int = 1
     """Number of critics; the smallest of their values is the target."""
     actor_rate: float = 1e-4
@@ -68,6 +72,10 @@ class Training(Config):
     disturb: str = "none"
     """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file. Demonstrations, the agent's
     episodes and evaluations each have worlds of their own; the expert and the actor see through the same senses."""
+    pairs: int = 0
+    """Pairs of a hand and an object to learn with, drawn of the family; 0 for the hand and the object above alone."""
+    start: str = ""
+    """Policy whose weights training begins with: rl-family, or the folder of a run; by default they are drawn."""
     seed: int = 0
     """Seed of everything drawn."""
     directions: Literal["train", "continuous"] = "train"
@@ -210,6 +218,45 @@ def privileged() -> Training:
     )
 
 
+def family() -> Training:
+    """Return the training of one controller for every hand and object of the family (docs/family.md)."""
+    base = privileged()
+    return replace(
+        base,
+        preset="family",
+        pairs=96,
+        interface=Interface("joints", "steps", "progress", horizon=180),
+        recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
+        imitate=6000,
+        rounds=3,
+        refit=3000,
+        episodes=250,
+        learning=replace(base.learning, network="joints", hidden=(64, 64), imitation=4.0),
+    )
+
+
+def hand_of_family() -> Training:
+    """Return the training that fits the policy of the family to one hand and object, from few demonstrations."""
+    base = family()
+    return replace(
+        base,
+        preset="from-family",
+        pairs=0,
+        start="rl-family",
+        recipe=replace(base.recipe, episodes=64, midway=0.0),
+        imitate=1000,
+        refit=1000,
+        rounds=1,
+        relabelled=64,
+        warm_up=0,
+        updates=1,
+        decisions=180,
+        episodes=1,
+        worlds=1,
+        trials=1,
+    )
+
+
 def smoke() -> Training:
     """Return a training of seconds that goes through every part and learns little."""
     return Training(
@@ -230,7 +277,14 @@ def smoke() -> Training:
     )
 
 
-PRESETS = {"default": default, "privileged": privileged, "thesis": thesis, "smoke": smoke}
+PRESETS = {
+    "default": default,
+    "privileged": privileged,
+    "family": family,
+    "from-family": hand_of_family,
+    "thesis": thesis,
+    "smoke": smoke,
+}
 """Presets by name."""
 
 

@@ -23,12 +23,12 @@ import optax
 from numpy.typing import NDArray
 
 from inhand.learning.config import Learning
-from inhand.learning.networks import Network, act, new_network, values
+from inhand.learning.networks import Actor, Network, act, new_actor, new_network, values
 from inhand.learning.replay_buffer import TRUTH, Columns
 
 Batches = jax.Array | NDArray[np.float32]
 """Arrays of the host or of the device."""
-Imitator = tuple[Network, optax.OptState]
+Imitator = tuple[Actor, optax.OptState]
 """An actor and the moments of its optimiser."""
 IMITATION_RATE = 1e-3
 """Learning rate of the imitation before training, at its start."""
@@ -37,9 +37,9 @@ IMITATION_RATE = 1e-3
 class Learner(NamedTuple):
     """Everything that training changes."""
 
-    actor: Network
+    actor: Actor
     critics: Network
-    target_actor: Network
+    target_actor: Actor
     target_critics: Network
     actor_moments: optax.OptState
     critic_moments: optax.OptState
@@ -60,7 +60,7 @@ class Report(NamedTuple):
 def new_learner(learning: Learning, columns: Columns, seed: int) -> Learner:
     """Return fresh networks."""
     key, actor_key, critic_key = jax.random.split(jax.random.key(seed), 3)
-    actor = new_network(actor_key, (columns.d, *learning.hidden, columns.n))
+    actor = new_actor(actor_key, learning.network, columns, learning.hidden)
     make = partial(new_network, sizes=((columns.c or columns.d) + columns.n, *learning.hidden, 1))
     critics = jax.vmap(make)(jax.random.split(critic_key, learning.critics))
     moments = (
@@ -95,15 +95,15 @@ def update_many(
 
 @partial(jax.jit, static_argnames=("columns", "total"))
 def imitate_many(
-    actor: Network, moments: optax.OptState | None, rows: Batches, columns: Columns, total: int
-) -> tuple[Network, optax.OptState, jax.Array]:
+    actor: Actor, moments: optax.OptState | None, rows: Batches, columns: Columns, total: int
+) -> tuple[Actor, optax.OptState, jax.Array]:
     """Return the actor after a step towards the least mean |pi(s) - a_expert| for each batch `(U, batch, d + n)`.
 
     With it come the optimiser's moments, None at first, and the loss. The rate falls over `total` steps.
     """
     optimiser = optax.adam(optax.cosine_decay_schedule(IMITATION_RATE, total, 0.05))
 
-    def loss(network: Network, batch: jax.Array) -> jax.Array:
+    def loss(network: Actor, batch: jax.Array) -> jax.Array:
         return jnp.abs(act(network, batch[:, : columns.d]) - batch[:, columns.d :]).mean()
 
     def one(state: Imitator, batch: jax.Array) -> tuple[Imitator, jax.Array]:
@@ -129,14 +129,14 @@ def _update(
     )
     critics = optax.apply_updates(state.critics, change)
 
-    def improved(_: None) -> tuple[Network, optax.OptState, jax.Array, jax.Array]:
+    def improved(_: None) -> tuple[Actor, optax.OptState, jax.Array, jax.Array]:
         (loss, value), slope = jax.value_and_grad(_actor_loss, has_aux=True)(
             state.actor, critics, row, learning, strength
         )
         step, moments = _optimiser(learning, learning.actor_rate).update(slope, state.actor_moments, state.actor)
         return optax.apply_updates(state.actor, step), moments, loss, value
 
-    def kept(_: None) -> tuple[Network, optax.OptState, jax.Array, jax.Array]:
+    def kept(_: None) -> tuple[Actor, optax.OptState, jax.Array, jax.Array]:
         return state.actor, state.actor_moments, jnp.full((), jnp.nan), jnp.full((), jnp.nan)
 
     now = state.updates % learning.actor_every == 0
@@ -177,7 +177,7 @@ def _critic_loss(
 
 
 def _actor_loss(
-    actor: Network, critics: Network, row: dict[str, jax.Array], learning: Learning, strength: jax.Array | float
+    actor: Actor, critics: Network, row: dict[str, jax.Array], learning: Learning, strength: jax.Array | float
 ) -> tuple[jax.Array, jax.Array]:
     action = act(actor, row["observation"])
     value = values(critics, row["truth"], action)[0]

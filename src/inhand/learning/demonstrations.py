@@ -39,7 +39,7 @@ from inhand.learning.starts import (
 from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import ENGINE, Engine
-from inhand.tasks.decisions import actions_of, largest_step
+from inhand.tasks.decisions import largest_step
 from inhand.tasks.paths import path_of, stacked
 from inhand.tasks.primitives import TURNS
 from inhand.tasks.routes import Routes, routes_of
@@ -84,7 +84,7 @@ class Episodes:
     angle_deg: Array
     """Direction `(B,)` [deg]."""
     distance: Array
-    """Way along the direction at its end `(B,)` [m]."""
+    """Way along the direction at its end, of a turn its arc `(B,)` [m]."""
     starts: Starts
     """Where they started, in which direction and how far they were to go."""
 
@@ -219,7 +219,7 @@ def _told(recording: Recording, starts: Starts, rng: np.random.Generator) -> Sta
 
 def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -> Array:
     """Return how far starts `(N,)` [m] are told to go at most: as far as their expert is predicted to carry them."""
-    if recording.recipe.expert in TEACHERS:
+    if recording.recipe.expert in TEACHERS and starts.disturbed is not None:
         return taught_reach(recording.held, starts, rng, recording.recipe.expert)
     return reach_of(recording.held, starts)
 
@@ -295,6 +295,7 @@ def recorded(
     held, recipe, interface = recording.held, recording.recipe, recording.interface
     worlds = ManipulationWorlds(held, starts, len(starts), interface, rng)
     seen = [worlds.reset(np.arange(len(starts)))]
+    asked = worlds.aim
     expert, size = expert_of(recipe.expert, held, starts, worlds), worlds.layout.size(held.hand)
     does = _doing(recording, actor, len(starts), rng)
     push = np.zeros(worlds.state.targets.shape)
@@ -307,18 +308,16 @@ def recorded(
     for number in range(interface.horizon):
         there = np.flatnonzero((pick == number) & running & worlds.state.touching.all(axis=-1))
         if len(there):
-            parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there], starts.disturbed))
+            parts.append(taken(worlds.simulator, worlds.state, there, starts.angle_deg[there], of=starts))
         targets = expert()
         push = CORRELATION * push + np.sqrt(1 - CORRELATION**2) * rng.standard_normal(push.shape)
-        wanted, action = (
-            actions_of(t, interface.actions, held.hand, worlds.seen) for t in (targets, targets + strength * push)
-        )
-        action = does(action, seen[-1][:, :size], strength * push)
+        wanted, action = (worlds.actions_of(t) for t in (targets, targets + strength * push))
+        action = does(action, seen[-1][:, :size], worlds.widened(strength * push))
         step = worlds.step(action)
         for name, value in zip(rows, (action, wanted, step.reward, running), strict=True):
             rows[name].append(value)
         seen.append(step.successor)
-        distance = np.where(running, step.shift[:, 0], distance)
+        distance = np.where(running, asked.come(step.shift), distance)
         terminated |= running & step.terminated
         running = running & ~step.terminated
     stacks: dict[str, NDArray[Any]] = {name: np.stack(values) for name, values in rows.items()}

@@ -9,10 +9,13 @@ from inhand.control import loop
 from inhand.control.catalogue import find_controller
 from inhand.control.seen import reads_of
 from inhand.control.teacher import Teacher, TeacherConfig
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
+from inhand.learning.pairs import Pairs
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
+from inhand.sim.state import select
 from inhand.tasks.decisions import actions_of
 
 TEACHERS = {"teacher": TeacherConfig(), "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03)}
@@ -27,13 +30,32 @@ KEPT = 0.004
 
 def expert_of(name: str, held: Held, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
     """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
+    if name in TEACHERS and starts.pairs is not None:
+        return _teachers(starts.pairs, worlds, TEACHERS[name])
     if name in TEACHERS:
         teacher = Teacher(*held, starts.disturbed, len(starts), TEACHERS[name])
         return lambda: teacher.act(worlds.state, worlds.asked)
+    if starts.pairs is not None:
+        raise InputError(f"expert {name!r} knows one hand: hands that differ are shown by 'teacher'")
     expert = find_controller(name).manipulate(expert_task(held, starts))
     reads = reads_of(expert)
     expert.begin(loop.sense(worlds.state, worlds.between, reads))
     return lambda: expert.act(loop.sense(worlds.state, worlds.between, reads))
+
+
+def _teachers(pairs: Pairs, worlds: ManipulationWorlds, config: TeacherConfig) -> Callable[[], Array]:
+    """Return what gives the joint targets of worlds whose hands differ, each pair's by a teacher of its own."""
+    each = [(np.flatnonzero(pairs.of == k), held) for k, held in enumerate(pairs.held) if (pairs.of == k).any()]
+    teachers = [(rows, Teacher(*held, None, len(rows), config)) for rows, held in each]
+
+    def act() -> Array:
+        state, aim = worlds.state, worlds.asked
+        targets = np.empty_like(state.targets)
+        for rows, teacher in teachers:
+            targets[rows] = teacher.act(select(state, rows), aim.take(rows))
+        return targets
+
+    return act
 
 
 def taught_reach(held: Held, starts: Starts, rng: np.random.Generator, teacher: str) -> Array:

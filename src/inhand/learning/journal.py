@@ -103,7 +103,7 @@ class Journal:
 
     def evaluation(self, found: Evaluation, ready: Ready) -> None:
         """Write an evaluation, means for each direction, and bring it and all before it to the disk."""
-        angles = ready.tests.angle_deg
+        angles = ready.angle_deg
         directions: dict[str, Any] = {}
         for angle in np.unique(angles):
             mine = angles == angle

@@ -6,6 +6,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from inhand.control.joint_network import NetworkKind, actions_of_joints, joint_sizes
+from inhand.learning.replay_buffer import Columns
+
 
 class Layer(NamedTuple):
     """One linear layer."""
@@ -17,6 +20,37 @@ class Layer(NamedTuple):
 
 
 Network = tuple[Layer, ...]
+
+
+class JointNetwork(NamedTuple):
+    """A network over the joints of any hand (`control/joint_network.py`)."""
+
+    layers: Network
+
+
+Actor = Network | JointNetwork
+"""What decides."""
+
+
+def new_actor(key: jax.Array, kind: NetworkKind, columns: Columns, hidden: tuple[int, ...]) -> Actor:
+    """Return a fresh actor for observations and actions of some columns."""
+    if kind == "plain":
+        return new_network(key, (columns.d, *hidden, columns.n))
+    sizes = joint_sizes(columns.d, hidden)
+    keys = jax.random.split(key, len(sizes))
+    scales = (*[1.0] * (len(sizes) - 1), 0.01)
+    drawn = zip(keys, sizes, scales, strict=True)
+    return JointNetwork(tuple(new_network(one, size, last=scale)[0] for one, size, scale in drawn))
+
+
+def layers_of(actor: Actor) -> Network:
+    """Return the layers of an actor in their order."""
+    return actor.layers if isinstance(actor, JointNetwork) else actor
+
+
+def actor_of(kind: NetworkKind, layers: Network) -> Actor:
+    """Return the actor of some layers."""
+    return layers if kind == "plain" else JointNetwork(layers)
 
 
 def new_network(key: jax.Array, sizes: tuple[int, ...], last: float = 0.01) -> Network:
@@ -39,8 +73,11 @@ def forward(network: Network, inputs: jax.Array) -> jax.Array:
     return inputs @ weight + bias
 
 
-def act(actor: Network, observation: jax.Array) -> jax.Array:
+def act(actor: Actor, observation: jax.Array) -> jax.Array:
     """Return actions `(..., n)` within [-1, 1]."""
+    if isinstance(actor, JointNetwork):
+        found: jax.Array = actions_of_joints(actor.layers, observation, jnp)
+        return found
     return jnp.tanh(forward(actor, observation))
 
 

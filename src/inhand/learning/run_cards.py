@@ -5,8 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from inhand.control.catalogue import find_controller
+from inhand.control.policy import Policy
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training
@@ -17,7 +20,7 @@ from inhand.learning.environment_config import angles_of
 from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
-from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.disturbance_files import NONE, load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
@@ -105,12 +108,51 @@ def check(config: Training) -> None:
     for name, value in least.items():
         if value < 1:
             raise InputError(f"{name} {value}: give at least 1")
+    _check_pairs(config)
     if config.seed < 0:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
     if not 0 < config.learning.discount <= 1:
         raise InputError(f"discount {config.learning.discount:g}: give a number above 0, at most 1")
     if config.demonstrations:
         _check_dataset(config, hand, thing)
+
+
+def policy_to_start(name: str) -> Policy:
+    """Return the policy that a training is to start from.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    policy = find_controller(name).policy
+    if policy is None:
+        raise InputError(f"start {name!r} is no learned policy: give rl-family or the folder of a run")
+    return policy
+
+
+def _check_pairs(config: Training) -> None:
+    """Refuse a family or a start that training cannot have.
+
+    Raises:
+        InputError: the text names what does not go together.
+    """
+    slotted, network = find_layout(config.interface.observation).slotted, config.learning.network
+    if config.pairs < 0:
+        raise InputError(f"pairs {config.pairs}: give a number of hands and objects, or 0 for one pair")
+    if network == "joints" and not slotted:
+        raise InputError(f"a network over joints sees layout joints, not {config.interface.observation}")
+    taught = config.recipe.expert in TEACHERS and config.recipe.grasp == "planned" and not config.task
+    if config.pairs and not (slotted and taught and config.disturb == NONE and not config.demonstrations):
+        raise InputError(
+            "a family is learned with layout joints, expert teacher and planned grasps, on primitives in worlds that"
+            " nothing disturbs, without a dataset: take preset family"
+        )
+    if config.start:
+        policy = policy_to_start(config.start)
+        if policy.family is not None:
+            held = Held(load_hand(config.hand), load_object(config.object))
+            why = policy.family.outside(held)
+            if why is not None:
+                raise InputError(f"{why}: train without start")
 
 
 def _check_dataset(config: Training, hand: HandSpec, thing: ObjectSpec) -> None:

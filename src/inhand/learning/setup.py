@@ -1,5 +1,6 @@
 """What training needs before it starts: grasps, demonstrations, starts and what to measure against."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
+from inhand.hands.objects import ObjectSpec
 from inhand.learning.config import Training
 from inhand.learning.datasets import DatasetEpisode, read_dataset
 from inhand.learning.demonstrations import (
@@ -24,6 +26,8 @@ from inhand.learning.demonstrations import (
     starts_of,
     told_reach,
 )
+from inhand.learning.pair_pools import by_form, midway, planned_pairs, pools_of, tests_of
+from inhand.learning.pairs import Pairs
 from inhand.learning.progress import EXPERT
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
 from inhand.learning.starts import Plans, Starts, gripped, joined
@@ -54,9 +58,9 @@ class Ready:
     """The hand and the object."""
     columns: Columns
     """Layout of a replay's rows."""
-    starts: Starts
-    """Where the agent's episodes start: where the demonstrations started."""
-    tests: Starts
+    starts: tuple[Starts, ...]
+    """Where the agent's episodes start: where the demonstrations started. Each form of hand has a pool of its own."""
+    tests: tuple[Starts, ...]
     """Where evaluations start: `trials` for each of the 16 directions."""
     limit: Array
     """How far the hand could carry the object in each test start's direction, whatever its grip `(N,)` [m]."""
@@ -67,13 +71,20 @@ class Ready:
     expert_rows: int
 
     @property
+    def angle_deg(self) -> Array:
+        """Direction of each test start `(N,)` [deg]."""
+        return np.concatenate([tests.angle_deg for tests in self.tests])
+
+    @property
     def trained(self) -> Array:
         """Which test starts are of the 8 training directions `(N,)`."""
-        return np.asarray(np.isclose(self.tests.angle_deg % 45.0, 0.0))
+        return np.asarray(np.isclose(self.angle_deg % 45.0, 0.0))
 
 
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     """Plan grasps, write the rows of the demonstrations into a folder, and measure the expert."""
+    if config.pairs:
+        return _ready_of_pairs(config, folder, told)
     recording, test_rng = config.recording, np.random.default_rng(config.seed + TEST_SEED)
     given, tests, limit = (_of_task if config.task else _of_primitives)(config, test_rng, told)
     held, columns = recording.held, columns_of(config, recording.hand)
@@ -81,7 +92,34 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     told("measuring the expert", 0, len(tests))
     shown, _ = recorded(replace(recording, recipe=replace(config.recipe, push=0.0)), tests, test_rng)
     total = (shown.rewards * shown.valid).sum(axis=0)
-    return Ready(held, columns, starts, tests, limit, total, shown.distance / limit, replay.written)
+    return Ready(held, columns, (starts,), (tests,), limit, total, shown.distance / limit, replay.written)
+
+
+def _ready_of_pairs(config: Training, folder: Path, told: Told) -> Ready:
+    """Return the same of a family: the limit of a test start is how far its own grip is predicted to carry."""
+    recording, rng = config.recording, np.random.default_rng(config.seed)
+    learned, tested = planned_pairs(config, told)
+    pools = pools_of(config, learned, rng, told)
+    columns, total = columns_of(config, recording.hand), sum(map(len, pools))
+    most = (total + round(config.recipe.midway * config.recipe.episodes)) * config.interface.horizon
+    replay, starts = ReplayBuffer(folder / EXPERT, columns, most, 0), list[Starts]()
+    for pool in pools:
+        told("recording demonstrations", sum(map(len, starts)), most // config.interface.horizon)
+        episodes, kept = recorded(recording, pool, rng)
+        _add(config, columns, replay, episodes.apart())
+        again = midway(recording, kept, round(config.recipe.midway * len(pool)), rng)
+        starts += [pool, again]
+        if len(again):
+            _add(config, columns, replay, recorded(recording, again, rng)[0].apart())
+    replay.flush()
+    tests = tests_of(config, tested, np.random.default_rng(config.seed + TEST_SEED))
+    quiet = replace(recording, recipe=replace(config.recipe, push=0.0))
+    told("measuring the expert", 0, sum(map(len, tests)))
+    shown = [recorded(quiet, each, rng)[0] for each in tests]
+    reward = np.concatenate([(each.rewards * each.valid).sum(axis=0) for each in shown])
+    limit, came = (np.concatenate([each.distance for each in group]) for group in (tests, shown))
+    agent = tuple(by_form(starts))
+    return Ready(recording.held, columns, agent, tuple(tests), limit, reward, came / limit, replay.written)
 
 
 def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tuple[Plans, Starts, Array]:
@@ -113,17 +151,12 @@ def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[Ro
 def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: Told) -> tuple[ReplayBuffer, Starts]:
     """Return the rows of demonstrations, recorded now or read from a dataset, and where the agent starts."""
     recording, rng = config.recording, np.random.default_rng(config.seed)
-    columns, looking = columns_of(config, recording.hand), (config.learning.discount, config.learning.look_ahead)
-
-    def add(replay: ReplayBuffer, shown: DatasetEpisode) -> None:
-        episode = shown.observations, shown.actions, shown.wanted, shown.rewards
-        replay.add(rows_of(columns, episode, looking, terminated=shown.terminated))
-
+    columns = columns_of(config, recording.hand)
     if config.demonstrations:
         _, episodes = read_dataset(Path(config.demonstrations))
         replay = ReplayBuffer(path, columns, len(episodes) * config.interface.horizon, 0)
         for number, episode in enumerate(episodes, start=1):
-            add(replay, episode)
+            _add(config, columns, replay, [episode])
             if number % BATCH == 0 or number == len(episodes):
                 told("reading demonstrations", number, len(episodes))
         starts = starts_of(recording, given, BATCH, rng)
@@ -131,18 +164,26 @@ def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: 
         replay = ReplayBuffer(path, columns, config.recipe.episodes * config.interface.horizon, 0)
         parts = []
         for batch in demonstrations(recording, given, rng, told):
-            for episode in batch.apart():
-                add(replay, episode)
+            _add(config, columns, replay, batch.apart())
             parts.append(batch.starts)
         starts = joined(parts)
     replay.flush()
     return replay, starts
 
 
+def _add(config: Training, columns: Columns, replay: ReplayBuffer, shown: Iterable[DatasetEpisode]) -> None:
+    """Write the rows of episodes."""
+    looking = (config.learning.discount, config.learning.look_ahead)
+    for each in shown:
+        episode = each.observations, each.actions, each.wanted, each.rewards
+        replay.add(rows_of(columns, episode, looking, terminated=each.terminated))
+
+
 def columns_of(config: Training, hand: HandSpec) -> Columns:
     """Return the layout of a replay's rows."""
-    seen = find_layout(config.interface.observation).size(hand)
-    return Columns(seen, hand.n_joints, size_of(config.interface, hand) - seen)
+    layout = find_layout(config.interface.observation)
+    seen = layout.size(hand)
+    return Columns(seen, layout.actions(hand), size_of(config.interface, hand) - seen)
 
 
 def routes_in(starts: Starts) -> Routes:
@@ -164,11 +205,29 @@ class _Worlds:
     drawn: tuple[Drawn, ...]
 
 
+@dataclass(frozen=True)
+class _Hands:
+    """The hands and objects of starts that differ in them."""
+
+    held: tuple[tuple[HandSpec, ObjectSpec], ...]
+
+
+def _named(ready: Ready) -> Iterator[tuple[str, Starts]]:
+    """Give the pools of starts and tests with their names in a file."""
+    for name, pools in (("starts", ready.starts), ("tests", ready.tests)):
+        for number, pool in enumerate(pools):
+            yield f"{name}.{number}", pool
+
+
 def save_ready(ready: Ready, path: Path) -> None:
     """Write everything but the rows to a `.npz` file, moved into place once it is complete."""
     arrays = {name: np.asarray(getattr(ready, name)) for name in _NUMBERS}
-    for name, starts in (("starts", ready.starts), ("tests", ready.tests)):
+    arrays["pools"] = np.array([len(ready.starts), len(ready.tests)])
+    for name, starts in _named(ready):
         arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
+        if starts.pairs is not None:
+            held = tuple((each.hand, each.object) for each in starts.pairs.held)
+            arrays |= {f"{name}.of": starts.pairs.of, f"{name}.pairs": np.array(text_of(_Hands(held)))}
         routes = None if starts.routes is None else starts.routes.poses
         asked = ("routes", routes), ("turn", starts.turn), ("legs", starts.legs)
         arrays |= {f"{name}.{part}": given for part, given in asked if given is not None}
@@ -192,7 +251,14 @@ def load_ready(config: Training, path: Path) -> Ready:
             routes, turn, legs = (data.get(f"{name}.{part}") for part in ("routes", "turn", "legs"))
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
             found = Starts(snapshot, state, angle_deg, distance, None if routes is None else Routes(routes))
-            return replace(found, engine=config.engine, disturbed=worlds(f"{name}.disturbed"), turn=turn, legs=legs)
+            found = replace(found, engine=config.engine, disturbed=worlds(f"{name}.disturbed"), turn=turn, legs=legs)
+            return replace(found, pairs=pairs(name))
+
+        def pairs(name: str) -> Pairs | None:
+            if f"{name}.pairs" not in data:
+                return None
+            found = read_record(read_json(str(data[f"{name}.pairs"])), _Hands)
+            return Pairs(tuple(Held(*each) for each in found.held), data[f"{name}.of"])
 
         def worlds(name: str) -> tuple[Disturbed, ...] | None:
             if name not in data:
@@ -203,8 +269,8 @@ def load_ready(config: Training, path: Path) -> Ready:
         return Ready(
             held,
             columns_of(config, held.hand),
-            starts("starts"),
-            starts("tests"),
+            tuple(starts(f"starts.{k}") for k in range(data["pools"][0])),
+            tuple(starts(f"tests.{k}") for k in range(data["pools"][1])),
             data["limit"],
             data["expert_total"],
             data["expert_fraction"],

@@ -29,6 +29,7 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
+from inhand.learning.pairs import Pairs, all_pairs
 from inhand.records import Config
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, draw
@@ -37,7 +38,7 @@ from inhand.sim.names import ENGINE, Engine
 from inhand.sim.snapshot import Snapshot, join
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
-from inhand.tasks.primitives import primitive_at
+from inhand.tasks.primitives import TURNS, primitive_at
 from inhand.tasks.routes import Routes
 
 Plans = Mapping[Any, GraspPlan | list[GraspPlan]]
@@ -85,6 +86,8 @@ class Starts:
     """Side to which each is to turn on the spot instead `(N,)`, as `Aim.turn`; None where all move."""
     legs: Array | None = None
     """What is asked after that `(N, L, 3)`, as in `inhand.learning.legs`; None where nothing is."""
+    pairs: Pairs | None = None
+    """The hand and the object of each start, where they differ."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
@@ -95,7 +98,8 @@ class Starts:
         routes = None if self.routes is None else Routes(self.routes.poses[rows])
         disturbed = None if self.disturbed is None else tuple(self.disturbed[row] for row in rows.tolist())
         snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
-        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed)
+        pairs = None if self.pairs is None else self.pairs.take(rows)
+        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs=pairs)
 
     def rows(self, rows: NDArray[np.int64]) -> Starts:
         """Return some starts, of which the same is asked."""
@@ -114,7 +118,8 @@ def joined(parts: Sequence[Starts]) -> Starts:
     worlds = tuple(world for part in parts for world in part.disturbed or ()) or None
     turn = _together([part.turn for part in parts], parts, 0.0)
     legs = _together([part.legs for part in parts], parts, np.nan)
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, turn, legs)
+    pairs = all_pairs([part.pairs for part in parts if part.pairs is not None])
+    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs)
 
 
 def _together(given: Sequence[Array | None], parts: Sequence[Starts], nothing: float) -> Array | None:
@@ -146,8 +151,31 @@ def expert_task(held: Held, starts: Starts) -> Task:
     return Task(held.hand, objects, Path(paths), distance=distance, start=poses[:, 0])
 
 
+def turn_task(held: Held, sides: Array) -> Task:
+    """Return the task of turning on the spot to sides `(B,)`, 1 counter-clockwise and -1 clockwise."""
+    paths = {float(np.sign(each.rotation_deg)): straight_path(each).poses for each in TURNS}
+    return Task(held.hand, (held.object,) * len(sides), Path(np.stack([paths[side] for side in sides.tolist()])))
+
+
 def reach_of(held: Held, starts: Starts) -> Array:
-    """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m]."""
+    """Return how far the grip of each start is predicted to carry the object along its direction `(N,)` [m].
+
+    Of pairs each start's own hand and object counts, of one that is to turn the arc that it turns by.
+    """
+    found = np.zeros(len(starts))
+    of = np.zeros(len(starts)) if starts.pairs is None else starts.pairs.of
+    turning = np.zeros(len(starts)) if starts.turn is None else np.abs(starts.turn)
+    for number, turns in dict.fromkeys(zip(of.tolist(), turning.tolist(), strict=True)):
+        rows = np.flatnonzero((of == number) & (turning == turns))
+        own = held if starts.pairs is None else starts.pairs.held[number]
+        found[rows] = _reach_of_one(own, starts.rows(rows))
+    return found
+
+
+def _reach_of_one(held: Held, starts: Starts) -> Array:
+    """Return the same of starts of one pair, which are all to move or all to turn."""
+    if starts.turn is not None and starts.turn.any():
+        return carried_by(turn_task(held, starts.turn), starts.state)
     task, between = straight_task(held, starts.angle_deg), None
     if starts.disturbed is not None and len(starts):
         between = loop.stand_between(starts.disturbed, starts.state, task.timestep, task.substeps)
@@ -230,12 +258,18 @@ def taken(
     state: State,
     worlds: NDArray[np.int64],
     angle_deg: Array,
-    disturbed: Sequence[Disturbed] | None = None,
+    of: Starts | None = None,
 ) -> Starts:
-    """Return what some worlds of a running batch look like now, as starts; `disturbed` tells how each world is."""
+    """Return what some worlds of a running batch look like now, as starts with directions `(N,)` [deg].
+
+    They are disturbed, and of hands and objects, as the starts `of` the whole batch.
+    """
     snapshot, distance = simulator.snapshot().take(worlds), np.full(len(worlds), np.inf)
-    own = None if disturbed is None else tuple(disturbed[world] for world in worlds.tolist())
-    return Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine, disturbed=own)
+    found = Starts(snapshot, select(state, worlds), angle_deg, distance, engine=simulator.engine)
+    if of is None:
+        return found
+    own = of.take(worlds, angle_deg)
+    return replace(found, disturbed=own.disturbed, pairs=own.pairs)
 
 
 def _worlds(
@@ -272,4 +306,5 @@ def _close(
     grasp = closing_joints(*held, plans, planned, poses if known else planned, squeeze=squeeze)
     task = Task(held.hand, (held.object,) * count, Path(np.zeros((count, 1, 3))))
     simulator, recording = simulate(task, grasp, poses, None, bench, disturbed=disturbed)
-    return taken(simulator, recording.states[-1], np.arange(count), np.zeros(count), disturbed)
+    found = taken(simulator, recording.states[-1], np.arange(count), np.zeros(count))
+    return replace(found, disturbed=disturbed)

@@ -20,19 +20,19 @@ from inhand.control.loop import Told
 from inhand.control.policy import Cost, Policy, load_policy, save_policy
 from inhand.errors import InputError
 from inhand.learning.ahead import CHUNK
+from inhand.learning.beginning import begun, collectors_of, policy_of, pool_name
 from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
-from inhand.learning.collect import Collector
+from inhand.learning.collect import Finished
 from inhand.learning.config import Training
-from inhand.learning.ddpgfd import Learner, Report, imitate_many, new_learner, update_many
+from inhand.learning.ddpgfd import Learner, Report, imitate_many, update_many
 from inhand.learning.demonstrations import recorded
 from inhand.learning.journal import Counters, Evaluation, Journal, Trying
-from inhand.learning.networks import Network
+from inhand.learning.networks import Actor
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
 from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows, rows_of
 from inhand.learning.setup import Ready
-from inhand.learning.trying import tried
-from inhand.learning.worlds import ManipulationWorlds
-from inhand.sim.disturbance_files import NONE, load_disturbance
+from inhand.learning.trying import tried_all
+from inhand.sim.disturbance_files import load_disturbance
 
 LEARNING = "learning"
 """What progress is told while the agent's episodes run."""
@@ -89,11 +89,8 @@ class Trainer:
         self._contract = contract_of(ready.held.hand, load_disturbance(config.disturb))
         self.counters = Counters()
         self._rng = np.random.default_rng((config.seed, 1))
-        worlds = ManipulationWorlds(
-            ready.held, ready.starts, config.worlds, config.interface, np.random.default_rng((config.seed, 2))
-        )
-        self._collector = Collector(worlds, ready.columns, (config.learning.discount, config.learning.look_ahead))
-        self._learner = new_learner(config.learning, ready.columns, config.seed)
+        self._collectors = collectors_of(config, ready)
+        self._learner = begun(config, ready.columns)
         self._go_on_from(folder / CHECKPOINT)
         self._began = time.perf_counter() - self.counters.seconds
         self._began_cpu = time.process_time() - spent - self.counters.cpu_s
@@ -111,7 +108,8 @@ class Trainer:
             self.counters = Counters(**head["counters"])
             written, shown, length = (head[name] for name in ("written", "shown", "journal"))
             self._rng.bit_generator.state = arrays["rng.training"]
-            self._collector.load_state_dict(arrays)
+            for number, collector in enumerate(self._collectors):
+                collector.load_state_dict({n.removeprefix(pool_name(number)): value for n, value in arrays.items()})
         self._journal = Journal(folder, length)
         most = ready.expert_rows + config.rounds * config.relabelled * config.interface.horizon
         self._expert = ReplayBuffer(folder / EXPERT, ready.columns, most, 0, shown)
@@ -155,7 +153,11 @@ class Trainer:
 
     def actor(self) -> Policy:
         """Return the actor that acts best: of the default's, the target actor, which single updates move less."""
-        return self._policy(self._learner.target_actor if self.config.learning.imitation else self._learner.actor)
+        return policy_of(
+            self.config,
+            self._contract,
+            self._learner.target_actor if self.config.learning.imitation else self._learner.actor,
+        )
 
     def _imitate(self) -> None:
         """Fit the actor to the demonstrations, then in rounds to what the expert says of the actor's own episodes."""
@@ -166,7 +168,7 @@ class Trainer:
             actor = self._fitted(actor, config.refit if 0 < number < config.rounds else config.imitate)
         self._learner = self._learner._replace(actor=actor, target_actor=actor)
 
-    def _fitted(self, actor: Network, updates: int) -> Network:
+    def _fitted(self, actor: Actor, updates: int) -> Actor:
         many, columns, moments, rows = (CHUNK, 2 * self.config.learning.batch), self._ready.columns, None, None
         for done in range(0, updates, CHUNK):
             rows = self._shown(many) if rows is None else rows
@@ -180,17 +182,19 @@ class Trainer:
     def _shown(self, count: tuple[int, int]) -> Rows:
         return self._expert.shown(self._expert.draw(self._rng, count), self._ready.columns)
 
-    def _relabel(self, number: int, actor: Network) -> None:
+    def _relabel(self, number: int, actor: Actor) -> None:
         """Add a round of the actor's own episodes, as the expert labels them, to what the expert has shown."""
         config, ready = self.config, self._ready
         rng = np.random.default_rng((config.seed, 4, number))
         self._progress("relabelling the actor's episodes", number, config.rounds)
-        rows = rng.choice(len(ready.starts), min(config.relabelled, len(ready.starts)), replace=False)
-        episodes, _ = recorded(config.recording, ready.starts.rows(rows), rng, self._policy(actor))
-        looking = config.learning.discount, config.learning.look_ahead
-        for shown in episodes.apart():
-            episode = shown.observations, shown.actions, shown.wanted, shown.rewards
-            self._expert.add(rows_of(ready.columns, episode, looking, terminated=shown.terminated))
+        total, looking = sum(map(len, ready.starts)), (config.learning.discount, config.learning.look_ahead)
+        for pool in ready.starts:
+            rows = rng.choice(len(pool), min(config.relabelled * len(pool) // total, len(pool)), replace=False)
+            actor_now = policy_of(config, self._contract, actor)
+            episodes, _ = recorded(config.recording, pool.rows(rows), rng, actor_now)
+            for shown in episodes.apart():
+                episode = shown.observations, shown.actions, shown.wanted, shown.rewards
+                self._expert.add(rows_of(ready.columns, episode, looking, terminated=shown.terminated))
 
     def _warm_up(self) -> None:
         """Fit the critic to the demonstrations; the actor stays as it is, and is tried out meanwhile."""
@@ -210,11 +214,15 @@ class Trainer:
         config, counters = self.config, self.counters
         begun = len(self._agent) >= config.learning.batch or self.share == 1.0
         drawn = self._draw(config.updates, self.share) if begun else None
-        acting = self._policy(self._learner.actor)
+        acting = policy_of(self.config, self._contract, self._learner.actor)
         launched = None if drawn is None else self._updated(drawn, 1.0)
         if self._due:
             self._evaluate()
-        rows, ends = self._collector.collect(acting, config.decisions, config.spread, self._rng)
+        rows, ends = list[Rows](), list[Finished]()
+        for collector in self._collectors:
+            more = collector.collect(acting, config.decisions, config.spread, self._rng)
+            rows += more[0]
+            ends += more[1]
         if launched is not None and drawn is not None:
             self._learner, report = launched
             self._take_in(report, drawn)
@@ -284,7 +292,7 @@ class Trainer:
         self._tell()
         ready, policy, counters = self._ready, self.actor(), self.counters
         counters.evaluated = counters.episodes
-        found = self._beside.submit(tried, ready.held, ready.tests, self.config.interface, policy)
+        found = self._beside.submit(tried_all, ready.held, ready.tests, self.config.interface, policy)
         self._trying.append(Trying(policy, Counters(**vars(counters)), found))
 
     def _tell(self) -> None:
@@ -318,7 +326,9 @@ class Trainer:
 
     def _keep(self, name: str) -> None:
         self._agent.flush()
-        arrays = self._collector.state_dict() | {"rng.training": self._rng.bit_generator.state}
+        arrays = {"rng.training": self._rng.bit_generator.state}
+        for number, collector in enumerate(self._collectors):
+            arrays |= {f"{pool_name(number)}{n}": value for n, value in collector.state_dict().items()}
         for number, priorities in enumerate(self._priorities):
             arrays |= {f"priorities.{number}.{n}": v for n, v in priorities.state_dict().items()}
         told = {"counters": vars(self.counters), "journal": self._journal.length()}
@@ -334,17 +344,3 @@ class Trainer:
             mine = f"priorities.{number}."
             priorities.load_state_dict({n.removeprefix(mine): v for n, v in arrays.items() if n.startswith(mine)})
         return both
-
-    def _policy(self, network: Network) -> Policy:
-        config = self.config
-        return Policy(
-            tuple(np.asarray(layer.weight, dtype=float) for layer in network),
-            tuple(np.asarray(layer.bias, dtype=float) for layer in network),
-            config.interface.observation,
-            config.interface.actions,
-            config.recipe.grasp,
-            {"preset": config.preset, "hand": config.hand, "object": config.object, "seed": config.seed}
-            | ({"task": config.task} if config.task else {})
-            | ({"disturb": config.disturb} if config.disturb != NONE else {}),
-            self._contract,
-        )

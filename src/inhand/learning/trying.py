@@ -1,7 +1,7 @@
 """Trying a policy out: every direction from the same held starts, without exploration."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,12 @@ class Tried:
     """Largest angle turned while it was held `(N,)` [rad]."""
     dropped: NDArray[np.bool_]
     """Whether the object was lost `(N,)`."""
+
+
+def tried_all(held: Held, pools: Sequence[Starts], interface: Interface, actor: Callable[[Array], Array]) -> Tried:
+    """Return what an actor reaches from every start of several pools."""
+    found = [tried(held, starts, interface, actor) for starts in pools]
+    return Tried(**{each.name: np.concatenate([getattr(one, each.name) for one in found]) for each in fields(Tried)})
 
 
 def tried(held: Held, starts: Starts, interface: Interface, actor: Callable[[Array], Array]) -> Tried:

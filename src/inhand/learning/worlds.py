@@ -1,6 +1,5 @@
 """Many manipulation phases side by side, each restarted when it ends: what environments and training step."""
 
-import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,17 +15,25 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
+from inhand.learning.kinds import asked_of, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.starts import Starts
 from inhand.records import Config
-from inhand.sim.disturbance import FACTORS
-from inhand.sim.drawn import Disturbed, Drawn, truths
-from inhand.sim.engine import Simulator
-from inhand.sim.engines import make_simulator
-from inhand.sim.scene import SceneSpec
+from inhand.sim.drawn import Disturbed
 from inhand.sim.snapshot import Snapshot
-from inhand.sim.state import State, select
-from inhand.tasks.decisions import Actions, Decision, Made, checked_actions, find_reward, reward, targets_of
+from inhand.sim.state import State, put, put_rows, select
+from inhand.tasks.decisions import (
+    Actions,
+    Decision,
+    Limited,
+    Made,
+    actions_of,
+    checked_actions,
+    find_reward,
+    reward,
+    targets_of,
+)
+from inhand.tasks.hand_arrays import arrays_of, slots_of, slotted
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
 
@@ -98,16 +105,18 @@ class ManipulationWorlds:
         self.interface = interface or Interface()
         if count < 1 or self.interface.horizon < 1:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
-        self.hand, spec = held
+        self.hand, spec = held if starts.pairs is None else starts.pairs.held[0]
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
         self._truth = find_layout(self.interface.truth) if self.interface.truth else None
-        self.simulator, self._drawn = _worlds(held, starts, count, threads)
+        self.simulator, self._drawn = simulator_of(held, starts, count, threads)
         self.scene = Scene(self.hand, (spec,) * count)
+        self._arrays = None if starts.pairs is None else arrays_of(*zip(*starts.pairs.held, strict=True))
+        self._slots = slots_of(self.hand) if self.layout.slotted else None
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts, self._held = starts, held
         self._between: Between | None = None
         self._memory: Memory | None = None
-        self._pool = _asked(starts)
+        self._pool = asked_of(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.empty(count))
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
@@ -138,6 +147,19 @@ class ManipulationWorlds:
         return loop.sense(self._state, self._between, self.reads)
 
     @property
+    def limited(self) -> Limited:
+        """What tells the joint limits of the worlds."""
+        return self.scene.told or self.hand
+
+    def actions_of(self, targets: Array) -> Array:
+        """Return the actions that come nearest to commanding joint targets `(B, n)` [rad]."""
+        return self.widened(actions_of(targets, self.interface.actions, self.limited, self.seen))
+
+    def widened(self, joints: Array) -> Array:
+        """Return numbers of the joints `(B, n)` as actions have them: in their slots where the layout has slots."""
+        return joints if self._slots is None else slotted(joints, self._slots)
+
+    @property
     def aim(self) -> Aim:
         """What is asked of each world."""
         return self._aim
@@ -161,14 +183,17 @@ class ManipulationWorlds:
         self._steps = self.rng.integers(self.interface.horizon, size=self.count)
 
     def step(self, given: object) -> Step:
-        """Take a decision `(B, n)` in every world; worlds whose episode ends start the next one.
+        """Take a decision in every world; worlds whose episode ends start the next one.
+
+        Actions are `(B, n)` or, where the layout has slots, `(B, SLOTS)`.
 
         Raises:
             InputError: actions of the wrong shape, or one that is not a number.
         """
         before = self._state
-        actions = checked_actions(given, before.targets.shape)
-        targets = targets_of(actions, self.interface.actions, self.hand, self.seen)
+        actions = checked_actions(given, (self.count, self.layout.actions(self.hand)))
+        actions = actions if self._slots is None else actions[:, self._slots]
+        targets = targets_of(actions, self.interface.actions, self.limited, self.seen)
         after, self._lost = control_step(self.simulator, targets, self._lost, SUBSTEPS, between=self._between)
         self._steps += 1
         gone = dropped(after, self._lost)
@@ -216,20 +241,27 @@ class ManipulationWorlds:
         return np.stack([routes.way[self._row, self._come], made.across, made.turned], axis=-1)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
-        kinds = None if self._starts.disturbed is None else rows
-        self.simulator.restore(worlds, self._starts.snapshot, rows, kinds)
+        self.simulator.restore(worlds, self._starts.snapshot, rows, kinds_of(self._starts, rows))
         self._state = put(self._state, worlds, self._starts.state, rows)
         self._row[worlds], self._come[worlds], self._leg[worlds] = rows, 0, 0
+        self._show_hands()
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
         else:
-            aims = {name: _put(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED}
+            aims = {
+                name: put_rows(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED
+            }
             self._aim = Aim(**aims)
         self._look(worlds)
-        self._observation = _put(self._observation, worlds, self._observed()[worlds])
-        self._last = _put(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
+        self._observation = put_rows(self._observation, worlds, self._observed()[worlds])
+        self._last = put_rows(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
         self._lost[worlds] = 0
+
+    def _show_hands(self) -> None:
+        """Tell the scene which hand and object is in each world, where they differ."""
+        if self._arrays is not None and self._starts.pairs is not None:
+            self.scene = replace(self.scene, told=self._arrays.take(self._starts.pairs.of[self._row]))
 
     def _observed(self) -> Array:
         """Return what all worlds see, and beside it what critics do `(B, d + c)`."""
@@ -254,7 +286,7 @@ class ManipulationWorlds:
             else:
                 self._between.begin(worlds, self._disturbed(worlds), self._state)
         if not self.layout.sensed:
-            self._seen_start = _put(self._seen_start, worlds, self.seen.pose[worlds])
+            self._seen_start = put_rows(self._seen_start, worlds, self.seen.pose[worlds])
             self._told = replace(self._aim, start=self._seen_start)
         elif self._memory is None:
             self._memory = Memory(self._held, self.seen)
@@ -290,7 +322,8 @@ class ManipulationWorlds:
         every = np.arange(self.count)
         for name in _KEPT:
             setattr(self, f"_{name}", kept[name].copy())
-        self.simulator.restore(every, snapshot, every, None if self._between is None else self._row)
+        self._show_hands()
+        self.simulator.restore(every, snapshot, every, kinds_of(self._starts, self._row))
         self._state = self.simulator.measure()
         if self._between is not None:
             self._between.begin(every, self._disturbed(every), self._state)
@@ -304,46 +337,7 @@ class ManipulationWorlds:
         self.rng.bit_generator.state = kept["rng"]
 
 
-def _worlds(held: Held, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
-    """Return a simulator of worlds and, where they differ, what is drawn of those of the starts `(N, DRAWN)`."""
-    if starts.disturbed is None:
-        return make_simulator(starts.engine, held.hand, [held.object] * count, threads=threads), None
-    kinds = truths(starts.disturbed, held.hand, [held.object] * len(starts), None)
-    simulator = make_simulator(starts.engine, *kinds, threads, kinds=np.zeros(count, dtype=np.int64))
-    return simulator, np.array([_numbers(each.drawn) for each in starts.disturbed])
-
-
 def size_of(interface: Interface, hand: HandSpec) -> int:
     """Return how many numbers an actor sees with a hand, and critics beside."""
     names = [interface.observation, *([interface.truth] if interface.truth else [])]
     return sum(find_layout(name).size(hand) for name in names)
-
-
-def _numbers(drawn: Drawn) -> Array:
-    """Return what holding depends on of what was drawn for a world `(DRAWN,)`."""
-    late = drawn.command_s, drawn.camera_s
-    factors = [math.log(getattr(drawn, name)) for name in FACTORS]
-    return np.array([*factors, *(each / (SUBSTEPS * SceneSpec.timestep) for each in late)])
-
-
-def _asked(starts: Starts) -> Aim:
-    if starts.routes is None:
-        turn = np.zeros(len(starts)) if starts.turn is None else starts.turn
-        return Aim(np.deg2rad(starts.angle_deg), starts.state.pose, starts.distance, turn=turn)
-    return starts.routes.aim(np.arange(len(starts)), np.zeros(len(starts), dtype=np.int64))
-
-
-def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:
-    """Return a state in which some worlds are rows of another."""
-    found = {
-        field.name: _put(getattr(state, field.name), worlds, getattr(other, field.name)[rows])
-        for field in fields(State)
-    }
-    return State(**found)
-
-
-def _put(array: np.ndarray, rows: NDArray[np.int64], values: np.ndarray) -> np.ndarray:
-    """Return a copy with some rows replaced: what was handed out before stays as it was."""
-    copy = array.copy()
-    copy[rows] = values
-    return copy

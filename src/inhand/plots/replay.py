@@ -106,12 +106,12 @@ def write_replay(
         InputError: no frame, arrays of different lengths, a bad rate, another suffix, or no ffmpeg for .mp4.
     """
     _check(frames, trail_mm, contact, fps, texts)
-    write, target = _writer(out), _target(trail_mm, target_angle_deg, target_path_mm)
+    write, target = writer_of(out), _target(trail_mm, target_angle_deg, target_path_mm)
     with mpl.rc_context(STYLE), in_place(out) as part:
-        figure, strips = _titled(title, contact, frame_s or 1 / fps, frames[0].fingers)
+        figure, strips = titled(title, contact, frame_s or 1 / fps, frames[0].fingers)
         ax = _view(figure, frames, trail_mm, target, np.empty((0, 2)) if wall_mm is None else wall_mm)
         parts = [_scene(ax, frames), _trail(ax, trail_mm, target_angle_deg), *strips]
-        write(Film(figure, parts, _empty_text(ax), texts or _distances(trail_mm, target_angle_deg)), part, fps)
+        write(Film(figure, parts, empty_text(ax), texts or _distances(trail_mm, target_angle_deg)), part, fps)
     return out
 
 
@@ -138,7 +138,12 @@ def _check(
         raise InputError(f"{fps} frames per second given: the rate must be above 0 and at most {FASTEST_FPS}")
 
 
-def _writer(out: Path) -> Callable[[Film, Path, int], None]:
+def writer_of(out: Path) -> Callable[[Film, Path, int], None]:
+    """Return what writes a film into a file of such a name.
+
+    Raises:
+        InputError: another suffix, or no ffmpeg for .mp4.
+    """
     suffix = out.suffix.lower()
     if suffix == ".gif":
         return _write_gif
@@ -164,7 +169,7 @@ def _target(trail_mm: Array, angle_deg: float | None, path_mm: Array | None) -> 
     return np.stack([np.zeros(2), float(np.max(progress[np.isfinite(progress)], initial=10.0)) * along])
 
 
-def _titled(
+def titled(
     title: str, contact: NDArray[np.bool_] | None, frame_s: float, fingers: tuple[str, ...]
 ) -> tuple[Figure, list[Moving]]:
     """Return the figure with its title and, where contacts are known, their strip."""
@@ -183,8 +188,7 @@ def _axes(figure: Figure, box: Box) -> Axes:
 def _view(figure: Figure, frames: Sequence[SceneOutline], trail_mm: Array, target: Array, wall: Array) -> Axes:
     """Return axes above a strip, if there is one, that hold all frames in equal mm, and what stands still on them."""
     check_points(wall, "wall")
-    strip_in = sum(0.3 + strip.get_position().height * SIDE_IN for strip in figure.axes)
-    ax = _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
+    ax = view_box(figure)
     left, right, bottom, top = extent_of(np.concatenate([*map(scene_points, frames), trail_mm, target, wall]), 6.0)
     box = ax.get_window_extent()
     scale = max((right - left) / box.width, (top - bottom) / box.height) / 2
@@ -196,6 +200,12 @@ def _view(figure: Figure, frames: Sequence[SceneOutline], trail_mm: Array, targe
         ax.add_patch(Polygon(wall, **WALL, linewidth=0.9, zorder=1.25))
     ax.plot(*target.T, "--", color=MUTED, linewidth=1.1, zorder=2.0)
     return ax
+
+
+def view_box(figure: Figure) -> Axes:
+    """Return axes for the picture itself, above a strip of contacts if there is one."""
+    strip_in = sum(0.3 + strip.get_position().height * SIDE_IN for strip in figure.axes)
+    return _axes(figure, (0.5, 0.35 + strip_in, SIDE_IN - 0.7, SIDE_IN - 0.85 - strip_in))
 
 
 def _scene(ax: Axes, frames: Sequence[SceneOutline]) -> Moving:
@@ -216,7 +226,7 @@ def _distances(trail_mm: Array, angle_deg: float | None) -> list[str]:
     return [f"{way:.0f} mm" if np.isfinite(way) else "" for way in done]
 
 
-def _empty_text(ax: Axes) -> Text:
+def empty_text(ax: Axes) -> Text:
     """Return the text at the top right, above the axes."""
     # On the axes, not on the figure: matplotlib leaves out a figure's own animated artists when it saves a film.
     place, on = (1 - 0.2 / SIDE_IN, 1 - 0.17 / SIDE_IN), ax.figure.transFigure

@@ -30,6 +30,8 @@ IN_PLANE = 1e-6
 """A direction lies in a plane where its part across is less than this."""
 PLANE_IN, MAP_IN, SOLID_IN = 2.7, 2.7, 6.4
 """Sides of a plane, a map and the solid view [in]."""
+SPACE_IN = 0.35
+"""Free space between the key of the maps and the turns [in], besides what is between all axes."""
 SHARE = Normalize(0.5, 1.0)
 """Shares of the limit from one end of the colours to the other."""
 MANY = 98
@@ -77,7 +79,7 @@ def spatial_figure(curves: Sequence[SpatialCurve], turns: Sequence[Turned], titl
     """
     rows = [[(PLANE_IN, PLANE_IN)] * 3 + [(0.12, PLANE_IN)]] if curves else []
     below = [(MAP_IN, MAP_IN)] * 2 + [(0.12, MAP_IN)] if curves else []
-    below += [(2.3, 0.34 * len(turns) + 0.3)] if turns else []
+    below += [(SPACE_IN, 0.1)] * bool(curves and turns) + [(2.3, 0.34 * len(turns) + 0.3)] * bool(turns)
     with sheet([*rows, below], title, subtitle, gap=(0.62, 0.85)) as (figure, axes):
         left = list(axes)
         if curves:
@@ -90,6 +92,8 @@ def spatial_figure(curves: Sequence[SpatialCurve], turns: Sequence[Turned], titl
                 _draw_map(ax, curves, way, distance)
             _bar(figure, left[6], ScalarMappable(distance, "YlGnBu"), "distance [mm]")
             left = left[7:]
+        if curves and turns:
+            left.pop(0).axis("off")
         if turns:
             _draw_turns(left[0], turns)
     return figure
@@ -158,9 +162,9 @@ def _draw_map(ax: Axes, curves: Sequence[SpatialCurve], way: float, distance: No
                 f"{curve.distance_mm:.0f}", (x, y), (0, -11), textcoords="offset points", ha="center", va="center",
                 fontsize=TICK_POINTS - 1.5, path_effects=halo(2.0),
             )  # fmt: skip
-    for text, (x, y) in zip(AXES[0] + AXES[1], ((-1.2, 0.0), (1.2, 0.0), (0.0, -1.2), (0.0, 1.14)), strict=True):
+    for text, (x, y) in zip(AXES[0] + AXES[1], ((-1.2, 0.0), (1.2, 0.0), (0.0, -1.28), (0.0, 1.14)), strict=True):
         ax.text(x, y, text, ha="center", va="center", fontsize=TICK_POINTS - 1, color=MUTED)
-    ax.set(xlim=(-1.4, 1.4), ylim=(-1.3, 1.3), aspect="equal")
+    ax.set(xlim=(-1.4, 1.4), ylim=(-1.38, 1.25), aspect="equal")
     ax.axis("off")
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,3 +111,19 @@ def seen_at(pose: Array, state: State) -> State:
 def select(state: State, worlds: NDArray[np.int64] | NDArray[np.bool_] | slice) -> State:
     """Return the state of some worlds alone; arrays are copied unless `worlds` is a slice."""
     return State(**{field.name: getattr(state, field.name)[worlds] for field in fields(State)})
+
+
+def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:
+    """Return a state in which some worlds are rows of another."""
+    found = {
+        field.name: put_rows(getattr(state, field.name), worlds, getattr(other, field.name)[rows])
+        for field in fields(State)
+    }
+    return State(**found)
+
+
+def put_rows(array: NDArray[Any], rows: NDArray[np.int64], values: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy with some rows replaced: what was handed out before stays as it was."""
+    copy = array.copy()
+    copy[rows] = values
+    return copy

@@ -6,15 +6,19 @@ from importlib import import_module
 import mujoco
 import numpy as np
 
-from inhand.errors import needs_extra
+from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.sim.engine import Body, Hand
 from inhand.sim.model import build_model
 from inhand.sim.scene import SceneSpec
+from inhand.sim.spatial_model import build_spatial_model
 
 
-def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Array, when: Array) -> None:
+def play(hand: Hand, spec: Body, joint_angles: Array, object_pose: Array, when: Array) -> None:
     """Show joint angles `(T, n)` and object poses `(T, 7)` at times `(T,)` [s], again and again until closed.
 
     Raises:
@@ -24,12 +28,12 @@ def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Arr
         viewer = import_module("mujoco.viewer")
     except ImportError as error:
         raise needs_extra("viewer", f"the viewer ({error})") from error
-    model = build_model(hand, spec, SceneSpec())
+    model, middle, seen = _scene(hand, spec)
     _light(model)
     data = mujoco.MjData(model)
     with viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False) as window:
-        window.cam.lookat[:] = [0.0, hand.finger_length / 2, spec.height / 2]
-        window.cam.distance, window.cam.azimuth, window.cam.elevation = 0.55, 90.0, -65.0
+        window.cam.lookat[:] = middle
+        window.cam.distance, window.cam.azimuth, window.cam.elevation = 0.55, *seen
         start = time.monotonic()
         while window.is_running():
             shown = (time.monotonic() - start) % (when[-1] - when[0] + 1.0)
@@ -38,6 +42,19 @@ def play(hand: HandSpec, spec: ObjectSpec, joint_angles: Array, object_pose: Arr
             mujoco.mj_forward(model, data)
             window.sync()
             time.sleep(0.01)
+
+
+def _scene(hand: Hand, spec: Body) -> tuple[mujoco.MjModel, tuple[float, float, float], tuple[float, float]]:
+    """Return the model, where the viewer looks [m], and from which side and how high [deg].
+
+    Raises:
+        InputError: a hand in the plane with an object in space, or the other way round.
+    """
+    if isinstance(hand, SpatialHand) and isinstance(spec, SolidSpec):
+        return build_spatial_model(hand, spec, SceneSpec()), hand.start_position, (118.0, -24.0)
+    if isinstance(hand, HandSpec) and isinstance(spec, ObjectSpec):
+        return build_model(hand, spec, SceneSpec()), (0.0, hand.finger_length / 2, spec.height / 2), (90.0, -65.0)
+    raise InputError(f"{hand.name} and {spec.name} are not both of the plane or both of space: give trials of a run")
 
 
 def _light(model: mujoco.MjModel) -> None:

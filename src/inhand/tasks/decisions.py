@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
-from inhand.hands.hand import HandSpec
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
 from inhand.tasks.observations import Aim
@@ -69,19 +68,27 @@ class Commanded(Protocol):
         """Joint angles last commanded `(B, n)` [rad]."""
 
 
-def targets_of(actions: Array, kind: Actions, hand: HandSpec, state: Commanded) -> Array:
+class Limited(Protocol):
+    """What tells joint limits: a hand, or the arrays of many."""
+
+    @property
+    def limits(self) -> Array:
+        """Lowest and highest joint angles `(n, 2)`, or of each world `(B, n, 2)` [rad]."""
+
+
+def targets_of(actions: Array, kind: Actions, hand: Limited, state: Commanded) -> Array:
     """Return joint targets `(B, n)` [rad] of actions `(B, n)`, which are cut to [-1, 1]."""
     cut, limits = np.clip(actions, -1.0, 1.0), hand.limits
     if kind == "angles":
-        return np.asarray(limits[:, 0] + (cut + 1.0) / 2.0 * np.ptp(limits, axis=-1))
-    return np.asarray(np.clip(state.targets + largest_step(kind) * cut, limits[:, 0], limits[:, 1]))
+        return np.asarray(limits[..., 0] + (cut + 1.0) / 2.0 * np.ptp(limits, axis=-1))
+    return np.asarray(np.clip(state.targets + largest_step(kind) * cut, limits[..., 0], limits[..., 1]))
 
 
-def actions_of(targets: Array, kind: Actions, hand: HandSpec, state: Commanded) -> Array:
+def actions_of(targets: Array, kind: Actions, hand: Limited, state: Commanded) -> Array:
     """Return the actions `(B, n)` within [-1, 1] that come nearest to commanding joint targets `(B, n)` [rad]."""
     limits = hand.limits
     if kind == "angles":
-        return np.asarray(np.clip(2.0 * (targets - limits[:, 0]) / np.ptp(limits, axis=-1) - 1.0, -1.0, 1.0))
+        return np.asarray(np.clip(2.0 * (targets - limits[..., 0]) / np.ptp(limits, axis=-1) - 1.0, -1.0, 1.0))
     return np.asarray(np.clip((targets - state.targets) / largest_step(kind), -1.0, 1.0))
 
 

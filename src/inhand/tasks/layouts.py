@@ -8,10 +8,19 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
+from inhand.tasks.joint_rows import JOINTS
 from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Layout, Part, Scene
 from inhand.tasks.past import SENSES
 
-LAYOUTS = {"thesis": THESIS, "grip": GRIP, "grip-open": OPEN, "whole": WHOLE, "truth": TRUTH, "senses": SENSES}
+LAYOUTS = {
+    "thesis": THESIS,
+    "grip": GRIP,
+    "grip-open": OPEN,
+    "whole": WHOLE,
+    "truth": TRUTH,
+    "senses": SENSES,
+    "joints": JOINTS,
+}
 """Layouts by the name that configurations use."""
 
 

@@ -5,18 +5,22 @@ holding and stopping depend on: velocities, commands and contact points. What a 
 change of a layout takes a new name.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, chain, inverse_transform, perpendicular, unit, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.state import State
+from inhand.tasks.hand_arrays import SLOTS, HandArrays, arrays_of
 
 View: TypeAlias = Any
 """What a layout is of: a `State`, or a `Past` where it is of what is sensed."""
@@ -76,6 +80,11 @@ class Aim:
         """Return the way that poses `(B, 3)` are from where the object is to stay `(B,)` [m]."""
         return np.asarray(self.distance - self.come(self.shift(pose)))
 
+    def take(self, rows: NDArray[np.int64]) -> Aim:
+        """Return what is asked of some worlds; of primitives alone."""
+        distance, turn = (np.broadcast_to(each, self.angle.shape)[rows] for each in (self.distance, self.turn))
+        return Aim(self.angle[rows], self.start[rows], distance, turn=turn)
+
     def goal(self, distance: Array | float) -> Array:
         """Return the poses `(B, 3)` at a distance [m] along the primitives."""
         way = np.broadcast_to(distance, self.angle.shape)[:, None] * self.direction
@@ -91,6 +100,13 @@ class Scene:
     """The object of each world."""
     drawn: Array | None = None
     """What is drawn of each world, as numbers `(B, DRAWN)`; None where nothing is."""
+    told: HandArrays | None = None
+    """Each world's hand and object as arrays where hands differ; None where all have `hand`."""
+
+    @cached_property
+    def arrays(self) -> HandArrays:
+        """Each world's hand and object as arrays."""
+        return self.told or arrays_of((self.hand,) * len(self.objects), self.objects)
 
 
 OfHand = float | tuple[float, ...] | Callable[[HandSpec], Array | float]
@@ -130,10 +146,16 @@ class Layout:
     parts: tuple[Part, ...]
     sensed: bool = False
     """Whether they are of what is sensed, a `Past`, instead of a `State`."""
+    slotted: bool = False
+    """Whether observations and actions have a place for every joint that a hand may have (`tasks/hand_arrays.py`)."""
 
     def size(self, hand: HandSpec) -> int:
         """Return how many numbers an observation has."""
         return sum(part.size(hand) for part in self.parts)
+
+    def actions(self, hand: HandSpec) -> int:
+        """Return how many numbers an action has."""
+        return SLOTS if self.slotted else hand.n_joints
 
 
 def observe(layout: Layout, state: View, aim: Aim, scene: Scene) -> Array:
@@ -228,16 +250,20 @@ THESIS = Layout(
 )
 """Table 3.1 of the thesis: 23 numbers with two links a finger, each normalised over its range (thesis 3.3.1)."""
 
-_AIMED = (
+AIMED = (
     Part("direction, unit vector", lambda _state, aim, _scene: aim.direction, 1.0, fixed=2),
     Part("way along [m]", lambda state, aim, _scene: aim.shift(state.pose)[:, :1], 0.1, fixed=1),
     Part("way to the left [m]", lambda state, aim, _scene: aim.shift(state.pose)[:, 1:2], 0.01, fixed=1),
     Part("angle turned [rad]", lambda state, aim, _scene: aim.shift(state.pose)[:, 2:], 0.2, fixed=1),
     Part("velocity along and to the left [m/s]", _velocity, 0.2, fixed=2),
 )
-_LEFT = (
+LEFT = (
     Part("way left to go [m]", lambda state, aim, _scene: aim.left(state.pose)[:, None], 0.1, fixed=1),
     Part("the same, near the end [m]", lambda state, aim, _scene: aim.left(state.pose)[:, None], 0.01, fixed=1),
+)
+CONTACTS = (
+    Part("contacts in the object frame [m]", _contacts, 0.04, for_finger=2),
+    Part("gaps of the fingers [m]", lambda state, _aim, _scene: state.gaps, 0.005, for_finger=1),
 )
 _HELD = (
     Part("spin [rad/s]", lambda state, _aim, _scene: state.object_velocity[:, 5:], 2.0, fixed=1),
@@ -263,11 +289,10 @@ _HELD = (
         0.2,
         for_joint=1,
     ),
-    Part("contacts in the object frame [m]", _contacts, 0.04, for_finger=2),
-    Part("gaps of the fingers [m]", lambda state, _aim, _scene: state.gaps, 0.005, for_finger=1),
+    *CONTACTS,
 )
 
-GRIP = Layout("grip-1", (_AIMED[0], *_LEFT, *_AIMED[1:], *_HELD))
+GRIP = Layout("grip-1", (AIMED[0], *LEFT, *AIMED[1:], *_HELD))
 """31 numbers with two links a finger; scales are guessed from what the expert's episodes hold."""
 
 TRUTH = Layout(
@@ -284,7 +309,7 @@ TRUTH = Layout(
 )
 """The same with what differs between worlds: what critics may see of worlds of which an actor has its senses alone."""
 
-OPEN = Layout("grip-open-1", (*_AIMED, *_HELD))
+OPEN = Layout("grip-open-1", (*AIMED, *_HELD))
 """The same without the way left to go: a policy must learn by itself how far each grip carries."""
 
 WHOLE = Layout(

@@ -10,8 +10,8 @@ import numpy as np
 from inhand.caches import Arrays, cached
 from inhand.control.catalogue import ControllerEntry, find_controller
 from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
+from inhand.control.knowing import check_held
 from inhand.control.loop import Bench, Told
-from inhand.control.policy import check_joints
 from inhand.control.seen import SENSED
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
@@ -72,7 +72,7 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     check_fit(*held)
     check_engine(config.engine)
     if entry.policy is not None:
-        check_joints(entry.policy, held.hand)
+        check_held(entry.policy, held.hand, (held.object,))
     task = TASKS.find(config.path)
     if task is None:
         if config.size is not None and config.size <= 0:

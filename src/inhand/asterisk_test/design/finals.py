@@ -22,7 +22,7 @@ from inhand.control.catalogue import check_known, find_controller
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array
-from inhand.hands.fit import check_fit
+from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
@@ -152,7 +152,7 @@ def _setup(bout: Bout) -> Setup:
     check_fit(bout.hand, bout.object)
     entry, primitives = find_controller(bout.config.controller), bout.asked.primitives
     assignments = tuple(Assignment(each, path_of(each), 1) for each in primitives)
-    check_known(entry, bout.hand, stacked([whole_path(each.path) for each in assignments]))
+    check_known(entry, Held(bout.hand, bout.object), stacked([whole_path(each.path) for each in assignments]))
     return Setup(bout.hand, bout.object, entry, assignments)
 
 

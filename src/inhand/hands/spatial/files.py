@@ -1,19 +1,36 @@
 """Hands and objects in space by name or file: the one place that turns a text into a spec."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from inhand.errors import InputError
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.names import is_spatial, parse_spatial_name
 from inhand.hands.spatial.objects import Solid, SolidSpec, parse_solid_name
 from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
+from inhand.registry import Registry, describe
+
+S = TypeVar("S", SpatialHand, SolidSpec)
+"""A hand in space or an object."""
 
 _SIZED_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
 _MESH_KEYS = ("name", "mesh", "unit", "hull", "mass_kg", "friction")
 MESHES = (".stl", ".obj")
 """Endings of files that are objects by themselves."""
+
+
+def _made(kind: type[S], what: str, name: str, given: object) -> S:
+    if not isinstance(given, kind):
+        raise InputError(f"{what} {name!r} is {describe(given)}: it must be a {kind.__name__}")
+    return given
+
+
+HANDS: Registry[SpatialHand] = Registry("hand", {}, partial(_made, SpatialHand, "hand"))
+"""Specs of hands in space that calls were given, by their names."""
+SOLIDS: Registry[SolidSpec] = Registry("object", {}, partial(_made, SolidSpec, "object"))
+"""The same of their objects."""
 
 
 def is_spatial_hand(given: str | Path | object) -> bool:
@@ -26,6 +43,8 @@ def is_spatial_hand(given: str | Path | object) -> bool:
     """
     if not isinstance(given, str | Path):
         return isinstance(given, SpatialHand)
+    if str(given) in HANDS:
+        return True
     if Path(given).suffix.lower() == ".toml":
         return isinstance(read_toml(Path(given), "hand").get("fingers"), list)
     return is_spatial(str(given))
@@ -37,7 +56,9 @@ def load_spatial_hand(given: str | Path | SpatialHand) -> SpatialHand:
     Raises:
         InputError: no name of a hand in space.
     """
-    return given if isinstance(given, SpatialHand) else parse_spatial_name(str(given))
+    if isinstance(given, SpatialHand):
+        return given
+    return HANDS[str(given)] if str(given) in HANDS else parse_spatial_name(str(given))
 
 
 def load_solid(given: str | Path | SolidSpec) -> SolidSpec:
@@ -50,6 +71,8 @@ def load_solid(given: str | Path | SolidSpec) -> SolidSpec:
     """
     if isinstance(given, SolidSpec):
         return given
+    if str(given) in SOLIDS:
+        return SOLIDS[str(given)]
     stem, *pairs = str(given).split(":")
     path = Path(stem)
     if path.suffix.lower() in MESHES:

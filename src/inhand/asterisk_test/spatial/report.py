@@ -1,0 +1,214 @@
+"""A finished run in space and its report: figures, a replay and a Markdown page, from its trials and results."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from inhand.aside import Aside, here
+from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.report import FRAME_STEPS, command
+from inhand.asterisk_test.results import Result, as_entry, by_direction, summary_of, tidy
+from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows
+from inhand.control.spatial_scenes import solid_frames
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import write_json, write_trials
+from inhand.geometry import Array, interpolate
+from inhand.pages import again, counted, listed, page_of, pictured, table_of
+from inhand.plots.save import save_picture
+from inhand.plots.spatial_asterisk import MANY, SpatialCurve, Turned, solid_figure, spatial_figure
+from inhand.plots.spatial_replay import write_spatial_replay
+from inhand.repeats import write_repeat
+from inhand.shown import Shown
+from inhand.versions import versions
+
+POINTS = 60
+"""Points of a mean path."""
+SETTINGS = ("hand", "object", "controller", "engine", "gravity")
+"""What a row of the table says of its run."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialRun(Shown):
+    """A finished run of a hand in space."""
+
+    config: AsteriskConfig
+    trials: tuple[SpatialTrial, ...]
+    results: tuple[Result, ...]
+    """Their results, in the same order."""
+    notes: tuple[str, ...] = ()
+    """What a reader should know, a sentence each."""
+    people: tuple[HumanTrial, ...] = ()
+    beside: tuple[Beside, ...] = ()
+    """Nobody has done the test in space, and no run is set beside another yet."""
+
+    def table(self) -> pd.DataFrame:
+        """Return a row for each trial: hand, object, controller, engine, gravity, direction, outcome, every metric."""
+        passport = self.trials[0].passport
+        names = passport.hand.name, passport.object.name, passport.controller, passport.engine, gravity_told(self)
+        same = dict(zip(SETTINGS, names, strict=True)) | {"reads": passport.reads}
+        return tidy(same | as_entry(result) for result in self.results)
+
+    def figure(self) -> Figure:
+        """Return planes, maps of directions and turns."""
+        return spatial_figure(*drawn(self), self.subject, _subtitle(self))
+
+    def write(self, folder: Path, aside: Aside = here) -> None:
+        """Write everything into a folder that is there; the replay may be drawn aside."""
+        write_trials(self.trials, folder)
+        waited = aside(draw_replay, self, folder)
+        pictures = _pictures(self, folder)
+        (folder / "report.md").write_text(page(self, [*pictures, waited()]), encoding="utf-8")
+        content = {
+            "trials": [as_entry(result) for result in self.results],
+            "directions": summary_of(self.results),
+            "notes": self.notes,
+            "config": asdict(self.config),
+            "versions": versions(),
+            "seed": self.config.seed,
+            "reads": self.trials[0].passport.reads,
+        }
+        write_json(content, folder / "metrics.json")
+        self.table().to_csv(folder / "trials.csv", index=False)
+        write_repeat(folder, "asterisk", self.config)
+
+    @property
+    def name(self) -> str:
+        """What tells it from others."""
+        return self.trials[0].passport.controller
+
+    @property
+    def subject(self) -> str:
+        """Its controller, object and hand by their names."""
+        passport = self.trials[0].passport
+        return f"{passport.controller} on {passport.object.name} with {passport.hand.name}"
+
+
+def gravity_told(run: SpatialRun) -> str:
+    """Return how gravity pulls: by the word or the vector that was asked for."""
+    return run.config.gravity or "up"
+
+
+def _subtitle(run: SpatialRun) -> str:
+    count = len({result.trial for result in run.results})
+    told = gravity_told(run)
+    held = f"palm {told}" if told.isalpha() else f"gravity along {told}"
+    return f"{held}; mean of {counted(count, 'trial')} a direction"
+
+
+def drawn(run: SpatialRun) -> tuple[list[SpatialCurve], list[Turned]]:
+    """Return the mean path of every direction, and the mean angle of every turn."""
+    trials = {(trial.passport.primitive, trial.passport.trial): trial for trial in run.trials}
+    curves, turns = list[SpatialCurve](), list[Turned]()
+    for name, group in by_direction(run.results).items():
+        reached, failed = float(np.mean([result.reached for result in group])), any(result.lost for result in group)
+        along, limit = group[0].along, group[0].limit
+        if along is None:
+            turns.append(Turned(name, reached, limit, failed))
+            continue
+        mean = np.mean([mean_points(trials[name, result.trial]) for result in group], axis=0)
+        curves.append(SpatialCurve(name, np.array(along), mean, reached, limit, failed))
+    return curves, turns
+
+
+def mean_points(trial: SpatialTrial) -> Array:
+    """Return evenly spread points `(POINTS, 3)` [mm] of a trial's path, as far as its distance counts."""
+    path, _, touching = trial.manipulated()
+    lost = np.flatnonzero(~touching.all(axis=-1))
+    rows = path[: max(int(lost[0]), 1)] if len(lost) else path
+    return interpolate(np.linspace(0.0, len(rows) - 1.0, POINTS), np.arange(len(rows), dtype=float), rows)
+
+
+def _pictures(run: SpatialRun, folder: Path) -> list[str]:
+    curves, _ = drawn(run)
+    text = "Distances in three planes and on maps of all directions, colours by the share of the hand's limit; turns"
+    pictures = [save_picture(run.figure(), folder, "asterisk.png", text)]
+    if curves and len(curves) < MANY:
+        solid = solid_figure(curves, run.subject, _subtitle(run))
+        pictures.append(save_picture(solid, folder, "solid.png", "Mean object paths, with shadows on three walls [mm]"))
+    return pictures
+
+
+def draw_replay(run: SpatialRun, folder: Path) -> str:
+    """Draw the trial that went farthest and return its part of the page."""
+    best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
+    trial, result = run.trials[best], run.results[best]
+    rows = list(range(0, len(trial.time), FRAME_STEPS))
+    first = min(trial.manipulation.start, len(trial.time) - 1)
+    origin = trial.object_pose[first, :3]
+    trail = 1e3 * (trial.object_pose[rows, :3] - origin)
+    title = f"{result.direction}, trial {result.trial}"
+    write_spatial_replay(
+        solid_frames(trial, rows, origin),
+        trail,
+        folder / "figures" / "replay.gif",
+        title=title,
+        target_mm=_target(trial, result),
+        texts=_told(trail, result),
+        contact=trial.touching[rows],
+        frame_s=FRAME_STEPS * trial.passport.period,
+        fingers=trial.passport.hand.finger_names,
+    )
+    return pictured(f"Replay of {title}", "figures/replay.gif")
+
+
+def _target(trial: SpatialTrial, result: Result) -> Array:
+    """Return the reference `(M, 3)` [mm] as far as it was followed."""
+    line = 1e3 * trial.reference[:, :3]
+    return np.asarray(line[np.linalg.norm(line, axis=-1) <= max(result.metrics.max_distance_mm, 10.0)])
+
+
+def _told(trail: Array, result: Result) -> Sequence[str]:
+    """Return how far along its direction, or from its start, the object is at each instant."""
+    way = np.linalg.norm(trail, axis=-1) if result.along is None else trail @ np.array(result.along)
+    return [f"{each:z.0f} mm" for each in way]
+
+
+def page(run: SpatialRun, pictures: Sequence[str]) -> str:
+    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    config, passport = run.config, run.trials[0].passport
+    x, y, z = passport.gravity
+    return page_of(
+        f"# Asterisk Test in space: {run.subject}",
+        f"{counted(config.trials, 'trial')} for each direction; gravity {gravity_told(run)} ({x:.2f}, {y:.2f}, {z:.2f}"
+        f" m/s² in the palm frame); start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg along and about"
+        f" each axis (standard deviations), seed {config.seed}. The controller reads what is {passport.reads}.",
+        "Right is +x, Out +y (up the palm) and Up +z (out of the palm). Distance is the progress along the direction,"
+        " of a turn the angle about its axis, up to the first loss of contact, mean ± SD over the trials. Lateral"
+        " (largest distance from the line, of a turn from the start, mm), Turn (largest rotation, angle of a turn,"
+        " deg), Contact (share of steps with every finger touching), Gap (longest time without), Force"
+        " (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are the worst"
+        " trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
+        table_of(*shown_columns(table_rows(run.results, ()))),
+        endings(run.results),
+        errors_told(run.results),
+        listed(failures(run.results), "What failed"),
+        listed(run.notes),
+        "## Figures",
+        *pictures,
+        again(command(config)),
+    )
+
+
+def errors_told(results: Sequence[Result]) -> str:
+    """Return how far objects were off their lines and turned, over all trials."""
+    moves = [result.metrics for result in results if not result.turns]
+    turns = [result.metrics for result in results if result.turns]
+    told = []
+    if moves:
+        lateral, angle = ([getattr(m, name) for m in moves] for name in ("lateral_max_mm", "rotation_max_deg"))
+        told.append(f"Moves were off their line by {_spread(lateral, 'mm')}, and turned by {_spread(angle, 'deg')}.")
+    if turns:
+        lateral, swing = [m.lateral_max_mm for m in turns], [getattr(m, "swing_max_deg", 0.0) or 0.0 for m in turns]
+        told.append(f"Turns drifted by {_spread(lateral, 'mm')}, and left their axis by {_spread(swing, 'deg')}.")
+    return " ".join(told)
+
+
+def _spread(values: Sequence[float], unit: str) -> str:
+    median, high, most = np.median(values), np.percentile(values, 95), max(values)
+    return f"{median:.2f} {unit} (median), {high:.2f} (95 %), {most:.2f} (largest)"

@@ -1,0 +1,171 @@
+"""Run the Asterisk Test with a hand in space: one batch of worlds, one world for each direction and trial."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.endings import ended_in_space
+from inhand.control.controller import SUBSTEPS, SpatialTask
+from inhand.control.draws import check_count, check_draws
+from inhand.control.loop import Bench, Told
+from inhand.control.recording import cut_spatial_trials
+from inhand.control.run_config import TrialsConfig
+from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
+from inhand.control.spatial_phases import simulate_in_space
+from inhand.control.spatial_rehearsal import check_weight
+from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.spatial.files import load_solid, load_spatial_hand
+from inhand.hands.spatial.gravity import gravity_of
+from inhand.hands.spatial.hand import SpatialHand, Vector
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import pose_from
+from inhand.sim.engines import engine_in_space
+from inhand.sim.scene import SceneSpec
+from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths
+from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
+from inhand.versions import versions
+
+PALM_UP = "up"
+"""Gravity where none is asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialAssignment:
+    """What one world has to do."""
+
+    primitive: SpatialPrimitive
+    path: SpatialReference
+    trial: int
+    """Number of the trial in its direction, from 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialSetup:
+    """Everything a run needs, checked before anything is written."""
+
+    hand: SpatialHand
+    object: SolidSpec
+    controller: SpatialEntry
+    """The controller of the manipulation phase."""
+    gravity: Vector
+    """Gravity in the palm frame [m/s^2]."""
+    assignments: tuple[SpatialAssignment, ...]
+    """What each world does."""
+
+
+def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
+    """Return a run's setup.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
+    if config.trials < 1:
+        raise InputError(f"--trials {config.trials}: give at least one trial for each direction")
+    check_draws(config)
+    _check_known(config)
+    hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
+    entry = find_spatial_controller(config.controller)
+    gravity = gravity_of(config.gravity or PALM_UP)
+    primitives = parse_spatial_directions(config.directions, config.twist)
+    check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
+    engine_in_space(config.engine)
+    check_weight(hand, spec)
+    paths = [spatial_path_of(primitive) for primitive in primitives]
+    assignments = tuple(
+        SpatialAssignment(primitive, path, k + 1)
+        for primitive, path in zip(primitives, paths, strict=True)
+        for k in range(config.trials)
+    )
+    return SpatialSetup(hand, spec, entry, gravity, assignments)
+
+
+def _check_known(config: AsteriskConfig) -> None:
+    """Refuse options that a hand in space has no meaning for yet."""
+    asked = {
+        "--paths human": config.paths == "human",
+        "--human": config.human is not None,
+        "--compatible": config.compatible,
+        "--disturb": config.disturb != TrialsConfig.disturb,
+        "--phases": bool(config.phases),
+        "--metrics": bool(config.metrics),
+        "--beside": bool(config.beside),
+        "--label": bool(config.label),
+    }
+    wrong = [option for option, given in asked.items() if given]
+    if wrong:
+        raise InputError(
+            f"{' and '.join(wrong)} with {config.hand}, a hand in space: these are for hands in the plane; leave them"
+            " out, or use such a hand (2v2_50.50_50.50_1.1_53)"
+        )
+
+
+def simulate_asterisk_in_space(
+    config: AsteriskConfig, setup: SpatialSetup, progress: Told | None = None, threads: int = 0
+) -> tuple[SpatialTrial, ...]:
+    """Run every assignment at once and return the trials in the same order."""
+    hand, spec, assignments = setup.hand, setup.object, setup.assignments
+    count, engine = len(assignments), engine_in_space(config.engine)
+    bench = Bench(engine, threads=threads, progress=progress)
+    starts = pose_from(hand.start_pose, *start_noise_in_space(config, assignments))
+    gravity = np.tile(setup.gravity, (count, 1))
+    grasp = setup.controller.grasp(hand, spec, [each.path for each in assignments], gravity, starts, bench=bench)
+    path = stacked_paths([each.path for each in assignments])
+    task = SpatialTask(hand, (spec,) * count, path, gravity, distance=grasp.way)
+    _, recording = simulate_in_space(
+        task,
+        grasp,
+        starts,
+        setup.controller.manipulate,
+        bench,
+        twists=stacked_paths([hold_path(each.path) for each in assignments]),
+    )
+    passports = [_passport(config, setup, each, None) for each in assignments]
+    references = np.concatenate([path.moves, path.turns], axis=-1)
+    return tuple(ended_in_space(trial) for trial in cut_spatial_trials(recording, passports, references))
+
+
+def _passport(
+    config: AsteriskConfig, setup: SpatialSetup, each: SpatialAssignment, limit: float | None
+) -> SpatialPassport:
+    return SpatialPassport(
+        setup.hand,
+        setup.object,
+        setup.controller.name,
+        each.primitive.name,
+        each.primitive.direction,
+        _axis(each.primitive),
+        setup.gravity,
+        each.trial,
+        config.seed,
+        SUBSTEPS,
+        SceneSpec.timestep,
+        versions(),
+        engine_in_space(config.engine),
+        limit,
+    )
+
+
+def _axis(primitive: SpatialPrimitive) -> Vector | None:
+    if primitive.angle == 0:
+        return None
+    x, y, z = primitive.axis.tolist()
+    return (x, y, z)
+
+
+def start_noise_in_space(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
+    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each.
+
+    It follows from the seed, the primitive and the trial's number alone, so that runs of other hands, objects and
+    gravities are paired with it.
+    """
+    drawn = []
+    for each in whose:
+        goal = (*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation)
+        key = [round(1e6 * part) % 2**32 for part in goal]  # a seed takes no negative number
+        drawn.append(np.random.default_rng((config.seed, each.trial, *key)).standard_normal((2, 3)))
+    moved, turned = np.stack(drawn, axis=1)
+    return config.noise_mm / 1e3 * moved, np.deg2rad(config.noise_deg) * turned

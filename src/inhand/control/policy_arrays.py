@@ -1,0 +1,87 @@
+"""The weights of a policy's file: layers that fit together, and to what it sees."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from inhand.archives import check_shapes
+from inhand.control.joint_network import NetworkKind, joint_sizes
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.tasks.cards import InterfaceCard
+from inhand.tasks.hand_arrays import SLOTS
+from inhand.tasks.layouts import find_layout
+
+ACTOR = "actor.safetensors"
+"""Name of the weights' file."""
+PARTS = ("weight", "bias")
+"""Arrays of a layer."""
+Layers = tuple[tuple[Array, ...], tuple[Array, ...]]
+"""Weights and biases, a layer each."""
+
+
+def layers_of(
+    arrays: Mapping[str, Array],
+    count: int,
+    seen: tuple[str, InterfaceCard],
+    network: NetworkKind,
+    joints: int | None,
+) -> Layers:
+    """Return weights and biases that fit together.
+
+    Args:
+        arrays: the file's arrays by name.
+        count: number of layers.
+        seen: layout of the observations, and what the file says of it.
+        network: form of the network.
+        joints: joints of the hand of the policy's contract; None without one.
+
+    Raises:
+        InputError: arrays that are not there, of another shape or not finite; the text names them.
+    """
+    if count < 1 or 2 * count != len(arrays):
+        raise InputError(f"layers is {count}, and {ACTOR} has {len(arrays)} arrays; it must have two for each layer")
+    names = [f"{k}.{part}" for k in range(count) for part in PARTS]
+    for name in names:
+        if name not in arrays:
+            raise InputError(f"{ACTOR} has no array {name}")
+        if arrays[name].dtype.kind != "f" or not np.isfinite(arrays[name]).all():
+            raise InputError(f"{name} holds {arrays[name].dtype}, not finite throughout; it must hold finite numbers")
+    layout, interface = seen
+    slotted = find_layout(layout).slotted
+    if network == "joints":
+        _check_joints(arrays, count, interface, slotted=slotted)
+    else:
+        _check_plain(arrays, count, interface, joints=SLOTS if slotted else None)
+        outputs = len(arrays[f"{count - 1}.bias"])
+        if joints is not None and not slotted and joints != outputs:
+            raise InputError(f"it has {outputs} outputs, and the hand of its contract {joints} joints")
+    weights, biases = (tuple(arrays[f"{k}.{part}"].astype(float) for k in range(count)) for part in PARTS)
+    return weights, biases
+
+
+def _check_plain(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, *, joints: int | None) -> None:
+    shapes: dict[str, tuple[str | int, ...]] = {}
+    for k in range(count):
+        shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
+    check_shapes(arrays, shapes, {} if joints is None else {f"{count}": joints})
+    inputs, outputs = len(arrays["0.weight"]), len(arrays[f"{count - 1}.bias"])
+    needed = interface.size(outputs)
+    if needed != inputs:
+        raise InputError(
+            f"it has {inputs} inputs and {outputs} outputs; layout {interface.layout} has {needed} numbers with a"
+            f" hand of {outputs} joints"
+        )
+
+
+def _check_joints(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, *, slotted: bool) -> None:
+    if not slotted or count < 2:
+        raise InputError(
+            f"a network over joints has two layers or more and sees layout joints; this has {count} and sees"
+            f" {interface.layout}"
+        )
+    sizes = joint_sizes(interface.size(0), [len(arrays["0.bias"])] * (count - 1))
+    shapes: dict[str, tuple[str | int, ...]] = {}
+    for k, (inputs, outputs) in enumerate(sizes):
+        shapes |= {f"{k}.weight": (inputs, outputs), f"{k}.bias": (outputs,)}
+    check_shapes(arrays, shapes, {})

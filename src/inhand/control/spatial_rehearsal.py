@@ -1,0 +1,180 @@
+"""Grasps in space tried out in simulation, on the object where it stands and under the gravity that it has.
+
+As in the plane a search on paper does not know what closing the fingers does. The best few grasps of every path are
+closed in simulated worlds of their own, take the object's weight and carry it to where the grip that is measured there
+is predicted to end. Of those that keep it the one is taken that goes farthest, less a cost for what it strays.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from inhand.control.controller import SpatialTask
+from inhand.control.loop import Bench
+from inhand.control.phases import Grasp
+from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
+from inhand.control.spatial_phases import simulate_in_space
+from inhand.control.trial import REACHED, TIME_OUT
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig, search_grasps
+from inhand.hands.spatial.gravity import GRAVITY
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.kinematics import inverse
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import placed
+from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
+
+LOSS = 1.0
+"""Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
+LEVER = 0.5
+"""Share of the fingers' length at which a grip acts at least, guessed."""
+AT_ONCE = 150
+"""Worlds whose grasps are tried at a time: about a thousand worlds, whose states take 0.3 GB."""
+LOST = -LOSS / 2
+"""A grasp that is worth less has lost the object [m]."""
+WIDE = (0.006, 0.35)
+"""Margins from the predicted end where every grasp loses the object just before it [m, rad]."""
+STRAYED = 6.0
+"""Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
+by 5 deg is worth 13 mm less than one that does not."""
+OPENING, SQUEEZE = 0.008, 0.002
+"""How far fingers stand off their contacts before they close, and how far inside the object they aim [m]."""
+
+
+def planned_in_space(
+    hand: SpatialHand,
+    spec: SolidSpec,
+    paths: Sequence[SpatialReference],
+    gravity: Array,
+    starts: Array,
+    *,
+    bench: Bench,
+) -> Grasp:
+    """Return for every path the grasp of the contact search that goes farthest in simulation, closed at its start.
+
+    Raises:
+        InputError: no contacts hold the object at its start.
+    """
+    firsts = {path.name: path for path in reversed(paths)}
+    gravities = np.unique(gravity, axis=0)
+    whole = [whole_spatial_path(path) for path in firsts.values()]
+    names, count = iter(firsts), len(paths)
+
+    def told() -> None:
+        if bench.progress is not None:
+            bench.progress(f"grasps {next(names)}", count, 0)
+
+    config = _search(spec, gravities)
+    found = search_grasps((hand, spec), hand.start_pose, whole, gravities, config=config, progress=told)
+    groups = dict(zip(firsts, found, strict=True))
+    none = [name for name, group in groups.items() if not group]
+    if none:
+        raise InputError(
+            f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
+            " smaller object, more friction, or another hand or gravity"
+        )
+    tried: list[Tried] = []
+    for first in range(0, count, AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        asked = [groups[path.name] for path in paths[part]]
+        tried += tried_out((hand, spec), asked, paths[part], (gravity[part], starts[part]), bench)
+    way = np.array([each.way for each in tried])
+    return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """The best grasp of a world."""
+
+    grasp: SpatialGrasp
+    way: float
+    """Where its set point stops [m]."""
+    worth: float
+    """How far it goes less what it strays, and less `LOSS` where the object is lost [m]."""
+
+
+def tried_out(
+    held: tuple[SpatialHand, SolidSpec],
+    groups: Sequence[Sequence[SpatialGrasp]],
+    paths: Sequence[SpatialReference],
+    worlds: tuple[Array, Array],
+    bench: Bench,
+) -> list[Tried]:
+    """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
+    config = SpatialIkConfig()
+    found = rehearsed(held, groups, paths, worlds, (bench, config))
+    lost = [k for k, each in enumerate(found) if each.worth < LOST]
+    if lost:
+        wide, some = replace(config, margin=WIDE), tuple(part[lost] for part in worlds)
+        again = rehearsed(held, [groups[k] for k in lost], [paths[k] for k in lost], (some[0], some[1]), (bench, wide))
+        for k, each in zip(lost, again, strict=True):
+            found[k] = max(found[k], each, key=lambda one: one.worth)
+    return found
+
+
+def _search(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
+    """Return how the search looks: with the grip that the expert has of an object of such a weight."""
+    config = SpatialSearchConfig()
+    weight = np.array([spec.mass * np.linalg.norm(gravities, axis=-1).max()])
+    return replace(config, rules=replace(config.rules, grip=float(grip_for(weight, SpatialIkConfig())[0])))
+
+
+def check_weight(hand: SpatialHand, spec: SolidSpec) -> None:
+    """Refuse an object that needs a grip which the motors cannot give on half of the fingers' length.
+
+    Raises:
+        InputError: the text gives the most that they can hold.
+    """
+    config = SpatialIkConfig()
+    strongest = hand.torque / (LEVER * hand.finger_length)
+    most = (config.weight + (strongest - config.grip) / config.growth) / GRAVITY
+    if spec.mass > most:
+        raise InputError(
+            f"object {spec.name!r} weighs {1e3 * spec.mass:g} g; the motors of {hand.name!r}, {hand.torque:g} N m, hold"
+            f" at most {1e3 * max(most, 0.0):.0f} g: use a lighter object or stronger motors"
+        )
+
+
+def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array) -> Grasp:
+    """Return joint angles that stand off the contacts of a grasp for each start `(B, 7)`, and that press on them."""
+    opened, closed = np.empty((2, len(starts), hand.n_joints))
+    for f, (finger, own) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
+        points, normals = (np.stack([getattr(grasp, name)[f] for grasp in grasps]) for name in ("points", "normals"))
+        planned = np.stack([grasp.joints[own] for grasp in grasps])[:, None]
+        for found, off in ((opened, OPENING), (closed, -SQUEEZE)):
+            goals = placed(starts, points + (finger.tip_radius + off) * normals)
+            found[:, own] = inverse(finger, goals, planned)[0][:, 0]
+    return Grasp(opened, closed)
+
+
+def rehearsed(
+    held: tuple[SpatialHand, SolidSpec],
+    groups: Sequence[Sequence[SpatialGrasp]],
+    paths: Sequence[SpatialReference],
+    worlds: tuple[Array, Array],
+    how: tuple[Bench, SpatialIkConfig],
+) -> list[Tried]:
+    """Return of each world's grasps the first of those that go farthest in it, less what the object strays.
+
+    Worlds are given by their gravities `(B, 3)` and by where their objects start `(B, 7)`.
+    """
+    (hand, spec), (bench, config) = held, how
+    owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
+    grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
+    gravity, starts = (each[owner] for each in worlds)
+    task = SpatialTask(hand, (spec,) * len(owner), stacked_paths(mine), gravity)
+    made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
+
+    def carry(task: SpatialTask) -> SpatialIkController:
+        made.append(SpatialIkController(task, config))
+        return made[-1]
+
+    twists = stacked_paths([hold_path(path) for path in mine])
+    closed = closed_at(hand, grasps, starts)
+    _, found = simulate_in_space(task, closed, starts, carry, replace(bench, progress=None), twists=twists)
+    kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
+    worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
+    best = [int(own[worth[own].argmax()]) for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]
+    return [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in best]

@@ -1,0 +1,206 @@
+"""The expert in space: from one plain grip it carries the cube along every direction, whichever way the palm looks."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from inhand.control import spatial_rehearsal
+from inhand.control.controller import SpatialTask
+from inhand.control.loop import Bench, Recording
+from inhand.control.phases import Grasp
+from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, carried, grip_for
+from inhand.control.spatial_phases import LIFT, PRESS, simulate_in_space, spatial_phases, still
+from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, tried_out
+from inhand.control.trial import MANIPULATE, NO_GRASP, REACHED, TWIST
+from inhand.geometry import Array, turn
+from inhand.hands.spatial.grasp_search import SpatialGrasp
+from inhand.hands.spatial.gravity import gravity_of
+from inhand.hands.spatial.kinematics import inverse
+from inhand.rotations import SpatialPath, placed, pose_from, quaternion_of, rotation_between
+from inhand.sim.state import State, select
+from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
+from inhand.tasks.spatial.primitives import parse_spatial_directions
+from test_spatial_engine import CONTACTS, CUBE, HAND, NORMALS, PALMS, fingers_at, gripped, worlds
+
+WAY = 0.012
+"""Way that is asked for [m]."""
+ASKED = parse_spatial_directions("Out,Right,Up,Down,In-Left,Out-Right-Up,turn+x,turn-z")
+
+
+def plain_grasp(starts: Array) -> Grasp:
+    """Close on three side faces of cubes at poses `(B, 7)`."""
+    opened, closed = (
+        np.concatenate(
+            [
+                inverse(
+                    finger,
+                    placed(starts, np.tile(contact + (finger.tip_radius + off) * normal, (len(starts), 1))),
+                    fingers_at(0.0)[own][None],
+                )[0][:, 0]
+                for finger, own, contact, normal in zip(HAND.fingers, HAND.slices, CONTACTS, NORMALS, strict=True)
+            ],
+            axis=-1,
+        )
+        for off in (0.008, -0.002)
+    )
+    return Grasp(opened, closed)
+
+
+def task_of(palm: str, count: int = len(ASKED)) -> SpatialTask:
+    paths = stacked_paths([spatial_path_of(each) for each in ASKED[:count]])
+    gravity = np.tile(gravity_of(palm), (count, 1))
+    return SpatialTask(HAND, (CUBE,) * count, paths, gravity, distance=np.full(count, WAY))
+
+
+@pytest.fixture(scope="module", params=PALMS)
+def moved(request: pytest.FixtureRequest) -> tuple[SpatialTask, Recording]:
+    """Every primitive asked for, from starts with noise."""
+    task, rng = task_of(request.param), np.random.default_rng(3)
+    noise = 1e-3 * rng.standard_normal((len(ASKED), 3)), np.deg2rad(rng.standard_normal((len(ASKED), 3)))
+    starts = pose_from(HAND.start_pose, *noise)
+    return task, simulate_in_space(task, plain_grasp(starts), starts, SpatialIkController, Bench("mujoco", threads=1))[
+        1
+    ]
+
+
+def first_and_last(recording: Recording) -> tuple[State, State, Array]:
+    """Return the state in which manipulation begins, and each world's last pose `(B, 7)`."""
+    begin = recording.states[int(np.argmax(recording.phase == recording.phases.index(MANIPULATE))) - 1]
+    worlds = np.arange(begin.n_worlds)
+    last = np.stack([recording.states[recording.last[k]].object_pose[k] for k in worlds])
+    return begin, recording.states[-1], last
+
+
+def test_every_primitive_is_followed_as_far_as_asked(moved: tuple[SpatialTask, Recording]) -> None:
+    _, recording = moved
+    begin, _, last = first_and_last(recording)
+    assert set(recording.outcomes) == {REACHED}
+    gone = last[:, :3] - begin.object_pose[:, :3]
+    turned = rotation_between(begin.object_pose[:, 3:], last[:, 3:])
+    for k, primitive in enumerate(ASKED):
+        ahead = np.zeros(3) if primitive.direction is None else np.array(primitive.direction)
+        axis = np.zeros(3) if primitive.direction is not None else primitive.axis
+        np.testing.assert_allclose(gone[k], WAY * ahead, atol=3e-4)
+        np.testing.assert_allclose(turned[k], WAY / 0.025 * axis, atol=0.02)
+
+
+def test_no_contact_is_lost_on_the_way(moved: tuple[SpatialTask, Recording]) -> None:
+    _, recording = moved
+    begin = int(np.argmax(recording.phase == recording.phases.index(LIFT)))
+    assert all(state.touching.all() for state in recording.states[begin:])
+
+
+def test_taking_the_weight_and_setting_off_do_not_jerk_the_object(moved: tuple[SpatialTask, Recording]) -> None:
+    """The forces are there before the world lets go, and the controller that carries goes on where the other was."""
+    _, recording = moved
+    poses = np.stack([state.object_pose for state in recording.states])
+    at = [int(np.argmax(recording.phase == recording.phases.index(name))) for name in (LIFT, MANIPULATE)]
+    for row in at:
+        steps = np.linalg.norm(np.diff(poses[row - 1 : row + 2, :, :3], axis=0), axis=-1)
+        assert 1e3 * steps.max() < 0.12
+
+
+def test_the_set_point_speeds_up_and_brakes_and_waits_for_an_object_that_stays() -> None:
+    state = gripped(worlds(("up",)), settle=2)
+    task, config = replace(task_of("up", 1), distance=np.array([0.03])), SpatialIkConfig()
+    expert, ways = SpatialIkController(task, config), [0.0]
+    expert.begin(state)
+    for _ in range(80):
+        moves, turns = task.path.at(expert.progress)
+        expert.act(replace(state, object_pose=pose_from(state.object_pose, moves, turns)))
+        ways.append(float(expert.progress[0]))
+    speed = np.diff(ways) / task.control_period
+    assert speed.max() <= config.speed + 1e-9
+    assert np.diff(speed).max() <= config.acceleration * task.control_period + 1e-9
+    assert ways[-1] == pytest.approx(0.03, abs=3e-4)
+    assert expert.finished(state).all()
+    expert.begin(state)
+    for _ in range(80):
+        expert.act(state)  # the object never moves
+    assert expert.progress[0] < 2 * config.lag
+    assert not expert.finished(state).any()
+
+
+def test_the_grip_grows_with_the_weight_from_fifty_grams_on() -> None:
+    grip = grip_for(np.array([0.1, 0.5, 1.5]), SpatialIkConfig())
+    np.testing.assert_allclose(grip, [2.5, 2.5, 3.5])
+
+
+def test_what_is_beside_the_way_is_told_apart_from_what_is_behind() -> None:
+    error = np.array([[3.0, 4.0, 0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0, 2.0], [3.0, 4.0, 0.0, 0.0, 0.0, 0.0]])
+    velocity = np.array([[1.0, 0, 0, 0, 0, 0], [0.0, 0, 0, 0, 0, 0.1], [0.0, 0, 0, 0, 0, 0]])
+    np.testing.assert_allclose(beside(error, velocity), [4.0, 1.0, 0.0])
+
+
+def test_the_servos_hold_what_carries_the_weight() -> None:
+    """At rest on the set point the targets lie off the joints by J' f / stiffness alone, and these forces balance."""
+    state = gripped(worlds(), settle=2)
+    count = state.n_worlds
+    task = SpatialTask(HAND, (CUBE,) * count, still(count), worlds().gravity, distance=np.zeros(count))
+    expert = SpatialIkController(task)
+    expert.begin(state)
+    closed = replace(state, gaps=np.zeros_like(state.gaps))
+    for _ in range(5):
+        targets = expert.act(closed)
+    assert expert.forces is not None
+    forces = expert.forces.forces
+    np.testing.assert_allclose(forces.sum(axis=1), -CUBE.mass * task.gravity, atol=5e-3)
+    work = (HAND.stiffness * (targets - state.joint_angles))[:, None] @ np.eye(HAND.n_joints)
+    assert np.abs(work).max() < HAND.torque
+
+
+def test_a_point_is_carried_as_the_object_moves_and_turns() -> None:
+    rng = np.random.default_rng(0)
+    motion, arm = 1e-6 * rng.standard_normal((5, 6)), rng.standard_normal((5, 3))
+    moved = motion[:, :3] + turn(quaternion_of(motion[:, 3:]), arm) - arm
+    np.testing.assert_allclose(carried(motion, arm), moved, atol=1e-11)
+
+
+def test_fingers_that_close_on_nothing_have_no_grasp() -> None:
+    starts = pose_from(HAND.start_pose, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]), np.zeros((2, 3)))
+    grasp = plain_grasp(np.tile(HAND.start_pose, (2, 1)))
+    _, recording = simulate_in_space(task_of("up", 2), grasp, starts, None, Bench("mujoco", threads=1))
+    assert recording.outcomes == (REACHED, NO_GRASP)
+
+
+def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, tuple[float, float]]] = []
+
+    def rehearsed(_: object, groups: list[list[Any]], *rest: Any) -> list[Tried]:
+        margin = rest[-1][1].margin
+        asked.append((len(groups), margin))
+        return [Tried(grasp, 0.05, 0.04 if margin == WIDE or grasp else -0.95) for (grasp,) in groups]
+
+    monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
+    worlds_of, paths = (np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
+    groups: list[list[Any]] = [[True], [False], [True]]
+    found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
+    assert asked == [(3, SpatialIkConfig().margin), (1, WIDE)]
+    assert all(each.worth > 0 for each in found)
+
+
+def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:
+    grasp = SpatialGrasp(CONTACTS + 0.2, NORMALS, fingers_at(0.0), 0.05, 0.05)
+    world = np.array([gravity_of("up")]), HAND.start_pose[None]
+    (tried,) = tried_out((HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, Bench("mujoco", threads=1))
+    assert tried.worth < LOST
+
+
+def test_phases_press_before_they_lift_and_turn_before_they_carry() -> None:
+    grasp = plain_grasp(HAND.start_pose[None])
+    names = [phase.name for phase in spatial_phases(grasp, SpatialIkController)]
+    assert names == ["place", "grasp", PRESS, LIFT, MANIPULATE]
+    twists = SpatialPath(np.zeros((1, 2, 3)), np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]]))
+    phases = spatial_phases(grasp, SpatialIkController, twists)
+    assert [phase.name for phase in phases][-2:] == [TWIST, MANIPULATE]
+    assert [phase.lets_go for phase in phases] == [False, False, False, True, False, False]
+    assert len(spatial_phases(grasp, None)) == 2
+
+
+def test_a_part_of_the_worlds_is_a_state_of_its_own(moved: tuple[SpatialTask, Recording]) -> None:
+    state = select(moved[1].states[-1], np.array([2, 0]))
+    np.testing.assert_array_equal(state.object_pose, moved[1].states[-1].object_pose[[2, 0]])

@@ -35,6 +35,7 @@ from inhand.plots.spatial_replay import painted, write_spatial_replay
 from inhand.tasks.spatial.paths import spatial_path_of
 from inhand.tasks.spatial.primitives import MAP, SpatialPrimitive, parse_spatial_directions
 from inhand.tasks.spatial.reach import SpatialLimit
+from page_reader import Read, unpacked
 
 HAND = parse_spatial_name(STANDARD)
 WORDS = ("--hand", STANDARD, "--object", "cube_50", "--directions", "Down,turn+z", "--trials", 1, "--gravity", "down")
@@ -102,6 +103,14 @@ def test_a_run_is_read_back_as_it_was_measured(run: SpatialRun, folder: Path) ->
 
 
 def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path) -> None:
+    views = Read((folder / "report.html").read_text(encoding="utf-8")).views()
+    trial, told = run.trials[0], views["player"]["trials"][0]
+    columns, joints = unpacked(told["packed"]), trial.passport.hand.n_joints
+    np.testing.assert_allclose(columns[:, :joints], trial.joint_angles, atol=1e-4)
+    np.testing.assert_allclose(columns[:, joints : joints + 3], 1e3 * trial.object_pose[:, :3], atol=0.02)
+    np.testing.assert_allclose(columns[:, joints + 3 : joints + 7], trial.object_pose[:, 3:], atol=1e-4)
+    assert [each["title"] for each in views["bars"]["lists"]] == ["Distance [mm]", "Angle [deg]"]
+    assert told["along"] == [0.0, 0.0, -1.0]
     page = (folder / "report.md").read_text(encoding="utf-8")
     assert "# Asterisk Test in space: ik on cube_50 with 3f_60.60_40_10" in page
     assert "gravity down (0.00, 0.00, 9.81 m/s² in the palm frame)" in page

@@ -7,7 +7,7 @@ import numpy as np
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended_in_space
-from inhand.control.controller import SUBSTEPS, SpatialTask
+from inhand.control.controller import SpatialTask
 from inhand.control.draws import check_count, check_draws
 from inhand.control.loop import Bench, Told
 from inhand.control.recording import cut_spatial_trials
@@ -25,7 +25,7 @@ from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import pose_from
 from inhand.sim.engines import engine_in_space
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
 from inhand.tasks.spatial.reach import limits_in_space

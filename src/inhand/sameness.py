@@ -9,6 +9,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from inhand.errors import InputError
 from inhand.learning.datasets import MARK as DATASET
 from inhand.learning.datasets import read_dataset
 from inhand.records import read_json, table_of

@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test fuzz sweep robustness bench engines learn ship study family compare docs docs-links lock
+.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare picture docs docs-links lock family
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -72,6 +72,12 @@ family: .venv/.dev
 # Structured against end to end: hours.
 compare: .venv/.dev
 	$(BIN)/python studies/compare.py
+
+# The pictures of the first page and of the concepts.
+picture: .venv/.run
+	$(BIN)/python docs/draw_picture.py
+	$(BIN)/python docs/draw_concepts.py
+	$(BIN)/python docs/draw_frames.py
 
 # The site, in build/docs/index.html; a warning is an error. `docs-links` asks the network for every link outside.
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -n

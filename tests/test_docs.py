@@ -14,7 +14,7 @@ FILES = [path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in sor
 TEXTS = [(ROOT / path).read_text(encoding="utf-8") for path in FILES if path != "tests/test_docs.py"]
 SETTINGS = [path.read_text(encoding="utf-8") for path in (ROOT / "pyproject.toml", *(ROOT / "examples").glob("*.toml"))]
 WORDS = set(re.findall(r"\w+", "\n".join([*TEXTS, *FILES, *SETTINGS])))
-YOURS = {"my_file.py"}
+YOURS = {"my_file.py", "carry.py", "FILE.py"}
 """Files of the reader."""
 
 

@@ -60,6 +60,7 @@ def test_it_is_loaded_as_it_was_computed(folder: Path, tmp_path: Path) -> None:
     asked = ReachCommand(directions="Out,In,Left,cw", resolution_mm=4)
     computed, loaded = compute_reach(asked, ready_reach(asked)), front.load(folder)
     assert isinstance(loaded, Reach)
+    assert isinstance(computed, Reach)
     for ours, theirs in zip(loaded.limits, computed.limits, strict=True):
         assert ours.primitive == theirs.primitive
         assert ours.distance == pytest.approx(theirs.distance, rel=1e-12)
@@ -81,6 +82,7 @@ def test_a_second_run_computes_nothing(folder: Path, monkeypatch: pytest.MonkeyP
     again = compute_reach(asked, ready_reach(asked))
     loaded = front.load(folder)
     assert isinstance(loaded, Reach)
+    assert isinstance(again, Reach)
     for one, other in zip(again.limits, loaded.limits, strict=True):
         assert one.distance == pytest.approx(other.distance)
         np.testing.assert_allclose(one.end.joints, other.end.joints)

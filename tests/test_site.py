@@ -21,7 +21,8 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 def test_the_contents_have_every_page_once() -> None:
     text = (DOCS / "index.md").read_text(encoding="utf-8")
     listed = [page for pages in contents.sections(text).values() for page in pages]
-    assert sorted(listed) == sorted(path.stem for path in DOCS.glob("*.md") if path.stem != "index")
+    pages = sorted(path.stem for path in DOCS.glob("*.md") if path.stem != "index")
+    assert sorted(listed) == pages, "docs/index.md lists every page once, as `* [What it is](page.md)` below a heading"
     assert contents.side_bar("## A\n\n* [One](one.md): words\n\n## B\n\nnothing\n") == (
         "```{toctree}\n:hidden:\n:caption: A\n\none\n```"
     )
@@ -43,6 +44,7 @@ def test_the_reference_of_the_commands_has_every_option() -> None:
         positional = section.count("| `") - section.count("| `--")
         missing = {field.name.replace("_", "-") for field in fields(kind)} - told
         assert len(missing) == positional, (name, missing)
+    assert "| `--twist FLOAT` | Twist to hold in translations [deg]" in page
     assert "`--quiet" in page.partition("\n## ")[0]
 
 
@@ -63,4 +65,5 @@ def test_the_reference_of_the_environments_has_all_that_can_be_asked_for() -> No
     page = environments.page()
     assert all(f"`{name}`" in page for name in (*IDS, *LAYOUTS, "gain", "fine", "nearest_mm"))
     assert "| 4 to 6 | object size l, b, h [m] | 0.06 | 0.06 |" in page
+    assert "| `horizon` | `250` | Decisions after which" in page  # of a configuration that it inherits from
     assert "| `stop` | `False` | Whether the object is to stay" in page

@@ -59,7 +59,7 @@ def _directive(name: str) -> str:
     kind = "autofunction"
     if name.count(".") == 1 and inspect.isclass(found):
         kind = "autoexception" if issubclass(found, Exception) else "autoclass"
-    return f".. {kind}:: {name}\n"
+    return f".. {kind}:: {name}\n" + ("   :members:\n" if kind == "autoclass" else "")
 
 
 def _class(place: str) -> str:

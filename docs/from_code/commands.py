@@ -67,7 +67,7 @@ def _table(rows: Iterable[tuple[str, str]]) -> str:
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+    return text.replace("|", "\\|").removesuffix(" (default: )")
 
 
 @contextmanager

@@ -14,17 +14,16 @@ from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.spatial.asterisk import finish_in_space
+from inhand.asterisk_test.spatial.names import name_of
 from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.control.draws import disturbance_notes
 from inhand.errors import InputError
-from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import HANDS as SPATIAL_HANDS
-from inhand.hands.spatial.files import SOLIDS, is_spatial_hand
+from inhand.hands.spatial.files import is_spatial_hand
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
@@ -90,22 +89,13 @@ def asterisk(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
-    settings |= {"hand": _name_of(hand), "object": _name_of(object)}
+    settings |= {"hand": name_of(hand), "object": name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
     settings |= disturbance_of(settings)
     settings |= {"label": several(label), "beside": several(beside)}
     config = configured(AsteriskConfig, settings)
     return finish(config, ready(config))
-
-
-def _name_of(given: str | Path | HandSpec | ObjectSpec | SpatialHand | SolidSpec) -> str:
-    """Return the name of a hand or an object; a spec is taken up under its own."""
-    if isinstance(given, SpatialHand):
-        return SPATIAL_HANDS.name_of(given)
-    if isinstance(given, SolidSpec):
-        return SOLIDS.name_of(given)
-    return OBJECTS.name_of(given) if isinstance(given, ObjectSpec) else HANDS.name_of(given)
 
 
 def ready(config: AsteriskConfig) -> Ready:

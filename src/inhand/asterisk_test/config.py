@@ -20,7 +20,10 @@ class ReachCommand(HeldConfig):
     rotation_deg: float = 0.0
     """Largest rotation of the object away from the straight path's own [deg]."""
     resolution_mm: float = 2.0
-    """Step along the path and along the object's outline [mm]."""
+    """Step along the path and along the object's outline [mm]; in space contacts are three steps apart."""
+    gravity: str | None = None
+    """Gravity of a hand in space (3f_60.60_40_10) by where its palm looks, up, down or sideways, or three numbers in
+    the palm frame along which it pulls (0,-1,-1); without it up. Hands in the plane lie on a floor."""
     out: Path = Path("results/reach")
     """Folder to write reach.json and the figures to."""
     overwrite: bool = False

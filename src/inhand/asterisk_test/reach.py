@@ -10,13 +10,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
+from inhand.asterisk_test.spatial.names import name_of
+from inhand.asterisk_test.spatial.reach import (
+    SpatialAsked,
+    SpatialReach,
+    kept_in_space,
+    reach_in_space,
+    ready_in_space,
+)
 from inhand.control.trial import write_json
 from inhand.errors import InputError
-from inhand.hands.files import HANDS, OBJECTS, assumed, load_hand, load_object
+from inhand.hands.files import assumed, load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
+from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
 from inhand.repeats import write_repeat
 from inhand.shown import Shown, frame, listed, saved
@@ -118,15 +129,16 @@ class Asked:
 
 
 def reach(
-    hand: str | Path | HandSpec = DEFAULT.hand,
-    object: str | Path | ObjectSpec = DEFAULT.object,
+    hand: str | Path | HandSpec | SpatialHand = DEFAULT.hand,
+    object: str | Path | ObjectSpec | SolidSpec = DEFAULT.object,
     *,
     directions: str | Sequence[str | float] = DEFAULT.directions,
     twist: float = DEFAULT.twist,
     friction: float | None = None,
     rotation_deg: float = DEFAULT.rotation_deg,
     resolution_mm: float = DEFAULT.resolution_mm,
-) -> Reach:
+    gravity: str | None = None,
+) -> Reach | SpatialReach:
     """Return how far a hand could carry an object in each direction; nothing is written before `save`.
 
     Args:
@@ -137,28 +149,37 @@ def reach(
         friction: coefficient between finger and object; None for the product of both bodies'.
         rotation_deg: largest rotation away from the path's own [deg].
         resolution_mm: step along path and outline [mm].
+        gravity: of a hand in space: up, down, sideways or three numbers; None for up.
 
     Raises:
         InputError: anything that cannot be computed; the text says what, and what is allowed.
     """
     config = ReachCommand(
-        hand=HANDS.name_of(hand),
-        object=OBJECTS.name_of(object),
+        hand=name_of(hand),
+        object=name_of(object),
         directions=listed(directions),
         twist=twist,
         friction=friction,
         rotation_deg=rotation_deg,
         resolution_mm=resolution_mm,
+        gravity=gravity,
     )
     return compute_reach(config, ready_reach(config))
 
 
-def ready_reach(config: ReachCommand) -> Asked:
+def ready_reach(config: ReachCommand) -> Asked | SpatialAsked:
     """Return what is asked for, looked at before anything is computed.
 
     Raises:
         InputError: anything in the configuration that cannot be computed.
     """
+    if is_spatial_hand(config.hand):
+        return ready_in_space(config)
+    if config.gravity is not None:
+        raise InputError(
+            f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
+            " it out, or use a hand in space (3f_60.60_40_10)"
+        )
     held = Held(load_hand(config.hand), load_object(config.object))
     known = ReachConfig(
         resolution=config.resolution_mm / 1e3, friction=config.friction, rotation=np.deg2rad(config.rotation_deg)
@@ -168,27 +189,33 @@ def ready_reach(config: ReachCommand) -> Asked:
     return Asked(held, known, primitives, assumed([config.hand]))
 
 
-def compute_reach(config: ReachCommand, asked: Asked, told: Callable[[str, int], None] | None = None) -> Reach:
+def compute_reach(
+    config: ReachCommand, asked: Asked | SpatialAsked, told: Callable[[str, int], None] | None = None
+) -> Reach | SpatialReach:
     """Return the reach; `told` is told the name of each direction that is done, and how many there are.
 
     Raises:
         InputError: nothing holds the object at the start.
     """
+    if isinstance(asked, SpatialAsked):
+        return reach_in_space(config, asked, told)
     held, count = asked.held, len(asked.primitives)
     start = start_grip(*held, asked.assumed)
     tell = None if told is None else lambda name: told(name, count)
     return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell), asked.notes)
 
 
-def load_reach(folder: Path) -> Reach:
+def load_reach(folder: Path) -> Reach | SpatialReach:
     """Return the reach of a folder as it was written.
 
     Raises:
         InputError: there is none that can be read.
     """
-    config, content = saved(folder, MARK, ReachCommand)
+    config, content = saved(folder, MARK, ReachCommand, gravity=None)
     asked = ready_reach(config)
     try:
+        if isinstance(asked, SpatialAsked):
+            return kept_in_space(config, list(content.get("limits", ())))
         entries = [read_record(entry, _Entry) for entry in content.get("limits", ())]
     except InputError as error:
         raise InputError(f"{folder / MARK}: {error}; compute it again") from error

@@ -10,6 +10,7 @@ from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import progress
 from inhand.folders import run_folder
 from inhand.tasks.reach import Limit
+from inhand.tasks.spatial.reach import SpatialLimit
 
 
 def run_reach(config: ReachCommand) -> Answer:
@@ -25,7 +26,6 @@ def run_reach(config: ReachCommand) -> Answer:
     return of_run(found, config.out, [table], (found.subtitle, *found.notes, written))
 
 
-def _shown(limit: Limit) -> str:
-    if limit.primitive.angle_deg is None:
-        return f"{np.rad2deg(limit.distance):.1f} deg"
-    return f"{1e3 * limit.distance:.1f} mm"
+def _shown(limit: Limit | SpatialLimit) -> str:
+    where = limit.primitive.direction if isinstance(limit, SpatialLimit) else limit.primitive.angle_deg
+    return f"{np.rad2deg(limit.distance):.1f} deg" if where is None else f"{1e3 * limit.distance:.1f} mm"

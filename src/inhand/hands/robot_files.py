@@ -89,7 +89,7 @@ def read_robot(
     Raises:
         InputError: no readable robot, a name that is not in it, or a mechanism that is no two-finger planar hand.
     """
-    model, notes = _load(path, (*names.left.joints, *names.right.joints))
+    model, notes = load_model(path, (*names.left.joints, *names.right.joints))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     try:
@@ -102,8 +102,12 @@ def read_robot(
         raise InputError(f"robot file {path}: {error}") from error
 
 
-def _load(path: Path, joints: tuple[str, ...]) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """Return the model of a file and notes on what was left out of it."""
+def load_model(path: Path, joints: tuple[str, ...]) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """Return the model of a URDF or MJCF file, whose named joints can move, and notes on what was left out of it.
+
+    Raises:
+        InputError: no such file, or none that the engine reads.
+    """
     if not path.is_file():
         raise InputError(f"no robot file {path}: robot names a URDF or MJCF file, seen from the hand file's folder")
     if path.suffix.lower() not in SUFFIXES:

@@ -19,6 +19,7 @@ from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
+from inhand.hands.spatial.fit import check_solid_fit
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
@@ -73,6 +74,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
     engine_in_space(config.engine)
+    check_solid_fit(hand, spec)
     check_weight(hand, spec)
     paths = [spatial_path_of(primitive) for primitive in primitives]
     assignments = tuple(

@@ -1,22 +1,36 @@
 """Hands and objects in space by name or file: the one place that turns a text into a spec."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from inhand.errors import InputError
-from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.names import is_spatial, parse_spatial_name
 from inhand.hands.spatial.objects import Solid, SolidSpec, parse_solid_name
 from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
 from inhand.registry import Registry, describe
+
+if TYPE_CHECKING:
+    from inhand.hands.spatial.robots import RobotFinger
 
 S = TypeVar("S", SpatialHand, SolidSpec)
 """A hand in space or an object."""
 
 _SIZED_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
 _MESH_KEYS = ("name", "mesh", "unit", "hull", "mass_kg", "friction")
+_FINGER_KEYS = ("name", "joints", "tip", "tip_radius_mm", "tip_offset_mm")
+_ROBOT_NUMBERS = {
+    "friction": "friction",
+    "stiffness": "stiffness",
+    "damping": "damping",
+    "torque_nm": "torque",
+    "armature_kg_m2": "armature",
+}
+_ROBOT_KEYS = ("name", "robot", "palm", "palm_x", "palm_y", "origin_mm", "start_mm", "fingers", *_ROBOT_NUMBERS)
 MESHES = (".stl", ".obj")
 """Endings of files that are objects by themselves."""
 
@@ -51,14 +65,71 @@ def is_spatial_hand(given: str | Path | object) -> bool:
 
 
 def load_spatial_hand(given: str | Path | SpatialHand) -> SpatialHand:
-    """Return the hand of a name (see `parse_spatial_name`); a spec stays as it is.
+    """Return the hand of a name (see `parse_spatial_name`) or of a TOML file of a robot; a spec stays as it is.
 
     Raises:
-        InputError: no name of a hand in space.
+        InputError: no name of a hand in space, or no readable robot.
     """
     if isinstance(given, SpatialHand):
         return given
-    return HANDS[str(given)] if str(given) in HANDS else parse_spatial_name(str(given))
+    if str(given) in HANDS:
+        return HANDS[str(given)]
+    if Path(given).suffix.lower() == ".toml":
+        return load_spatial_robot(Path(given))[0]
+    return parse_spatial_name(str(given))
+
+
+def load_spatial_robot(path: Path) -> tuple[SpatialHand, tuple[str, ...]]:
+    """Return the hand of a TOML file that names a robot file's palm and fingers, and notes, a sentence each.
+
+    Raises:
+        InputError: no such file, or no serial fingers of hinges on a palm in it.
+    """
+    from inhand.hands.spatial.robots import RobotParts, read_spatial_robot
+
+    table, where = read_toml(path, "hand"), f"hand file {path}"
+    check_keys(table, _ROBOT_KEYS, ("name", "robot", "palm", "fingers"), where)
+    given = table["fingers"]
+    if not isinstance(given, list) or not all(isinstance(each, dict) for each in given):
+        raise InputError(f"{where}: fingers = {given!r}; give a table [[fingers]] for each")
+    fingers = tuple(_finger_from(each, f"{where} [[fingers]] {k + 1}") for k, each in enumerate(given))
+    parts = RobotParts(
+        text_in(table, "palm", where),
+        fingers,
+        text_in({"palm_x": "x"} | table, "palm_x", where),
+        text_in({"palm_y": "y"} | table, "palm_y", where),
+        _place(table, "origin_mm", where) or (0.0, 0.0, 0.0),
+        _place(table, "start_mm", where),
+    )
+    numbers = {field: number_in(table, key, where) for key, field in _ROBOT_NUMBERS.items() if key in table}
+    robot = path.parent / text_in(table, "robot", where)
+    return read_spatial_robot(robot, text_in(table, "name", where), parts, numbers)
+
+
+def _finger_from(table: dict[str, Any], where: str) -> RobotFinger:
+    from inhand.hands.spatial.robots import RobotFinger
+
+    check_keys(table, _FINGER_KEYS, ("name", "joints", "tip", "tip_radius_mm"), where)
+    joints = table["joints"]
+    if not isinstance(joints, list):
+        raise InputError(f"{where}: joints = {joints!r}; it must be a list of names, the palm's first")
+    return RobotFinger(
+        text_in(table, "name", where),
+        tuple(text_in({"joints": joint}, "joints", where) for joint in joints),
+        text_in(table, "tip", where),
+        number_in(table, "tip_radius_mm", where) / 1e3,
+        _place(table, "tip_offset_mm", where) or (0.0, 0.0, 0.0),
+    )
+
+
+def _place(table: dict[str, Any], key: str, where: str) -> Vector | None:
+    """Return a point of three numbers in mm, None where the table has none."""
+    if key not in table:
+        return None
+    numbers = numbers_in(table, key, where)
+    if len(numbers) != 3:
+        raise InputError(f"{where}: {key} = {list(numbers)}; it must be [x, y, z] in mm")
+    return (numbers[0] / 1e3, numbers[1] / 1e3, numbers[2] / 1e3)
 
 
 def load_solid(given: str | Path | SolidSpec) -> SolidSpec:

@@ -19,9 +19,9 @@ from inhand.rotations import SpatialPath, seen_from
 
 @dataclass(frozen=True)
 class FollowRules:
-    """What a prediction keeps; less than planning, as the grip is there (the prototype's numbers)."""
+    """What a prediction keeps; less than planning, as the grip is there (guessed, near the prototype's)."""
 
-    margins: Margins = field(default_factory=lambda: Margins(6e-4, 8e-4, 0.001, 0.001, 0.02))
+    margins: Margins = field(default_factory=lambda: Margins(6e-4, 4e-4, 0.001, 0.001, 0.02))
     """What fingers keep."""
     share: float = 0.9
     """Share of the friction that may be used."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.caches import Arrays, cached
 from inhand.geometry import Array, inverse_quaternion, turn
 from inhand.hands.spatial import kinematics
 from inhand.hands.spatial.forces import BALANCED, GripRules
@@ -22,9 +24,13 @@ if TYPE_CHECKING:
     from inhand.hands.spatial.tuples import Stack
 
 
+MORE = 4
+"""Grasps of a block that are looked at, for each to be kept: some are alike."""
+
+
 @dataclass(frozen=True)
 class SpatialSearchConfig:
-    """How a search looks; the numbers are the prototype's unless marked guessed."""
+    """How a search looks; near the prototype's, guessed where it says so."""
 
     spacing: float = 0.006
     """Contacts tried on the object are about so far apart [m]."""
@@ -40,7 +46,7 @@ class SpatialSearchConfig:
     """Share of the friction that a plan may use."""
     rules: GripRules = field(default_factory=GripRules)
     """How contacts hold; their friction is the hand's and the object's."""
-    cost: float = 0.02
+    cost: float = 0.01
     """Way that a grip is worth which uses none of its cones, against one that uses all [m]."""
     keep: int = 6
     """Grasps to return for each path."""
@@ -82,17 +88,30 @@ def search_grasps(
     A grasp holds up to a pose as long as all fingers follow rolling (`rolling.roll`), keep off object, palm and each
     other, and their contacts balance the object's weight inside the share of their cones under each of the gravities
     `(G, 3)` [m/s^2]. Tuples of contacts are followed in the order of what they can be worth at most, until no other
-    can be worth more than those found.
+    can be worth more than those found. What was found is kept on disk.
     """
-    config = config or SpatialSearchConfig()
+    config, gravities = config or SpatialSearchConfig(), np.atleast_2d(gravities)
     rules = rules_for(held, config.rules, config.share)
-    together = held_together(held, start, config.spacing, config.margins, rules)
+    together = cache(lambda: held_together(held, start, config.spacing, config.margins, rules))
+
+    def compute(path: SpatialPath) -> Arrays:
+        return _as_arrays(_search(held, start, (path, gravities), together(), (config, rules)))
+
     found = []
     for path in paths:
-        found.append(_search(held, start, (path, np.atleast_2d(gravities)), together, (config, rules)))
+        key = (*held, start, path.moves, path.turns, gravities, config)
+        rows = cached("spatial grasps", key, __name__, partial(compute, path))
+        points, normals, joints, ways, values = (rows[each.name] for each in fields(SpatialGrasp))
+        found.append(
+            [SpatialGrasp(*row) for row in zip(points, normals, joints, ways.tolist(), values.tolist(), strict=True)]
+        )
         if progress is not None:
             progress()
     return found
+
+
+def _as_arrays(grasps: list[SpatialGrasp]) -> Arrays:
+    return {each.name: np.array([getattr(grasp, each.name) for grasp in grasps]) for each in fields(SpatialGrasp)}
 
 
 def rules_for(held: tuple[SpatialHand, SolidSpec], rules: GripRules, share: float) -> GripRules:
@@ -116,6 +135,63 @@ def weights_of(spec: SolidSpec, poses: Array, gravities: Array) -> Array:
     return np.ascontiguousarray(turn(back, -spec.mass * gravities))
 
 
+@dataclass(frozen=True, eq=False)
+class Explored:
+    """Tuples of contacts that were followed along a path."""
+
+    way: Array
+    """Way to each pose `(S,)` [m]."""
+    poses: Array
+    """Poses of the object `(S, 7)`."""
+    tracks: list[Tracks]
+    """Contacts of each finger."""
+    numbers: NDArray[np.int64]
+    """The track of each finger `(T, N)`."""
+    reached: NDArray[np.int64]
+    """How many poses each tuple holds `(T,)`."""
+    values: Array
+    """What each is worth `(T,)` [m]; -inf where it goes nowhere."""
+
+
+def explore(
+    held: tuple[SpatialHand, SolidSpec],
+    asked: tuple[Array, SpatialPath, Array],
+    together: Together,
+    how: tuple[SpatialSearchConfig, GripRules, bool],
+    enough: Callable[[float], bool],
+) -> Iterator[Explored]:
+    """Give tuples of contacts, followed along a path, block by block, those first that can be worth most.
+
+    Args:
+        held: hand and object.
+        asked: start pose `(7,)`, path from it, gravities `(G, 3)` [m/s^2].
+        together: contacts at the start.
+        how: how to look, how contacts hold, and whether they stay where they are on the object instead of rolling.
+        enough: told the most that tuples of the next block can be worth [m], says whether to stop.
+    """
+    (start, path, gravities), (config, rules, fixed) = asked, how
+    way = ways_of(path, config.step, config.turn)
+    poses = SpatialPath(*path.at(way)).poses(start)
+    rows = kinematics.rows_of(poses)[None]
+    clear = int(off_the_palm(*held, rows, config.margins.palm).sum())
+    rows = np.ascontiguousarray(rows[:, : max(clear, 1)])
+    tracks = [roll(held, f, each, rows, config.margins, fixed=fixed) for f, each in enumerate(together.starts)]
+    lengths = np.full(len(together.numbers), clear)
+    for f, each in enumerate(tracks):
+        lengths = np.minimum(lengths, each.lengths[together.numbers[:, f]])
+    bound = way[np.maximum(lengths - 1, 0)] - config.cost * together.used
+    order = np.argsort(-bound, kind="stable")
+    order = order[lengths[order] > 0][: config.most]
+    stack, weights = stack_of(held[0], tracks, config.margins), weights_of(held[1], poses, gravities)[None]
+    for first in range(0, len(order), config.block):
+        block = order[first : first + config.block]
+        if enough(float(bound[block[0]])):
+            return
+        reached, used = follow_tuples(stack, together.numbers[block], lengths[block], (weights, rules), config.every)
+        values = np.where(reached > 0, way[np.maximum(reached - 1, 0)] - config.cost * used, -np.inf)
+        yield Explored(way, poses, tracks, together.numbers[block], reached, values)
+
+
 def _search(
     held: tuple[SpatialHand, SolidSpec],
     start: Array,
@@ -124,32 +200,15 @@ def _search(
     how: tuple[SpatialSearchConfig, GripRules],
 ) -> list[SpatialGrasp]:
     config, rules = how
-    path, gravities = asked
-    way = ways_of(path, config.step, config.turn)
-    moves, turns = path.at(way)
-    poses = SpatialPath(moves, turns).poses(start)
-    rows = kinematics.rows_of(poses)[None]
-    off = int(off_the_palm(*held, rows, config.margins.palm).sum())
-    rows = np.ascontiguousarray(rows[:, : max(off, 1)])
-    tracks = [roll(held, f, each, rows, config.margins) for f, each in enumerate(together.starts)]
-    lengths = np.min([each.lengths[together.numbers[:, f]] for f, each in enumerate(tracks)], axis=0)
-    bound = way[np.maximum(lengths - 1, 0)] - config.cost * together.used
-    order = np.argsort(-bound, kind="stable")
-    order = order[lengths[order] > 1][: config.most]
-    stack, weights = stack_of(held[0], tracks, config.margins), weights_of(held[1], poses, gravities)[None]
     kept: list[SpatialGrasp] = []
-    for first in range(0, len(order), config.block):
-        block = order[first : first + config.block]
-        if len(kept) >= config.keep and kept[config.keep - 1].value >= bound[block[0]]:
-            break
-        reached, used = follow_tuples(stack, together.numbers[block], lengths[block], (weights, rules), config.every)
-        values = np.where(reached > 1, way[np.maximum(reached - 1, 0)] - config.cost * used, -np.inf)
-        made = [
-            _grasp(together, tracks, together.numbers[block[t]], (float(way[reached[t] - 1]), float(values[t])))
-            for t in np.argsort(-values, kind="stable")[: 4 * config.keep]
-            if reached[t] > 1
-        ]
-        kept = _spread([*kept, *made], config)
+
+    def enough(bound: float) -> bool:
+        return len(kept) == config.keep and kept[-1].value >= bound
+
+    for block in explore(held, (start, *asked), together, (config, rules, False), enough):
+        best = np.argsort(-block.values, kind="stable")[: MORE * config.keep]
+        made = [_grasp(together, block, int(t)) for t in best if block.reached[t] > 1]
+        kept[:] = _spread([*kept, *made], config)
     return kept
 
 
@@ -170,13 +229,11 @@ def follow_tuples(
     return told
 
 
-def _grasp(
-    together: Together, tracks: list[Tracks], numbers: NDArray[np.int64], worth: tuple[float, float]
-) -> SpatialGrasp:
-    points = np.stack([each.points[k] for each, k in zip(together.starts, numbers, strict=True)])
-    normals = np.stack([each.normals[k] for each, k in zip(together.starts, numbers, strict=True)])
-    joints = np.concatenate([each.joints[k, 0] for each, k in zip(tracks, numbers, strict=True)])
-    return SpatialGrasp(points, normals, joints, *worth)
+def _grasp(together: Together, block: Explored, t: int) -> SpatialGrasp:
+    own = list(zip(together.starts, block.tracks, block.numbers[t], strict=True))
+    points, normals = (np.stack([getattr(each, what)[k] for each, _, k in own]) for what in ("points", "normals"))
+    joints = np.concatenate([track.joints[k, 0] for _, track, k in own])
+    return SpatialGrasp(points, normals, joints, float(block.way[block.reached[t] - 1]), float(block.values[t]))
 
 
 def _spread(grasps: list[SpatialGrasp], config: SpatialSearchConfig) -> list[SpatialGrasp]:

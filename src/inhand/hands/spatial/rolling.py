@@ -26,13 +26,17 @@ LARGEST_STEP = 0.3
 """A joint step beyond this ends a track: the finger is at a singular posture [rad]."""
 
 
+MOST_BODIES = 32
+"""Capsules that a finger may have, its tip among them."""
+
+
 @dataclass(frozen=True)
 class Margins:
     """What a finger that follows keeps; the defaults are those of planning."""
 
     tolerance: float = 4e-4
     """A tip that misses its contact by more has lost it [m]."""
-    links: float = 0.0015
+    links: float = 0.0007
     """What links keep off the object [m]; the last link half of what its tip stands out, where that is less."""
     edge: float = 0.001
     """What contacts keep off edges [m]."""
@@ -106,13 +110,25 @@ def roll(
     rules = Rules(
         DAMPING, CORRECTIONS, margins.tolerance, POSTURE_GAIN, LARGEST_STEP, margins.joints, margins.edge, fixed
     )
-    last = chain.carriers == n - 1
-    clears = np.where(last, np.minimum(margins.links, (chain.radius - chain.capsules[:, 6]) / 2), margins.links)
     told = points, normals, joints, shapes, np.zeros(count, dtype=np.int64)
-    palm = np.array([*hand.palm.centre, *hand.palm.half])
     rest = np.ascontiguousarray(starts.joints)
-    roll_tracks(Rolling(rules, chain, room, kinematics.surface(spec), palm, clears, rows, rest, *told))
+    palm, clears, spared = _kept(hand, finger, margins)
+    seen = kinematics.surface(spec)
+    roll_tracks(Rolling(rules, chain, room, seen, palm, clears, spared, rows, rest, *told))
     return Tracks(*told)
+
+
+def _kept(hand: SpatialHand, finger: int, margins: Margins) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the palm's box, what each capsule of a finger keeps off the object, and which may end in the palm."""
+    chain, _ = kinematics.chain(hand.fingers[finger])
+    out = chain.radius - chain.capsules[:, 6]  # a last link may be as thick as its tip, which then is its end
+    last = chain.carriers == len(chain.origins) - 1
+    clears = np.where(
+        last, np.minimum(margins.links, np.where(out > 0, out / 2, out - margins.tolerance)), margins.links
+    )
+    palm = np.array([*hand.palm.centre, *hand.palm.half])
+    straight = kinematics.bodies_of(hand, np.clip(np.zeros((1, hand.n_joints)), *hand.limits.T), MOST_BODIES)
+    return palm, clears, (np.abs(straight[0, finger, :, 3:6] - palm[:3]) < palm[3:]).all(axis=-1)
 
 
 def off_the_palm(hand: SpatialHand, spec: SolidSpec, rows: Array, margin: float) -> NDArray[np.bool_]:

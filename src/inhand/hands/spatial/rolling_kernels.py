@@ -37,6 +37,8 @@ class Rolling(NamedTuple):
     """Middle and half extent of the palm's box `(6,)` [m]."""
     clears: Array
     """What each capsule keeps off the object `(M,)` [m]."""
+    spared: NDArray[np.bool_]
+    """Which capsules end in the palm's box in the straight hand, as a thumb's base does, and may do so always."""
     poses: Array
     """Poses of the object for each track, or one for all `(K, S, 12)`."""
     rest: Array
@@ -149,7 +151,7 @@ def _clear(rolling: Rolling, k: int, s: int, pose: Array) -> bool:
     room, palm = rolling.room, rolling.palm
     for m in range(len(rolling.chain.capsules)):
         body = rolling.bodies[k, s, m]
-        inside = True
+        inside = not rolling.spared[m]
         for i in range(3):
             room.ends[i], room.ends[3 + i] = body[i], body[3 + i]
             inside = inside and abs(body[3 + i] - palm[i]) < palm[3 + i]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 POSTURES = 3
 """Postures of a finger that are tried at one contact, those with most room to their joints' limits."""
+RIM = 0.0025
+"""First contacts tried on boxes and cylinders keep this off their edges [m]: planning's margin and a little to roll."""
+ROUNDS = 40
+"""Most rounds in which forces of first contacts are looked for: few tuples that can grip need more."""
 MOST_TUPLES = 4_000_000
 """Combinations of contacts that are looked at; the lattice is made coarser until there are no more (guessed)."""
 COARSER = 1.15
@@ -47,7 +51,7 @@ def contacts_at(
 ) -> tuple[Starts, ...]:
     """Return the contacts that each finger reaches with its object at a pose `(7,)`, on a lattice of a spacing [m]."""
     hand, spec = held
-    points, normals = surface_points(spec, spacing, margins.edge + spacing / 4)
+    points, normals = surface_points(spec, spacing, RIM)
     rows, found = kinematics.rows_of(pose)[None, None], []
     for f, finger in enumerate(hand.fingers):
         goals = placed(pose, points + finger.tip_radius * normals)
@@ -99,7 +103,7 @@ def held_together(
     numbers = np.ascontiguousarray(numbers)
     lengths, used = np.ones(len(numbers), dtype=np.int64), np.ones(len(numbers))
     asked = Asked(numbers, lengths, np.zeros((1, 1, 1, 3)), used, 1, BALANCED)
-    hold_starts(stack, asked, balancing_of(len(counts), rules))
+    hold_starts(stack, asked, balancing_of(len(counts), replace(rules, rounds=min(rules.rounds, ROUNDS))))
     good = lengths > 0
     return Together(starts, numbers[good], used[good])
 

@@ -7,7 +7,7 @@ INPUTS := pyproject.toml requirements/build.in
 # What `make robustness` compares.
 CONTROLLERS := ik ik-cautious ik-sensed thesis-ik rl
 
-.PHONY: demo test fuzz sweep robustness bench engines learn ship study compare picture docs docs-links lock family
+.PHONY: demo test pages fuzz sweep robustness bench engines learn ship study compare picture docs docs-links lock family
 
 demo: .venv/.run
 	$(BIN)/inhand asterisk --out results/demo --overwrite
@@ -18,6 +18,10 @@ test: .venv/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	OMP_NUM_THREADS=1 $(BIN)/pytest  # two workers have a core each: threads of BLAS would fight for them
+
+# The pages for a browser in Chromium, which must be there, with chromedriver.
+pages: .venv/.dev
+	$(BIN)/pytest -n 0 tests/test_page.py tests/test_browser.py
 
 # 2,000 bad inputs, other ones each time: minutes.
 fuzz: .venv/.dev

@@ -17,11 +17,10 @@ from mujoco.batch import Batch
 
 import grip
 from inhand.control.catalogue import find_controller
-from inhand.control.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from timing import best_times, environment, verdict
 
 WORLDS = 64

@@ -13,10 +13,10 @@ import time
 
 import numpy as np
 
-from inhand.control.controller import SUBSTEPS
 from inhand.learning.environment_config import EnvironmentConfig
 from inhand.learning.environments import AsteriskVectorEnv
 from inhand.sim.engines import make_simulator
+from inhand.sim.scene import SUBSTEPS
 from inhand.tasks.decisions import LARGEST_STEP
 from timing import best_times, environment, verdict
 

@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 from mujoco.rollout import Rollout
 
-from inhand.control.controller import SUBSTEPS, SpatialTask
+from inhand.control.controller import SpatialTask
 from inhand.control.spatial_ik import SpatialIkController
 from inhand.geometry import Array
 from inhand.hands.spatial.gravity import GRAVITY
@@ -28,7 +28,7 @@ from inhand.hands.spatial.kinematics import inverse
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import parse_solid_name
 from inhand.rotations import placed
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.spatial_engine import SpatialSimulator
 from inhand.sim.spatial_model import build_spatial_model
 from inhand.sim.state import State

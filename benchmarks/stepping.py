@@ -18,13 +18,12 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 import grip
-from inhand.control.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.sim.bullet_engine import BulletSimulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.state import State
 from timing import best_times, environment, verdict
 

@@ -20,7 +20,6 @@ import numpy as np
 
 from compare_config import CompareConfig
 from inhand.control.catalogue import find_controller, learned, policy_of
-from inhand.control.controller import SUBSTEPS
 from inhand.control.ik import IkConfig
 from inhand.control.loop import Bench
 from inhand.control.trial import write_json
@@ -30,7 +29,7 @@ from inhand.hands.fit import Held
 from inhand.learning.config import Training, default
 from inhand.learning.progress import JOURNAL
 from inhand.learning.runs import finished, resume, train
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tracing.follow import follow
 from inhand.tracing.plan import Plan
 from inhand.tracing.tasks import find_task, fitting_plan

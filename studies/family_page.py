@@ -10,7 +10,7 @@ import family_study as study
 from family_config import FamilyConfig
 from inhand.asterisk_test.study import write_texts
 from inhand.control.trial import write_json
-from inhand.pages import again, listed, page_of, table_of
+from inhand.pages import Picture, again, listed, page_of, table_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
 from inhand.versions import versions
@@ -45,7 +45,7 @@ def write_family(config: FamilyConfig, found: Found, words: str, seconds: float)
 TITLE = "Share of what each hand's own expert reaches"
 
 
-def _page(config: FamilyConfig, found: Found, total: dict[str, float], picture: str, words: str) -> str:
+def _page(config: FamilyConfig, found: Found, total: dict[str, float], picture: Picture, words: str) -> str:
     cases, alone, few = found
     lost = cases[~cases.kept]
     return page_of(

@@ -16,7 +16,7 @@ import pytest
 import inhand
 from inhand import geometry
 from inhand.control.catalogue import CONTROLLERS, find_controller
-from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.controller import Task
 from inhand.control.joint import JointPid
 from inhand.control.loop import control_step, sense
 from inhand.control.policy import Policy
@@ -27,6 +27,7 @@ from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.sides import rough_plan
 from inhand.sim.engines import make_simulator
 from inhand.sim.names import ENGINE
+from inhand.sim.scene import SUBSTEPS
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
 

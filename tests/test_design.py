@@ -26,6 +26,7 @@ from inhand.hands.files import load_hand
 from inhand.hands.hand import HandSpec
 from inhand.records import configured
 from inhand.tasks.reach import Limit
+from page_reader import Read
 
 SMALL: dict[str, Any] = {
     "directions": "In,Right",
@@ -129,6 +130,9 @@ def test_another_study_in_the_folder_is_refused_with_both_shown(study: DesignRun
 
 
 def test_the_page_tells_the_answer_and_how_to_run_it_again(study: DesignRun) -> None:
+    views = Read((study.config.out / "report.html").read_text(encoding="utf-8")).views()
+    (front,) = views["charts"]["charts"]
+    assert front["lines"][-1]["names"] == [f"{study.winner.name} (2v2)"]
     page = (study.config.out / "report.md").read_text(encoding="utf-8")
     assert f"Winner: {study.winner.name} (2v2), mean reach" in page
     assert "Controller thesis-ik carries objects" in page

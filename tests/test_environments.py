@@ -18,7 +18,6 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 
 import inhand
-from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import LOST_AFTER
 from inhand.environment_ids import IDS, register
 from inhand.errors import InputError
@@ -33,6 +32,7 @@ from inhand.learning.environments import (
 )
 from inhand.learning.make import make
 from inhand.plots.live import ABOVE
+from inhand.sim.scene import SUBSTEPS
 from inhand.tasks.goals import goal_reached, goal_reward
 
 QUICK: dict[str, Any] = {"directions": [0, 90], "starts": 8, "threads": 1}

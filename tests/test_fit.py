@@ -51,7 +51,7 @@ def test_a_wider_palm_opens_wider_and_joint_limits_never_do() -> None:
 
 def test_an_object_wider_than_the_hand_opens_is_refused_with_the_widest_that_fits() -> None:
     hand = parse_hand_name(STANDARD)
-    widest = np.floor(1e4 * widest_opening(hand)) / 1e4
+    widest = np.floor(1e4 * widest_opening(hand, (-0.015, 0.015))) / 1e4
     check_fit(hand, box(widest - 1e-4))
     with pytest.raises(
         InputError,
@@ -69,6 +69,14 @@ def test_the_widest_that_is_told_fits() -> None:
     check_fit(hand, box(told / 1e3 - 1e-4))
     with pytest.raises(InputError, match="mm wide"):
         check_fit(hand, box(told / 1e3 + 2e-4))
+
+
+def test_fingers_straddle_an_object_wherever_their_limits_bring_both_beside_it() -> None:
+    hand = lab_limits(parse_hand_name("2v3_25.75_25.35.40_1.1_53"))
+    assert widest_opening(hand) < 0.035
+    check_fit(hand, box(0.039, 0.039))
+    with pytest.raises(InputError, match="mm wide"):
+        check_fit(hand, box(0.06, 0.01))
 
 
 def test_an_object_that_reaches_into_the_palm_is_refused() -> None:

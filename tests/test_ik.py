@@ -129,6 +129,40 @@ def test_the_set_point_waits_for_an_object_that_does_not_move(grip: tuple[Task, 
     assert not controller.finished(state).any()
 
 
+@pytest.mark.parametrize(("share", "across"), [((0.0, 0.0), 0.0), ((0.0, 0.0), 0.003), ((0.5, 1.0), 0.0)])
+def test_feedback_along_the_path_has_a_share_of_its_own(
+    share: tuple[float, float], across: float, grip: tuple[Task, State]
+) -> None:
+    task, state = grip
+    ahead = task.path.poses[:, -1, :2] / np.linalg.norm(task.path.poses[:, -1, :2], axis=-1, keepdims=True)
+
+    def commands(config: IkConfig, off: float) -> Array:
+        controller = IkController(task, config)
+        controller.begin(state)
+        moved = state.object_pose.copy()
+        moved[:, :2] += off * ahead + across * np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
+        return controller.act(replace(state, object_pose=moved))
+
+    whole, less = IkConfig(integral=0.0), IkConfig(integral=0.0, along=share)
+    # The set point has hardly moved: what the object is behind it is what it is off.
+    change, usual = (commands(each, 0.002) - commands(each, 0.0) for each in (less, whole))
+    np.testing.assert_allclose(change, share[0] * usual, atol=2e-3 * np.abs(usual).max())
+    lasting = replace(whole, proportional=0.0, integral=4.0)
+    assert (np.abs(commands(lasting, 0.0) - commands(replace(lasting, along=share), 0.0)).max() > 0) == (share[1] < 1)
+
+
+def test_an_integral_part_that_does_not_last_lets_go_where_the_set_point_rests(grip: tuple[Task, State]) -> None:
+    task, state = grip
+    moved = replace(state, object_pose=state.object_pose + np.eye(7)[0] * 0.002)
+    commands = []
+    for config in (IkConfig(lasting=False), IkConfig(integral=0.0), IkConfig()):
+        controller = IkController(replace(task, distance=np.zeros(task.n_worlds)), config)
+        controller.begin(state)
+        commands.append(np.stack([controller.act(moved) for _ in range(5)])[-1])
+    np.testing.assert_array_equal(commands[0], commands[1])
+    assert np.abs(commands[2] - commands[1]).max() > 1e-3
+
+
 def test_worlds_do_not_touch_each_other(grip: tuple[Task, State]) -> None:
     task, state = grip
     together = IkController(task)

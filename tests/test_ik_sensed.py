@@ -20,10 +20,11 @@ from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
+from inhand.control.sensed_plan import CROOKED, MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
+from inhand.hands.fit import Held
 from inhand.sim import memory
 from inhand.sim.disturbance import FIELD, Disturbance
 from inhand.sim.engine import Simulator
@@ -90,21 +91,66 @@ def test_a_wrong_first_look_is_mended_by_the_frames_after_it(carried: tuple[Task
     assert off[-1] < 0.5e-3
 
 
+def test_what_an_estimator_begins_with_is_taken_in_once(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    angles, pose = trial.joint_angles[None, first], planar(trial.object_pose)[None, first]
+    time, still = np.zeros(1), np.zeros((1, HAND.n_joints))
+    seen = Seen(time, angles, still, angles, pose, time)
+    estimator, moved = Estimator(task.hand, CUBE), angles + 0.01
+    estimator.begin(seen)
+    believed = estimator.pose
+    for known in (seen, replace(seen, joint_angles=moved, targets=moved)):
+        estimator.take(known)
+        np.testing.assert_array_equal(estimator.pose, believed)
+    estimator.take(replace(seen, time=time + PERIOD, joint_angles=moved, targets=moved))
+    assert np.abs(estimator.pose - believed).max() > 1e-4
+
+
+def straight(*ways: float) -> Array:
+    """Return ways that were gone straight until they ended."""
+    return np.repeat(np.array(ways)[:, None], 2, axis=1)
+
+
 def test_how_far_is_told_weighs_way_against_losses() -> None:
-    even = np.full(20, 0.1)
-    assert told_way(even) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - PRICE * 0.5 / 21)))
+    even = [0.1] * 20
+    assert told_way(straight(*even)) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - PRICE * 0.5 / 21)))
     # One of twenty is lost early: to stop there would cost more than the object.
-    assert told_way(np.array([0.01, *even]))[0] == pytest.approx(0.1 - MARGIN)
+    assert told_way(straight(0.01, *even))[0] == pytest.approx(0.1 - MARGIN)
     # Five are lost a little before the others: not worth it.
-    assert told_way(np.array([0.09] * 5 + [0.1] * 15))[0] == pytest.approx(0.09 - MARGIN)
-    assert told_way(np.full(10, -1.0))[0] == 0.0
+    assert told_way(straight(*[0.09] * 5, *[0.1] * 15))[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(straight(*[-1.0] * 10))[0] == 0.0
+
+
+def test_what_goes_crooked_costs_less_than_what_is_lost() -> None:
+    ways = straight(*[0.1] * 20)
+    ways[:5, 1] = 0.09
+    assert told_way(ways)[0] == pytest.approx(0.09 - MARGIN)
+    ways[:5, 1] = 0.06
+    assert told_way(ways) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - (PRICE * 0.5 + CROOKED * 5) / 21)))
+
+
+@pytest.mark.usefixtures("quick")
+def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    held = Held(HAND, CUBE)
+    poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses[None]
+    first, reach = sensed_plan.candidates(held, poses)
+    found = []
+    for most in (sensed_plan.ASTRAY, 1e-6):
+        monkeypatch.setattr(sensed_plan, "STRAIGHT", most)
+        (tried,) = vars(sensed_plan)["_tried"](held, (poses, reach), first[:1], Carrier(), range(2))
+        found.append(np.array(tried.ways))
+    assert found[0].shape == (2, 2)
+    assert found[0].min() > 0.025
+    np.testing.assert_array_equal(found[0][:, 0], found[0][:, 1])
+    np.testing.assert_array_equal(found[1][:, 0], found[0][:, 0])
+    assert found[1][:, 1].max() < 0.01
 
 
 def test_a_path_is_gone_whole_where_most_worlds_come_to_its_end() -> None:
     even = [0.1] * 18
-    assert told_way(np.array([0.09] * 2 + even), 0.1)[0] == 0.1
-    assert told_way(np.array([0.09] * 2 + even))[0] == pytest.approx(0.09 - MARGIN)
-    assert told_way(np.array([0.09] * 6 + even), 0.1)[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(straight(*[0.09] * 2, *even), 0.1)[0] == 0.1
+    assert told_way(straight(*[0.09] * 2, *even))[0] == pytest.approx(0.09 - MARGIN)
+    assert told_way(straight(*[0.09] * 6, *even), 0.1)[0] == pytest.approx(0.09 - MARGIN)
 
 
 @pytest.fixture
@@ -121,7 +167,7 @@ def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.Monke
     def tried(*given: Any) -> list[Candidate]:
         rounds.append((given[2], given[4]))
         far = {each.plan.contacts.tobytes(): 0.01 * (k + 1) for k, each in enumerate(rounds[0][0])}
-        return [replace(each, ways=[far[each.plan.contacts.tobytes()]] * 4) for each in given[2]]
+        return [replace(each, ways=[(far[each.plan.contacts.tobytes()],) * 2] * 4) for each in given[2]]
 
     monkeypatch.setattr(sensed_plan, "_tried", tried)
     monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())

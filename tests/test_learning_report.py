@@ -32,6 +32,7 @@ from inhand.learning.figures import (
 from inhand.learning.progress import Learned, evaluation_rows, read_learning
 from inhand.learning.report import Compared, write_evaluation
 from inhand.tasks.primitives import TRAIN, UNSEEN
+from page_reader import Read
 
 
 def entry(fraction: float, dropped: int = 0) -> dict[str, float]:
@@ -297,6 +298,11 @@ def test_an_evaluation_draws_failures_only_where_there_are_some(both: Both, tmp_
         found = Compared(EvaluateConfig(), config, policy, other, {}, notes=("a note",))
         (tmp_path / name).mkdir()
         write_evaluation(found, tmp_path / name)
+        views = Read(found.html()).views()
+        assert [panel["title"] for panel in views["asterisks"]["panels"]] == [other.name, policy.name]
+        assert any(trial["failed"] and trial["group"] == policy.name for trial in views["player"]["trials"]) == (
+            name == "bad"
+        )
         page = (tmp_path / name / "report.md").read_text()
         assert "* a note" in page
         assert "| Right |" in page

@@ -14,7 +14,7 @@ from inhand import geometry
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import loop
-from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.controller import Task
 from inhand.control.loop import Bench
 from inhand.control.trial import REACHED
 from inhand.geometry import Array, rotate, wrap_angle
@@ -27,7 +27,7 @@ from inhand.sim.model import describe_model
 from inhand.sim.planar import engine as planar_engine
 from inhand.sim.planar.build import build, friction_arm
 from inhand.sim.planar.engine import PlanarSimulator
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.state import State
 from inhand.sim.walls import Wall
 from inhand.tasks.paths import stacked

@@ -21,7 +21,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
 from inhand.control.contract import ANGLES, check_senses, contract_of
-from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.controller import Task
 from inhand.control.draws import disturbance_notes
 from inhand.control.policy import (
     CARD,
@@ -41,6 +41,7 @@ from inhand.hands.objects import parse_object_name
 from inhand.records import table_of
 from inhand.sim.disturbance import FIELD, Camera, Commands, Encoders
 from inhand.sim.mujoco_engine import MujocoSimulator
+from inhand.sim.scene import SUBSTEPS
 from inhand.sim.state import State
 from inhand.tasks.cards import interface_card
 from inhand.tasks.layouts import find_layout

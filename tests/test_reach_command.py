@@ -94,7 +94,7 @@ def test_a_second_run_computes_nothing(folder: Path, monkeypatch: pytest.MonkeyP
 def test_twists_get_a_figure_each(tmp_path: Path) -> None:
     run_reach(ReachCommand(directions="Out", twist=15, resolution_mm=5, out=tmp_path / "run"))
     names = sorted(path.name for path in (tmp_path / "run").iterdir())
-    assert names == ["reach.json", "reach_m15.png", "reach_p15.png", "run.toml"]
+    assert names == ["reach.json", "reach_m15.png", "reach_p15.png", "report.html", "run.toml"]
 
 
 def test_a_folder_that_holds_a_reach_is_kept(folder: Path) -> None:

@@ -29,6 +29,7 @@ from inhand.sim.disturbance import FIELD, LEVELS, SINGLES, Camera, Differences, 
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.drawn import Drawn, check_drawn, draw
 from inhand.sim.strengths import scaled
+from page_reader import Read
 from test_simulator import CUBE, HAND
 from test_trial import made_trial
 
@@ -126,6 +127,7 @@ def test_words_for_several_stand_for_each_and_points_of_curves_are_not_told_in_t
     assert curves_of(config) == {"field": {0.0: "field@0", 0.5: "field@0.5", 1.0: "field@1"}}
     every = [case.name for case in cases_of(replace(config, disturbances=("singles@2",), curves=()))]
     assert every == ["none", *(f"{each.name}@2" for each in SINGLES)]
+    assert curves_of(replace(config, curves=("none", "field@0"))) == {}
 
 
 def test_two_disturbances_of_one_name_are_refused(tmp_path: Path) -> None:
@@ -305,6 +307,9 @@ def test_a_saved_study_is_loaded_with_its_tables_and_figure(run: RobustnessRun) 
 
 def test_the_page_and_its_pictures_tell_all(run: RobustnessRun) -> None:
     out = run.config.out
+    views = Read((out / "report.html").read_text(encoding="utf-8")).views()
+    assert views["heat"]["maps"][0]["columns"] == ["ik"]
+    assert [line["name"] for line in views["charts"]["charts"][0]["lines"]] == ["ik"]
     text = (out / "report.md").read_text()
     for part in (
         "# Robustness: 1 controller x 4 disturbances",

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,10 +33,17 @@ from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
 from inhand.plots.spatial_asterisk import SpatialCurve, Turned, on_map, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import painted, write_spatial_replay
 from inhand.tasks.spatial.paths import spatial_path_of
-from inhand.tasks.spatial.primitives import MAP, parse_spatial_directions
+from inhand.tasks.spatial.primitives import MAP, SpatialPrimitive, parse_spatial_directions
+from inhand.tasks.spatial.reach import SpatialLimit
+from page_reader import Read, unpacked
 
 HAND = parse_spatial_name(STANDARD)
 WORDS = ("--hand", STANDARD, "--object", "cube_50", "--directions", "Down,turn+z", "--trials", 1, "--gravity", "down")
+
+
+def limited(_: object, primitives: Sequence[SpatialPrimitive], *__: object, **___: object) -> list[SpatialLimit]:
+    """Return limits that take no time to compute."""
+    return [SpatialLimit(each, 3.0 if each.direction is None else 0.08, None) for each in primitives]
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +52,7 @@ def run() -> SpatialRun:
     quick = SpatialSearchConfig(spacing=0.012, keep=2)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("inhand.control.spatial_rehearsal._search", lambda *_: quick)
+        patch.setattr("inhand.asterisk_test.spatial.run.limits_in_space", limited)
         made = inhand.asterisk(STANDARD, "cube_50", directions="Down,turn+z", trials=1, gravity="down")
     assert isinstance(made, SpatialRun)
     return made
@@ -63,6 +72,9 @@ def test_objects_are_carried_and_turned_and_kept(run: SpatialRun) -> None:
     assert down.along == (0.0, 0.0, -1.0)
     assert all(result.metrics.longest_gap_s == 0.0 for result in run.results)
     assert down.metrics.lateral_max_mm < 1.0
+    assert down.limit == 80.0
+    assert turned.limit == pytest.approx(np.rad2deg(3.0))
+    assert down.fraction == pytest.approx(down.reached / 80.0)
     passport = run.trials[0].passport
     assert passport.gravity == (0.0, 0.0, 9.81)
     assert (passport.engine, passport.reads) == ("mujoco", "privileged")
@@ -91,6 +103,14 @@ def test_a_run_is_read_back_as_it_was_measured(run: SpatialRun, folder: Path) ->
 
 
 def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path) -> None:
+    views = Read((folder / "report.html").read_text(encoding="utf-8")).views()
+    trial, told = run.trials[0], views["player"]["trials"][0]
+    columns, joints = unpacked(told["packed"]), trial.passport.hand.n_joints
+    np.testing.assert_allclose(columns[:, :joints], trial.joint_angles, atol=1e-4)
+    np.testing.assert_allclose(columns[:, joints : joints + 3], 1e3 * trial.object_pose[:, :3], atol=0.02)
+    np.testing.assert_allclose(columns[:, joints + 3 : joints + 7], trial.object_pose[:, 3:], atol=1e-4)
+    assert [each["title"] for each in views["bars"]["lists"]] == ["Distance [mm]", "Angle [deg]"]
+    assert told["along"] == [0.0, 0.0, -1.0]
     page = (folder / "report.md").read_text(encoding="utf-8")
     assert "# Asterisk Test in space: ik on cube_50 with 3f_60.60_40_10" in page
     assert "gravity down (0.00, 0.00, 9.81 m/s² in the palm frame)" in page

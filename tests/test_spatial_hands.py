@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from inhand.cli.commands import HandsConfig, ObjectsConfig
+from inhand.cli.lists import run_hands, run_objects
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import is_spatial_hand, load_solid
@@ -198,3 +200,13 @@ def test_a_hand_file_with_a_list_of_fingers_is_one_in_space(tmp_path: Path) -> N
     assert not is_spatial_hand(tmp_path / "planar.toml")
     assert not is_spatial_hand("2v2_50.50_50.50_1.1_53")
     assert isinstance(parse_spatial_name(STANDARD), SpatialHand)
+
+
+def test_the_lists_have_what_the_catalogues_have() -> None:
+    hands, objects = run_hands(HandsConfig()), run_objects(ObjectsConfig())
+    assert [row[0] for row in hands.tables[1].rows] == list(CATALOGUE)
+    assert [row[0] for row in objects.tables[1].rows] == list(SOLIDS)
+    assert hands.tables[1].rows[0] == (STANDARD, "3", "60 + 60", "10", "85")
+    entries = hands.entries()
+    assert isinstance(entries, list)
+    assert [entry["name"] for entry in entries][-len(CATALOGUE) :] == list(CATALOGUE)

@@ -46,7 +46,7 @@ WRONG = (
     "train --preset nonsense", "train --out missing --resume",
     "evaluate nonsense", "export nonsense", "export rl --out policy.pt",
     "metrics missing.npz", "metrics missing.csv", "metrics missing",
-    "view missing.npz", "again missing", "completion fish", "nonsense", "asterisk --nonsense",
+    "view missing.npz", "report missing", "again missing", "completion fish", "nonsense", "asterisk --nonsense",
     "asterisk --config missing.toml",
 )  # fmt: skip
 

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import re
+import shutil
 import signal
 import sys
 import time
@@ -23,17 +24,19 @@ from inhand.asterisk_test.cells import CellFile, read_cell
 from inhand.asterisk_test.study import command
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
-from inhand.asterisk_test.sweep.page import KINDS, OVER, figure_of, page
+from inhand.asterisk_test.sweep.page import KINDS, OVER, figure_of, parts
 from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
 from inhand.asterisk_test.sweep.sweep import plan
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
+from inhand.pages import page_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.style import INK
 from inhand.records import table_of, text_of
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.tasks.primitives import parse_directions
+from page_reader import Read
 
 STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"
 CUBE, HUGE = "cube_39", "box_400x30"
@@ -76,6 +79,7 @@ async def killed_after_a_cell(out: Path) -> None:
 WORKER = """
 import os, time
 from inhand.asterisk_test.cores import end_with
+from inhand.pages import page_of
 end_with(os.getppid())
 print(os.getpid(), flush=True)
 time.sleep(60)
@@ -165,6 +169,21 @@ def test_overwrite_computes_again_only_what_differs(killed: tuple[Path, dict[str
     assert len(plan(replace(same, objects=(CUBE, "cube_43"))).waiting) == 1
 
 
+def test_a_sweep_of_another_version_is_read_as_it_stands(
+    killed: tuple[Path, dict[str, int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(killed[0], tmp_path / "old")
+    for path in (tmp_path / "old" / "cells").glob("*.json"):
+        content = json.loads(path.read_text(encoding="utf-8"))
+        content["settings"]["versions"]["source"] = "an older one"
+        path.write_text(json.dumps(content), encoding="utf-8")
+    monkeypatch.setattr("inhand.asterisk_test.cells.compute", lambda *_: pytest.fail("nothing is computed"))
+    pd.testing.assert_frame_equal(inhand.load(tmp_path / "old").table(), inhand.load(killed[0]).table())
+    next((tmp_path / "old" / "cells").glob("*.json")).unlink()
+    with pytest.raises(InputError, match="is no cell of a study"):
+        inhand.load(tmp_path / "old")
+
+
 def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tuple[Path, dict[str, int]]) -> None:
     out, _ = killed
     content = json.loads((out / "sweep.json").read_text())
@@ -177,6 +196,10 @@ def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tupl
     assert len(numbers.columns) > 15
     pd.testing.assert_frame_equal(trials[numbers.columns], numbers, check_exact=True)
     assert (trials.reached / trials.limit).tolist() == pytest.approx(shares)
+    page = Read((out / "report.html").read_text(encoding="utf-8"))
+    first, *_ = page.views()["heat"]["maps"]
+    assert (len(first["rows"]), len(page.views()["heat"]["maps"])) == (2, 6)
+    assert "cannot run" in {note for row in first["notes"] for note in row}
     text = (out / "report.md").read_text()
     assert "its skill, over 4 cases" in text
     assert "* No limits are given for joints of " in text
@@ -345,14 +368,14 @@ def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
     table = tables.hands_table(turns)
     assert table.header[2:6] == ("Distance [deg]", "Distance [L]", "Limit [deg]", "Limit [L]")
     assert table.rows == (("a", "1 of 1", "50.0", "-", "100.0", "-", "0.50", "0.50", "0.40", "2/2"),)
-    assert "n = 1 trial" in page(SweepConfig(), turns, 1.0, [])
-    assert "±" not in page(SweepConfig(), turns, 1.0, [])
+    assert "n = 1 trial" in page_of(*parts(SweepConfig(), turns, 1.0, []))
+    assert "±" not in page_of(*parts(SweepConfig(), turns, 1.0, []))
 
 
 def test_a_sweep_in_which_nothing_could_be_run_says_so() -> None:
     nothing = sweep_of([cell("a", "x", reason="too wide")], parse_directions("In"))
     assert tables.hands_table(nothing).rows == (("a", "0 of 1", *["-"] * 8),)
-    text = page(SweepConfig(), nothing, 1.0, [])
+    text = page_of(*parts(SweepConfig(), nothing, 1.0, []))
     assert "a with x could not be run: too wide" in text
     assert "0 of 1 cells" in text
     for kind in KINDS:

@@ -33,6 +33,7 @@ from inhand.tracing.run import find_path, plan_of, prepare_trace
 from inhand.tracing.table import trace_rows
 from inhand.tracing.tasks import find_task
 from inhand.tracing.trace import Trace
+from page_reader import Read
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 SMALL = ("--path", "L", "--size", "24", "--trials", "1")
@@ -54,6 +55,7 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     assert names == {
         "run.toml",
         "trace.json",
+        "report.html",
         "report.md",
         "figures/trace.png",
         "figures/replay.gif",
@@ -73,6 +75,14 @@ def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
 
 def test_a_run_is_loaded_as_it_was(run: Path, tmp_path: Path) -> None:
     loaded = front.load(run)
+    assert isinstance(loaded, TraceRun)
+    views = Read(loaded.html()).views()
+    assert len(views["player"]["trials"]) == len(loaded.traces)
+    assert views["player"]["trials"][0]["target"]
+    assert [chart["title"] for chart in views["charts"]["charts"]] == [
+        "Distance from the plan",
+        "Rotation of the object",
+    ]
     assert isinstance(loaded, TraceRun)
     content = json.loads((run / "trace.json").read_text())
     for entry, row in zip(content["trials"], loaded.table().to_dict("records"), strict=True):
@@ -127,7 +137,7 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
         assert word in printed
     assert "Pushed" not in printed
     assert printed.count("reached") == 2
-    assert printed.rstrip().endswith(f"Report: {run / 'report.md'}")
+    assert printed.rstrip().endswith(f"Report: {run / 'report.html'}")
     told = "No limits are given for joints of 2v2_50.50_50.50_1.1_53 ("
     assert told in printed
     assert f"* {told}" in (run / "report.md").read_text(encoding="utf-8")
@@ -200,7 +210,14 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     assert (code, err) == (0, "")
     assert "Letter L of 24 mm by rl" in printed
     assert "The policy moves; twists and recoveries are the expert's (`ik`)." in printed
-    assert sorted(path.name for path in out.iterdir()) == ["figures", "report.md", "run.toml", "trace.json", "trials"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "figures",
+        "report.html",
+        "report.md",
+        "run.toml",
+        "trace.json",
+        "trials",
+    ]
     assert (out / "trials" / "letter_l_1.npz").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
 

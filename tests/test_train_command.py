@@ -25,6 +25,7 @@ from inhand.learning.config import preset
 from inhand.learning.report import Compared
 from inhand.learning.run_cards import read_config
 from inhand.learning.train import Trained
+from page_reader import Read
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Evaluation
@@ -64,6 +65,9 @@ def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call)
     assert f"Policy: {run / 'best'}" in lines
     for name in ("learning", "progress", "directions"):
         assert min(opened(run / "figures" / f"{name}.png")) > 300
+    view = Read((run / "report.html").read_text(encoding="utf-8"))
+    titles = [chart["title"] for each in view.contents().values() for chart in each["charts"]]
+    assert titles[:5] == ["Return", "Distance", "Lost objects", "Sum of the rewards", "Last reward of an episode"]
     page = (run / "report.md").read_text()
     assert page.startswith("# Training: my run\n")
     assert "cube_39 with 2v2_50.50_50.50_1.1_53, seed 2" in page

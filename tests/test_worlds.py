@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import LOST_AFTER
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -33,6 +32,7 @@ from inhand.learning.starts import (
 )
 from inhand.learning.worlds import Interface, ManipulationWorlds, Step
 from inhand.sim import state as measuring
+from inhand.sim.scene import SUBSTEPS
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, select
 from inhand.tasks.decisions import Actions, actions_of

@@ -10,7 +10,7 @@ from inhand.asterisk_test.beside import load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.design.config import MARK as DESIGN
 from inhand.asterisk_test.design.config import DesignConfig
-from inhand.asterisk_test.design.run import DesignRun, run_design
+from inhand.asterisk_test.design.run import DesignRun, read_design
 from inhand.asterisk_test.reach import load_reach
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
@@ -19,7 +19,7 @@ from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.spatial.report import SpatialRun
 from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.run import SweepRun, run_sweep
+from inhand.asterisk_test.sweep.run import SweepRun, read_sweep
 from inhand.control.spatial_trial import AnyTrial, SpatialTrial, load_all, load_any
 from inhand.control.trial import Trial
 from inhand.errors import InputError
@@ -33,6 +33,8 @@ from inhand.tasks.primitives import parse_directions
 from inhand.tasks.spatial.primitives import parse_spatial_directions
 from inhand.tracing.report import load_trace
 
+UNFINISHED = frozenset({"trials", "cells", "cases", "metrics.jsonl"})
+"""What a folder holds before the file that its kind is known by is there."""
 MOST_NAMES = 5
 """Names of what a folder holds that a text tells."""
 
@@ -54,6 +56,11 @@ def load(place: str | os.PathLike[str]) -> Shown:
         if (path / mark).is_file():
             return loaded(path)
     there = sorted(each.name for each in path.iterdir()) if path.is_dir() else []
+    part = path.with_name(f"{path.name}.part") if path.name else path
+    if UNFINISHED & set(there) or (not there and part.is_dir()):
+        raise InputError(
+            f"{path} holds a run that is not finished: wait for it, or give its command again, which goes on if it can"
+        )
     found = ", ".join(there[:MOST_NAMES]) + (" and more" if len(there) > MOST_NAMES else "")
     holds = f"holds {found}" if there else ("is empty" if path.is_dir() else "is not there")
     kinds = ", ".join(f"{mark} ({by})" for mark, (by, _) in LOADERS.items())
@@ -89,15 +96,15 @@ def _run(folder: Path) -> Run | SpatialRun:
 
 
 def _sweep(folder: Path) -> SweepRun:
-    return run_sweep(saved(folder, "sweep.json", SweepConfig, engine=UNTOLD)[0])
+    return read_sweep(*saved(folder, "sweep.json", SweepConfig, engine=UNTOLD))
 
 
 def _design(folder: Path) -> DesignRun:
-    return run_design(saved(folder, DESIGN, DesignConfig)[0])
+    return read_design(*saved(folder, DESIGN, DesignConfig))
 
 
 def _robustness(folder: Path) -> robust.RobustnessRun:
-    return robust.run_robustness(saved(folder, robust.MARK, RobustnessConfig)[0])
+    return robust.read_robustness(*saved(folder, robust.MARK, RobustnessConfig))
 
 
 def _place(trial: AnyTrial, order: list[str]) -> int:

@@ -1,11 +1,11 @@
-"""Parts that the Markdown pages of all runs share."""
+"""What the pages of all runs are made of, and the Markdown page; `plots/page/` makes the one for a browser."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import fields
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, TypeAlias
 
 from inhand.versions import versions
 
@@ -46,30 +46,87 @@ def options(config: DataclassInstance, without: Collection[str] = ()) -> list[st
     return words
 
 
-def page_of(*parts: str) -> str:
-    """Return a page from its parts; an empty line stands between two, and those without a text are left out."""
-    return "\n\n".join(part for part in parts if part) + "\n"
+@dataclass(frozen=True)
+class Table:
+    """A table of texts."""
+
+    title: str
+    """Stands above it; may be empty."""
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
 
 
-def again(words: str) -> str:
+@dataclass(frozen=True)
+class Listed:
+    """Sentences as a list; without any the text for none, and nothing at all where there is none."""
+
+    sentences: tuple[str, ...]
+    title: str = ""
+    none: str = ""
+
+    def __bool__(self) -> bool:
+        """Return whether it says anything."""
+        return bool(self.sentences or self.none)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that lies at a path, seen from the page."""
+
+    text: str
+    """What it shows."""
+    path: str
+
+
+@dataclass(frozen=True)
+class Again:
+    """How a page's run is repeated."""
+
+    words: str
+    """The command line."""
+    versions: tuple[tuple[str, str], ...]
+    """Names and versions of what it ran on."""
+
+
+Part: TypeAlias = str | Table | Listed | Picture | Again
+"""A part of a page. A text is a paragraph; one that begins with `# ` is the page's title, with `## ` a heading."""
+
+
+def page_of(*parts: Part) -> str:
+    """Return a page in Markdown; an empty line stands between two parts, and those that say nothing are left out."""
+    return "\n\n".join(_markdown(part) for part in parts if part) + "\n"
+
+
+def _markdown(part: Part) -> str:
+    match part:
+        case Table(title, header, rows):
+            cells = [[cell.replace("|", "\\|") for cell in row] for row in (header, ["---"] * len(header), *rows)]
+            return _below(title, "\n".join("| " + " | ".join(row) + " |" for row in cells))
+        case Listed(sentences, title, none):
+            return _below(title, "\n".join(f"* {sentence}" for sentence in sentences) or none)
+        case Picture(text, path):
+            return f"![{text}]({path})\n\n*{text}*"
+        case Again(words, found):
+            told = ", ".join(f"{name} {version}" for name, version in found)
+            return f"## Run it again\n\n    {words}\n\nVersions: {told}."
+        case _:
+            return part
+
+
+def _below(title: str, told: str) -> str:
+    return f"## {title}\n\n{told}" if title else told
+
+
+def again(words: str) -> Again:
     """Return how a page's run is repeated, and the versions that it ran on."""
-    found = ", ".join(f"{name} {version}" for name, version in versions().items())
-    return f"## Run it again\n\n    {words}\n\nVersions: {found}."
+    return Again(words, tuple(versions().items()))
 
 
-def listed(sentences: Sequence[str], title: str = "", none: str = "") -> str:
-    """Return sentences as a list, below a title; without any the text for none, and no title where there is none."""
-    told = "\n".join(f"* {sentence}" for sentence in sentences) or none
-    return f"## {title}\n\n{told}" if title and told else told
+def listed(sentences: Iterable[str], title: str = "", none: str = "") -> Listed:
+    """Return sentences as a list, below a title; without any the text for none."""
+    return Listed(tuple(sentences), title, none)
 
 
-def table_of(header: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> str:
-    """Return a table below a title; bars in its cells do not end them."""
-    cells = [[cell.replace("|", "\\|") for cell in row] for row in (header, ["---"] * len(header), *rows)]
-    table = "\n".join("| " + " | ".join(row) + " |" for row in cells)
-    return f"## {title}\n\n{table}" if title else table
-
-
-def pictured(text: str, path: str) -> str:
-    """Return a picture that lies at a path, seen from the page, with what it shows below it."""
-    return f"![{text}]({path})\n\n*{text}*"
+def table_of(header: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> Table:
+    """Return a table below a title."""
+    return Table(title, tuple(header), tuple(map(tuple, rows)))

@@ -83,6 +83,11 @@ def text_of(record: object, indent: int = 1) -> str:
     return msgspec.json.format(msgspec.json.encode(record, enc_hook=_plain), indent=indent).decode() + "\n"
 
 
+def compact(record: object) -> str:
+    """Return a record as JSON of one line; numbers that are not finite become null, paths texts."""
+    return msgspec.json.encode(record, enc_hook=_plain).decode()
+
+
 def table_of(record: object) -> dict[str, Any]:
     """Return a record as the table that JSON would give back."""
     return msgspec.json.decode(msgspec.json.encode(record, enc_hook=_plain), type=dict[str, Any])

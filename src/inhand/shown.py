@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 
 C = TypeVar("C", bound=Config)
+HTML = "report.html"
+"""The page for a browser in a run's folder."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,14 @@ class Shown:
     def figure(self) -> Figure:
         """Return its figure."""
         raise NotImplementedError
+
+    def html(self) -> str:
+        """Return its page for a browser, one file without anything from elsewhere.
+
+        Raises:
+            InputError: its kind has none.
+        """
+        raise InputError("a dataset has no page for a browser: give a run, a training or a study")
 
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""

@@ -77,7 +77,7 @@ def load_beside(
     runs = [_load(folder) for folder in folders]
     if not (folders or labels):
         return own[2], ()
-    names = labels or _names([tuple(own), *(run.settings for run in runs)], folders)
+    names = labels or names_of([tuple(own), *(run.settings for run in runs)], folders)
     return names[0], tuple(replace(run, name=name) for run, name in zip(runs, names[1:], strict=True))
 
 
@@ -89,13 +89,16 @@ def _load(folder: Path) -> Beside:
     return Beside(trials[0].passport.controller, trials, tuple(result_of_trial(trial) for trial in trials))
 
 
-def _names(settings: Sequence[tuple[str, ...]], folders: Sequence[Path]) -> list[str]:
-    """Return what tells runs apart; of the first, the new one, `THIS` stands for the folder."""
+def names_of(settings: Sequence[tuple[str, ...]], folders: Sequence[Path]) -> list[str]:
+    """Return what tells runs apart: what differs in their settings, and their folders where that is the same.
+
+    Of a first run without a folder, the new one, `THIS` stands for it.
+    """
     differs = [len(set(values)) > 1 for values in zip(*settings, strict=True)]
     names = [", ".join(compress(each, differs)) for each in settings]
     parts = [folder.resolve().parts for folder in folders]
     depth = next(n for n in range(1, 2 + max(map(len, parts))) if len({each[-n:] for each in parts}) == len(parts))
-    places = [THIS, *("/".join(each[-depth:]) for each in parts)]
+    places = [THIS] * (len(settings) - len(folders)) + ["/".join(each[-depth:]) for each in parts]
     counts = Counter(names)
     told = [place if not name else f"{name} ({place})" for name, place in zip(names, places, strict=True)]
     return [name if counts[name] == 1 else more for name, more in zip(names, told, strict=True)]

@@ -46,6 +46,12 @@ class ControllerTrials:
         return tuple(self.trials[i] for i in rows), tuple(self.results[i] for i in rows)
 
     @property
+    def shown_or_failed(self) -> tuple[tuple[Trial, ...], tuple[Result, ...]]:
+        """Trials that are shown and those that failed, and their results."""
+        rows = [i for i, result in enumerate(self.results) if result.trial <= self.shown or not result.kept]
+        return tuple(self.trials[i] for i in rows), tuple(self.results[i] for i in rows)
+
+    @property
     def failed(self) -> list[tuple[Trial, Result]]:
         """Trials that did not come to their end with the object in the hand, and their results."""
         pairs = zip(self.trials, self.results, strict=True)

@@ -30,7 +30,7 @@ from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
 from inhand.repeats import write_repeat
-from inhand.shown import Shown, frame, listed, saved
+from inhand.shown import HTML, Shown, frame, listed, saved
 from inhand.tasks.primitives import Primitive, parse_directions
 from inhand.tasks.reach import Limit, limits, start_grip
 from inhand.versions import versions
@@ -97,6 +97,12 @@ class Reach(Shown):
         title = f"Reach{f', holding {chosen:+g} deg' if chosen else ''} [mm]"
         return reach_figure(self.held, self.start, shown, title, self.subtitle)
 
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.reach_browser import reach_page
+
+        return reach_page(self.config, self.held, (self.start, self.limits), (self.subtitle, self.notes))
+
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""
         from inhand.plots.save import save_figure
@@ -111,6 +117,7 @@ class Reach(Shown):
             "notes": self.notes,
             "versions": versions(),
         }
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         write_json(content, folder / MARK)
         write_repeat(folder, "reach", self.config)
 

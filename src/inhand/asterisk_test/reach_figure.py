@@ -29,7 +29,7 @@ def reach_figure(
     """
     hand, spec = held
     origin = start.pose[:2]
-    curves = [_curve(limit, origin) for limit in limits]
+    curves = [limit_curve(limit, origin) for limit in limits]
     scene = scene_of(hand, spec, start.joints, start.pose, origin)
     bodies = [1e3 * (transform(limit.end.pose, polygon(spec)) - origin) for limit in limits]
     extent = joined([curves_extent(curves, scene, 0.0), *(extent_of(body, 3.0) for body in bodies)])
@@ -43,7 +43,7 @@ def reach_figure(
     return figure
 
 
-def _curve(limit: Limit, origin: Array) -> PathCurve:
+def limit_curve(limit: Limit, origin: Array) -> PathCurve:
     """Return the straight line to a limit, or to the last pose of a path of its own, its distance at the tip."""
     own = limit.primitive.path is not None
     end = 1e3 * (limit.end.pose[:2] - origin if own else limit.distance * limit.primitive.unit)

@@ -15,8 +15,8 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of, tidy
 from inhand.asterisk_test.scenes import (
-    average_curve,
     compatible_curve,
+    direction_curves,
     human_curves,
     radar_series,
     target_of,
@@ -26,9 +26,8 @@ from inhand.asterisk_test.scenes import (
 from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
+from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
 from inhand.plots.asterisk import asterisk_figure
-from inhand.plots.curves import PathCurve
 from inhand.plots.donut import donut_figure
 from inhand.plots.panels import Panel, panels_figure
 from inhand.plots.path import path_figure
@@ -36,7 +35,7 @@ from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.repeats import write_repeat
-from inhand.shown import Shown
+from inhand.shown import HTML, Shown
 from inhand.tasks.primitives import twisted_name
 from inhand.versions import versions
 
@@ -82,12 +81,15 @@ class Run(Shown):
             return _turns(self)
         part = straight[0]
         outline = start_scene(part.trials[0])
-        return asterisk_figure(direction_curves(part), outline=outline, title=_title(part), subtitle=_subtitle(part))
+        return asterisk_figure(
+            direction_curves(part.trials, part.results), outline=outline, title=_title(part), subtitle=_subtitle(part)
+        )
 
     def write(self, folder: Path, aside: Aside = here) -> None:
         """Write everything into a folder that is there; pictures may be drawn aside."""
         write_trials(self.trials, folder)
         write_report(self, folder, aside)
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),
@@ -101,6 +103,13 @@ class Run(Shown):
         write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "asterisk", self.config)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.browser import run_page
+
+        own = Beside(self.name, self.trials, self.results, f"{self.config.paths} paths")
+        return run_page(parts(self, []), [*self.beside, own], self.people, self.config)
 
     @property
     def name(self) -> str:
@@ -120,7 +129,7 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
     cut = round(ASIDE * len(first))
     before, after = ([(run.trials[i], run.results[i]) for i in part] for part in (first[:cut], first[cut:]))
     paths = aside(_paths, before, folder)
-    pictures: list[str] = []
+    pictures: list[Part] = []
     for part in _by_twist(run):
         pictures += [*_asterisks(part, folder), *_panels(part, folder)]
         text = "Mean distance [mm] and mean efficiency by direction"
@@ -134,11 +143,16 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
     (folder / "report.md").write_text(told, encoding="utf-8")
 
 
-def page(run: Run, pictures: Sequence[str]) -> str:
+def page(run: Run, pictures: Sequence[Part]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    return page_of(*parts(run, ["## Figures", *pictures]))
+
+
+def parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
+    """Return the parts of the page, the figures before the last."""
     config, table = run.config, shown_columns(table_rows(run.results, run.people))
     passport = run.trials[0].passport
-    return page_of(
+    return [
         f"# Asterisk Test: {run.subject}",
         f"{counted(config.trials, 'trial')} for each direction along {config.paths} paths, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}. The"
@@ -154,10 +168,9 @@ def page(run: Run, pictures: Sequence[str]) -> str:
         listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),
         listed(run.notes),
-        "## Figures",
         *pictures,
         again(command(config)),
-    )
+    ]
 
 
 def command(config: AsteriskConfig) -> str:
@@ -174,17 +187,6 @@ def people_told(people: Sequence[HumanTrial]) -> str:
         f"People: {len(people)} recorded trials ({'; '.join(units)}). Their x and y are written in the moving object's"
         " frame: distances along a direction compare well (about 3 mm), lateral ones do not (up to 14 mm)."
     )
-
-
-def direction_curves(
-    run: Run | Beside, average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve
-) -> list[PathCurve]:
-    """Return the mean path of every direction that translates, by a rule for averages."""
-    groups: dict[str, list[int]] = {}
-    for i, trial in enumerate(run.trials):
-        if trial.passport.angle_deg is not None:
-            groups.setdefault(trial.passport.primitive, []).append(i)
-    return [average([run.trials[i] for i in rows], [run.results[i] for i in rows]) for rows in groups.values()]
 
 
 def _by_twist(run: Run) -> list[Run]:
@@ -236,15 +238,17 @@ def _subtitle(run: Run) -> str:
     return f"{passport.hand.name}, {passport.object.name}; mean of {counted(count, 'trial')} a direction"
 
 
-def _asterisks(run: Run, folder: Path) -> list[str]:
+def _asterisks(run: Run, folder: Path) -> list[Picture]:
     """Draw the mean of all trials and, where there are several, the first trial alone."""
-    drawn = [("asterisk", direction_curves(run), _subtitle(run), f"mean object paths, {COUNTED}")]
+    drawn = [("asterisk", direction_curves(run.trials, run.results), _subtitle(run), f"mean object paths, {COUNTED}")]
     if run.config.compatible and run.results[0].labels is not None:
-        drawn.append(("asterisk_compatible", direction_curves(run, compatible_curve), COMPATIBLE, COMPATIBLE))
+        drawn.append(
+            ("asterisk_compatible", direction_curves(run.trials, run.results, compatible_curve), COMPATIBLE, COMPATIBLE)
+        )
     first = [i for i, result in enumerate(run.results) if result.trial == 1]
     if len(first) < len(run.results):
         single = replace(run, trials=tuple(run.trials[i] for i in first), results=tuple(run.results[i] for i in first))
-        drawn.append(("asterisk_single", direction_curves(single), FIRST, f"the {FIRST}"))
+        drawn.append(("asterisk_single", direction_curves(single.trials, single.results), FIRST, f"the {FIRST}"))
     pictures, scene = [], start_scene(run.trials[0])
     for stem, curves, subtitle, text in drawn:
         figure = asterisk_figure(curves, outline=scene, title=_title(run), subtitle=subtitle)
@@ -252,7 +256,7 @@ def _asterisks(run: Run, folder: Path) -> list[str]:
     return pictures
 
 
-def _panels(run: Run, folder: Path) -> list[str]:
+def _panels(run: Run, folder: Path) -> list[Picture]:
     """Draw people, earlier runs and this one side by side, where there are others."""
     if not (run.people or run.beside):
         return []
@@ -262,10 +266,10 @@ def _panels(run: Run, folder: Path) -> list[str]:
 
 def side_by_side(run: Run, title: str) -> Figure:
     """Return the figure of people, of the runs beside a run, and of the run itself, on one scale."""
-    curves = direction_curves(run)
+    curves = direction_curves(run.trials, run.results)
     panels = [Panel(run.name, f"{run.config.paths} paths", tuple(curves), start_scene(run.trials[0]))]
     for other in reversed(run.beside):
-        others, scene = tuple(direction_curves(other)), start_scene(other.trials[0])
+        others, scene = tuple(direction_curves(other.trials, other.results)), start_scene(other.trials[0])
         panels.insert(0, Panel(other.name, other.told, others, scene))
     if run.people:
         people = human_curves(run.people, [curve.name for curve in curves])
@@ -293,7 +297,7 @@ def both_radars(run: Run) -> Figure:
     return radar_figure(list(directions.items()), series, "Distance and efficiency")
 
 
-def _replay(run: Run, folder: Path) -> str:
+def _replay(run: Run, folder: Path) -> Picture:
     best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial, result = run.trials[best], run.results[best]
     rows = list(range(0, len(trial.time), FRAME_STEPS))
@@ -309,11 +313,11 @@ def _replay(run: Run, folder: Path) -> str:
         contact=trial.touching[rows],
         frame_s=FRAME_STEPS * trial.passport.period,
     )
-    return pictured(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
+    return Picture(f"Replay of {result.direction}, trial {result.trial}", "figures/replay.gif")
 
 
-def _paths(firsts: Sequence[tuple[Trial, Result]], folder: Path) -> list[str]:
-    pictures: list[str] = []
+def _paths(firsts: Sequence[tuple[Trial, Result]], folder: Path) -> list[Picture]:
+    pictures = []
     figure = None
     for trial, result in firsts:
         told, subtitle = trial_path(trial, result), f"{trial.passport.controller}, trial 1, {result.outcome}"

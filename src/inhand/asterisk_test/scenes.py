@@ -1,6 +1,6 @@
 """From trials and results to what the figures draw: outlines in mm, curves, series."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,19 @@ def average_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCur
         failed=any(result.lost for result in results),
         **_target(trials[0], results[0]),
     )
+
+
+def direction_curves(
+    trials: Sequence[Trial],
+    results: Sequence[Result],
+    average: Callable[[Sequence[Trial], Sequence[Result]], PathCurve] = average_curve,
+) -> list[PathCurve]:
+    """Return the mean path of every direction that translates, by a rule for averages."""
+    groups: dict[str, list[int]] = {}
+    for i, trial in enumerate(trials):
+        if trial.passport.angle_deg is not None:
+            groups.setdefault(trial.passport.primitive, []).append(i)
+    return [average([trials[i] for i in rows], [results[i] for i in rows]) for rows in groups.values()]
 
 
 def compatible_curve(trials: Sequence[Trial], results: Sequence[Result]) -> PathCurve:

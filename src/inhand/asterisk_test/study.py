@@ -1,4 +1,4 @@
-"""What studies of many cells share: their run, their tables, and the files that they write."""
+"""What studies of many cells share: their run, and the files that they write."""
 
 from __future__ import annotations
 
@@ -7,23 +7,15 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from inhand.folders import check_folder, in_place
 from inhand.pages import options
+from inhand.records import checked
 from inhand.shown import Shown, path_of
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of texts."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +41,12 @@ class Study(Shown):
             shutil.copytree(self.config.out / self.cells, out / self.cells, dirs_exist_ok=True)
         replace(self, config=replace(self.config, out=out)).write(out)
         return out
+
+
+def told_in(content: Mapping[str, Any]) -> tuple[float, tuple[str, ...]]:
+    """Return how long a study took [s] and its notes, as its JSON tells them; older ones tell no notes."""
+    name = "wall_s" if "wall_s" in content else "seconds"
+    return checked(name, content.get(name), float), checked("notes", content.get("notes", ()), tuple[str, ...])
 
 
 def command(word: str, config: DataclassInstance) -> str:

@@ -37,7 +37,7 @@ def with_beside(
     if not beside:
         return header, list(rows)
     groups = [by_direction(run.results) for run in beside]
-    widened = [(*row[:2], *(_reached(group.get(row[0], [])) for group in groups), *row[2:]) for row in rows]
+    widened = [(*row[:2], *(reached(group.get(row[0], [])) for group in groups), *row[2:]) for row in rows]
     return (header[0], *(f"{each} [mm]" for each in (name, *(run.name for run in beside))), *header[2:]), widened
 
 
@@ -111,10 +111,10 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     off = trials.path_max_mm[[result.bent for result in group]]
     return (
         name,
-        _reached(group),
+        reached(group),
         *(spread(value) + (_unit(group) if np.isfinite(value) else "") for value in trials.limit[:1]),
         spread(trials.fraction_of_limit.mean(), digits=2),
-        _reached(human),
+        reached(human),
         spread(trials.lateral_max_mm.max()),
         spread(off.max()),
         spread(trials.rotation_max_deg.max()),
@@ -127,7 +127,7 @@ def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]
     )
 
 
-def _reached(group: Sequence[Result]) -> str:
+def reached(group: Sequence[Result]) -> str:
     """Return the distance of a translation, or the angle of a rotation, as mean ± SD."""
     from pandas import Series
 

@@ -28,7 +28,7 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
         run = finish(config, known, simulated)
         run.write(folder, aside)
     header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
-    sentences = (*failures(run.results), *run.notes, f"Report: {config.out / 'report.md'}")
+    sentences = (*failures(run.results), *run.notes, f"Report: {config.out / 'report.html'}")
     return of_run(run, config.out, [Listing(run.subject, header, rows, spare=SPARE)], sentences)
 
 

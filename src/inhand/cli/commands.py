@@ -61,13 +61,31 @@ class ExportConfig(Config):
 
 
 @dataclass(frozen=True)
+class ReportConfig(Config):
+    """Make the page of a run for a browser from its folder, old ones too, or set runs side by side on one page."""
+
+    runs: tyro.conf.Positional[tuple[Path, ...]]
+    """Folders of runs; several of them are compared. A trial's .npz file is a run of its own."""
+    out: Path | None = None
+    """The file to write; without it report.html in the run's folder, or comparison.html here for several runs."""
+    open: bool = False
+    """Open the page in a browser."""
+    overwrite: bool = False
+    """Replace a file of that name."""
+
+
+@dataclass(frozen=True)
 class ViewConfig(Config):
-    """Show a trial in MuJoCo's viewer; needs a display and the extra `viewer`."""
+    """Show a trial in MuJoCo's viewer, or in a browser where there is no display or no extra `viewer`."""
 
     trial: tyro.conf.Positional[Path]
     """A .npz file from the `trials` folder of a run."""
     speed: float = 1.0
-    """Speed of the replay; 1 is real time."""
+    """Speed of the replay in the viewer; 1 is real time. A browser's page has a choice of its own."""
+    browser: bool = False
+    """Show it in a browser in any case."""
+    out: Path | None = None
+    """File for the page of the browser; without it one in a temporary folder."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +136,7 @@ COMMANDS: dict[str, type[Config]] = {
     "export": ExportConfig,
     "metrics": MetricsConfig,
     "view": ViewConfig,
+    "report": ReportConfig,
     "again": AgainConfig,
     "hands": HandsConfig,
     "objects": ObjectsConfig,

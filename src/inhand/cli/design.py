@@ -30,6 +30,6 @@ def run_design(config: DesignConfig) -> Answer:
     hands = (*found.found.finals, found.found.known)
     cells = [page.simulated_row(found.found, final) for final in hands]
     header = "Hand", "Mean reach [mm]", *(f"{name} [mm]" for name in config.controllers)
-    report = f"Report: {config.out / 'report.md'}; the winner: {config.out / page.WINNER}"
+    report = f"Report: {config.out / 'report.html'}; the winner: {config.out / page.WINNER}"
     sentences = (*page.answer(found.found), *found.notes, report)
     return of_run(found, config.out, [Listing("The best", header, cells)], sentences)

@@ -26,4 +26,4 @@ def run_evaluate(config: EvaluateConfig) -> Answer:
         for title, group in GROUPS
     ]
     lost = (f"{found.policy.name}, {sentence}" for sentence in failures(found.policy.results))
-    return of_run(found, config.out, tables, (summary(found), *lost, f"Report: {config.out / 'report.md'}"))
+    return of_run(found, config.out, tables, (summary(found), *lost, f"Report: {config.out / 'report.html'}"))

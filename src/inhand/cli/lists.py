@@ -5,6 +5,8 @@ from inhand.cli.commands import HandsConfig, ObjectsConfig
 from inhand.hands import names as hand_names
 from inhand.hands import objects
 from inhand.hands.fit import widest_opening
+from inhand.hands.spatial import names as spatial_names
+from inhand.hands.spatial import objects as solids
 
 
 def run_hands(_: HandsConfig) -> Answer:
@@ -22,7 +24,24 @@ def run_hands(_: HandsConfig) -> Answer:
         f"Any name of the form {hand_names.FORM} is a hand; {hand_names.LAB_LIMITS_SUFFIX!r} at its end adds the",
         "laboratory's joint limits. A TOML file describes any other hand (docs/hands-and-objects.md).",
     )
-    return Answer((Listing("Hands", header, rows),), sentences, lambda: entries)
+    table, more = _hands_in_space()
+    told = (*sentences, f"In space a name has the form {spatial_names.FORM} (docs/spatial.md).")
+    return Answer((Listing("Hands", header, rows), table), told, lambda: [*entries, *more])
+
+
+def _hands_in_space() -> tuple[Listing, list[dict[str, object]]]:
+    rows: list[tuple[str, ...]] = []
+    entries: list[dict[str, object]] = []
+    for name in spatial_names.CATALOGUE:
+        hand = spatial_names.parse_spatial_name(name)
+        finger, height = next(iter(hand.fingers)), 1e3 * hand.start_position[2]  # all are alike
+        lengths = [1e3 * link.origin[2] for link in finger.links[2:]] + [1e3 * finger.tip[2]]
+        tip = 1e3 * finger.tip_radius
+        entries.append({"name": name, "fingers": len(hand.fingers), "links_mm": lengths, "tip_radius_mm": tip})
+        links = " + ".join(f"{length:g}" for length in lengths)
+        rows.append((name, str(len(hand.fingers)), links, f"{tip:g}", f"{height:.0f}"))
+    header = "Name", "Fingers", "Links [mm]", "Tip radius [mm]", "Object starts at [mm]"
+    return Listing("Hands in space", header, rows), entries
 
 
 def run_objects(_: ObjectsConfig) -> Answer:
@@ -39,7 +58,22 @@ def run_objects(_: ObjectsConfig) -> Answer:
         "mass as in part.dxf:unit=mm:mass_kg=0.05 (docs/hands-and-objects.md).",
     )
     header = "Name", "Shape", "Size [mm]", "Mass [g]", "Friction"
-    return Answer((Listing("Objects", header, rows, numbers=2),), sentences, lambda: entries)
+    table, more = _solids()
+    told = (*sentences, f"In space an object is {solids.FORM} (docs/spatial.md).")
+    return Answer((Listing("Objects", header, rows, numbers=2), table), told, lambda: [*entries, *more])
+
+
+def _solids() -> tuple[Listing, list[dict[str, object]]]:
+    rows: list[tuple[str, ...]] = []
+    entries: list[dict[str, object]] = []
+    for name in solids.CATALOGUE:
+        spec = solids.parse_solid_name(name)
+        sizes = {"size_mm": [1e3 * length for length in spec.size], "mass_g": 1e3 * spec.mass}
+        entries.append({"name": name, "shape": spec.shape} | sizes | {"friction": spec.friction})
+        size = " x ".join(f"{1e3 * length:g}" for length in spec.size)
+        rows.append((name, spec.shape, size, f"{1e3 * spec.mass:g}", f"{spec.friction:g}"))
+    header = "Name", "Shape", "Size [mm]", "Mass [g]", "Friction"
+    return Listing("Objects in space", header, rows, numbers=2), entries
 
 
 def _shape(spec: objects.ObjectSpec) -> str:

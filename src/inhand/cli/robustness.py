@@ -13,5 +13,5 @@ def run_robustness(config: RobustnessConfig) -> Answer:
     from inhand.asterisk_test.robustness import tables
 
     table = tables.kept_table(done.found)
-    told = (*tables.summary(done.found), *done.notes, *done.found.stopped, f"Report: {config.out / 'report.md'}")
+    told = (*tables.summary(done.found), *done.notes, *done.found.stopped, f"Report: {config.out / 'report.html'}")
     return of_run(done, config.out, [Listing(table.title, table.header, table.rows)], told)

@@ -29,4 +29,4 @@ def run_sweep(config: SweepConfig) -> Answer:
     listings = [Listing(table.title, table.header, table.rows, spare=SPARE) for table in found]
     beyond = (f"Beyond the limit: {sentence}" for sentence in tables.beyond(done.sweep))
     told = (*tables.summary(done.sweep), *done.notes, *tables.failures(done.sweep), *beyond)
-    return of_run(done, config.out, listings, (*told, f"Report: {config.out / 'report.md'}"))
+    return of_run(done, config.out, listings, (*told, f"Report: {config.out / 'report.html'}"))

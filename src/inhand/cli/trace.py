@@ -28,7 +28,7 @@ def run_trace(config: TraceConfig) -> Answer:
         run.write(folder, aside)
     header, rows = trace_rows(run.traces)
     title = f"{what_was_done(run.setup)}: {run.setup.object.name}, {run.setup.hand.name}"
-    told = (*faults(run.setup, run.followed, run.traces), *run.notes, f"Report: {config.out / 'report.md'}")
+    told = (*faults(run.setup, run.followed, run.traces), *run.notes, f"Report: {config.out / 'report.html'}")
     return of_run(run, config.out, [Listing(title, header, rows, numbers=2, spare=SPARE)], told)
 
 

@@ -33,7 +33,7 @@ def run_train(config: TrainConfig) -> Answer:
     best = done.learned.best
     table = Listing(f"The best policy, at episode {best.episode}", HEADER, evaluation_rows(best))
     evaluate = f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}"
-    told = f"Curves: {config.out / 'report.md'}", f"Policy: {done.best}", evaluate
+    told = f"Curves: {config.out / 'report.html'}", f"Policy: {done.best}", evaluate
     return of_run(done, config.out, [table], told)
 
 

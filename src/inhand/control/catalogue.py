@@ -16,7 +16,7 @@ from inhand.control.checked import maker
 from inhand.control.contract import Contract
 from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.ik_sensed import SENSED_IK, IkSensedController
+from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.knowing import check_held
 from inhand.control.phases import Grasp
 from inhand.control.policy import (
@@ -192,7 +192,7 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
                 sensed_grasp,
                 IkSensedController,
                 reads=SENSED,
-                primitive=partial(IkController, config=SENSED_IK),
+                primitive=partial(IkController, config=SENSED_PRIMITIVE),
             ),
         )
     },

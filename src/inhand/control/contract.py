@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import get_type_hints
 
-from inhand.control.controller import SUBSTEPS
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.sim.disturbance import Camera, Commands, Disturbance, Encoders, told_value
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import DECISION_S
 from inhand.tasks.observations import by_rank
 
 ANGLES = (
@@ -62,7 +61,7 @@ def contract_of(hand: HandSpec, disturb: Disturbance | None) -> Contract:
     """Return the contract of what is trained with a hand, in worlds that something disturbs or nothing does."""
     names, seen = joint_names(hand), disturb or Disturbance()
     observed = tuple(names[joint] for joint in by_rank(hand))
-    return Contract(hand, names, observed, rate_of(SUBSTEPS * SceneSpec.timestep), *senses_of(seen))
+    return Contract(hand, names, observed, rate_of(DECISION_S), *senses_of(seen))
 
 
 def senses_of(disturb: Disturbance) -> tuple[Encoders, Camera, Commands]:

@@ -13,11 +13,8 @@ from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import SpatialPath
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.state import State
-
-SUBSTEPS = 5
-"""Physics steps for one decision: 0.02 s, guessed (the thesis's physics steps take 4 ms)."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry, check_known, find_controller
 from inhand.control.contract import check_rate, check_senses
-from inhand.control.controller import SUBSTEPS, Task
+from inhand.control.controller import Task
 from inhand.control.joint import JointPid, PidConfig
 from inhand.control.link import Clock, Command, DriveConfig, Link, Read, Row, StoppedError
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
@@ -31,6 +31,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.shown import listed
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.scene import SUBSTEPS
 from inhand.tasks.paths import path_of, twist_poses, whole_path
 from inhand.tasks.primitives import parse_directions
 

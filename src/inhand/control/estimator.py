@@ -92,8 +92,14 @@ class Estimator:
         self._touch(fresh)
         self._times[:, fresh], self._poses[:, fresh] = seen.time[fresh], self._mean[fresh, :POSE]
 
+    def knows(self, seen: Seen) -> bool:
+        """Return whether what is seen has been taken in: a controller begins with what it is then asked to act on."""
+        return bool((seen.time == self._times[-1]).all())
+
     def take(self, seen: Seen) -> None:
-        """Go on by a decision."""
+        """Go on by a decision, unless what is seen is known."""
+        if self.knows(seen):
+            return
         expected = self._joints + seen.targets - self._commands
         joints = expected + self.config.joints * (seen.joint_angles - expected)
         self._mean[:, :POSE] += self._carried(joints - self._joints)

@@ -41,6 +41,11 @@ class IkConfig:
     """Growth of the wanted displacement for each metre (radian) of error and second [1/s]."""
     integral_limit: tuple[float, float, float] = (0.008, 0.008, 0.2)
     """Largest integral part in x, y [m] and theta [rad]."""
+    along: tuple[float, float] = (1.0, 1.0)
+    """Shares of the proportional and of the integral feedback that are given along the path, where the friction cones
+    end: across it and in rotation all is."""
+    lasting: bool = True
+    """Whether the integral part stays where the set point slows down, or is what drags on a moving object alone."""
     lag: float = 0.004
     """The set point waits where the object is farther than this behind it [m]."""
     damping: float = 0.005
@@ -86,6 +91,7 @@ class IkController:
         self.held = np.zeros(n)
         """For how long each set point has been at the end of its way `(B,)` [s]."""
         self._integral = np.zeros((n, 3))
+        self._heading = np.zeros((n, 2))
 
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
@@ -94,7 +100,7 @@ class IkController:
         wanted, velocity = self._wanted(pose)
         push = config.push * self._ahead
         if config.push:
-            wanted[:, :2] -= (wanted[:, :2] * self._ahead).sum(axis=-1, keepdims=True) * self._ahead
+            wanted = _along(wanted, self._ahead, 0.0)
         targets = state.joint_angles.copy()
         line = state.finger_xy[:, 1] - state.finger_xy[:, 0]
         line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
@@ -131,13 +137,30 @@ class IkController:
         self._point = self._set_point()
         error = self._point - pose
         error[:, 2] = wrap_angle(error[:, 2])
+        now, lasting = self._shared(error, self._point[:, :2] - before[:, :2])
         limit = np.array(config.integral_limit)
-        self._integral = np.clip(self._integral + config.integral * period * error, -limit, limit)
-        return config.proportional * error + self._integral, (self._point - before) / period
+        self._integral = np.clip(self._integral + config.integral * period * lasting, -limit, limit)
+        kept = 1.0 if config.lasting else (self._speed / config.speed)[:, None]
+        return config.proportional * now + kept * self._integral, (self._point - before) / period
+
+    def _shared(self, error: Array, moved: Array) -> tuple[Array, Array]:
+        """Return what the proportional and the integral part are given of errors, where set points have moved on."""
+        if self.config.along == IkConfig.along:
+            return error, error
+        size = np.linalg.norm(moved, axis=-1, keepdims=True)
+        self._heading = np.where(size > 0, moved / np.maximum(size, 1e-12), self._heading)
+        now, lasting = (_along(error, self._heading, share) for share in self.config.along)
+        return now, lasting
 
     def _set_point(self) -> Array:
         """Return the pose that each set point has come to `(B, 3)`."""
         return compose(self._start, _in_start_frame(self._start, self._task.path.at(self.progress)))
+
+
+def _along(motion: Array, heading: Array, share: float) -> Array:
+    """Return motions `(B, 3)` with a share of their part along unit vectors `(B, 2)`."""
+    part = (motion[:, :2] * heading).sum(axis=-1, keepdims=True) * heading
+    return np.concatenate([motion[:, :2] - (1.0 - share) * part, motion[:, 2:]], axis=-1)
 
 
 def _in_start_frame(start: Array, relative: Array) -> Array:

@@ -19,16 +19,24 @@ from inhand.geometry import Array
 SENSED_IK = IkConfig(
     speed=0.06,
     acceleration=0.3,
-    grip=2.5,
-    proportional=1.0,
-    integral=0.0,
+    grip=3.0,
+    integral=8.0,
+    integral_limit=(0.004, 0.004, 0.08),
+    along=(0.67, 0.0),
+    lasting=False,
     damping=0.01,
     friction_share=0.58,
     margin=(0.004, 0.16),
 )
-"""The expert's numbers on real senses: a firmer grip, for heavier objects and pushes; softer feedback, which fights an
-object less that slides; faster, as there are pushes all the time. Where no way was planned, the end that is predicted
-uses the least friction of `field`."""
+"""The expert's numbers on real senses: a firmer grip, for heavier objects and pushes; softer feedback along the path,
+as an object that slides is lost to what pushes it on; across it an integral part that is small and lets go where the
+object is to stop, as what dragged on it is gone there; faster, as there are pushes all the time. Where no way was
+planned, the end that is predicted uses the least friction of `field`."""
+
+SENSED_PRIMITIVE = replace(
+    SENSED_IK, proportional=1.0, integral=2.0, integral_limit=(0.003, 0.003, 0.06), along=(1.0, 1.0), lasting=True
+)
+"""The same for primitives of a sequence, which have to arrive where the next one begins: an integral part lasts."""
 
 
 class IkSensedController:
@@ -45,15 +53,13 @@ class IkSensedController:
     def begin(self, seen: Seen) -> None:
         """Start from the grip that holds the object now."""
         self._estimator.begin(seen)
-        self._began, self._carrying, self._taken = seen.time, False, True
+        self._began, self._carrying = seen.time, False
         self._state = self._estimator.state(seen)
         self._waiting.begin(self._state)
 
     def act(self, seen: Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
-        if not self._taken:
-            self._estimator.take(seen)
-        self._taken = False
+        self._estimator.take(seen)
         self._state = self._estimator.state(seen)
         # Time stands still in a world whose episode has ended: it holds up no other.
         if not self._carrying and bool(waited(self._began, seen).any()):

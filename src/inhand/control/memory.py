@@ -54,7 +54,9 @@ class Memory:
         self._first[worlds] = self._rows[self._head][worlds, : self._joints]
 
     def take(self, seen: Seen) -> None:
-        """Go on by a decision."""
+        """Go on by a decision, unless what is seen is known."""
+        if self._estimator.knows(seen):
+            return
         self._head = (self._head + 1) % len(self._rows)
         self._rows[self._head] = _row(seen)
         self._estimator.take(seen)

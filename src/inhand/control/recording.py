@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from inhand.control.catalogue import ControllerEntry
-from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import Recording
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.trial import SHAPES, Passport, Trial
@@ -15,7 +14,7 @@ from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.names import ENGINE
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.versions import versions
 
 

@@ -3,8 +3,9 @@
 The contact search gives candidates for several shares of the friction. Each is closed and carried by the controller
 itself in worlds drawn from `field`, with all its senses, until it is lost or as far as any candidate is predicted to
 reach. How far a path is told to go, and which candidate holds it, is what gains most: way, less a price for every
-object lost before. A hand looks at nothing for that, so it is the same for every trial of a direction and is kept on
-disk. How fingers then close follows where the camera sees the object.
+object that is lost before, and for every one that does not go straight. A hand looks at nothing for that, so it is the
+same for every trial of a direction and is kept on disk. How fingers then close follows where the camera sees the
+object.
 """
 
 from collections.abc import Callable
@@ -39,12 +40,15 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-PRICE = 5.0
-"""What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be 5 % longer."""
+PRICE, CROOKED = 4.0, 0.75
+"""What an object lost is worth, in ways of a path, and what one that is not carried straight: a way of which 1 % more
+is lost must be 4 % longer, one of which 1 % more goes crooked 0.75 %."""
 ENOUGH = 0.85
 """A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
 ASTRAY = 0.012
-"""An object that is farther than this from its path counts as lost [m]; 27 deg at `TURN_ARM`."""
+"""An object that is farther than this from its path counts as lost [m]; 27 deg at `TURN_ARM`,"""
+STRAIGHT = 0.004
+"""and one that is farther than this is not carried straight [m]; 9 deg."""
 OFTEN = 3
 """Of the decisions of a rehearsal one in so many is judged."""
 SQUEEZE = 0.0035
@@ -77,8 +81,9 @@ class Candidate:
     plan: GraspPlan
     reach: float
     """Way that the search promises [m]."""
-    ways: tuple[float, ...] = ()
-    """How far it went in each world that it was tried in [m]; negative where it never held the object."""
+    ways: tuple[tuple[float, float], ...] = ()
+    """How far it went in each world that it was tried in, and how far of that straight [m]; negative where it never
+    held the object."""
 
 
 class Carries(Controller, Protocol):
@@ -153,14 +158,15 @@ def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
 
 
 def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
-    """Return how far to go [m], and what that is worth, where worlds were lost after ways `(N,)` [m].
+    """Return how far to go [m], and what that is worth, where worlds were lost and went crooked after `(N, 2)` [m].
 
-    A way is worth itself less `PRICE` times itself for the share of worlds that are lost before its end. Of a `whole`
-    path [m] nothing is kept, and its end is worth more than any way before it where `ENOUGH` of the worlds come there.
+    A way is worth itself less `PRICE` times itself for the share of worlds that are lost before its end, and less
+    `CROOKED` times itself for that of those that are not carried straight. Of a `whole` path [m] nothing is kept, and
+    its end is worth more than any way before it where `ENOUGH` of the worlds come there.
     """
     ends = np.unique(np.maximum(ways, 0.0))
-    lost = (ways[None] < ends[:, None]).sum(axis=1)
-    worth = ends * (1 - PRICE * (lost + 0.5) / (len(ways) + 1))
+    lost, bent = (ways[None] < ends[:, None, None]).sum(axis=1).T
+    worth = ends * (1 - (PRICE * (lost + 0.5) + CROOKED * (bent - lost)) / (len(ways) + 1))
     come, done = 1 - lost / len(ways), ends >= whole - SAME
     worth = np.where(done & (come >= ENOUGH), ends * (1 + come), worth)
     best = int(worth.argmax())
@@ -230,8 +236,9 @@ def _tried_together(
 ) -> list[Candidate]:
     found, aimed = _carried(held, paths, candidates, by, draws)
     own = paths[0][np.repeat([each.path for each in candidates], len(draws))]
-    ways = _ways(found, Path(own - own[:, :1]), aimed).reshape(len(candidates), len(draws))
-    return [replace(each, ways=(*each.ways, *row)) for each, row in zip(candidates, ways.tolist(), strict=True)]
+    ways = _ways(found, Path(own - own[:, :1]), aimed).reshape(len(candidates), len(draws), 2)
+    added = [tuple((way, straight) for way, straight in rows) for rows in ways.tolist()]
+    return [replace(each, ways=(*each.ways, *rows)) for each, rows in zip(candidates, added, strict=True)]
 
 
 def _carried(
@@ -278,15 +285,15 @@ class _Watched:
 
 
 def _ways(found: Recording, path: Path, aimed: list[Array]) -> Array:
-    """Return how far along its path each world carried its object `(B,)` [m], held and not astray.
+    """Return how far along its path each world carried its object, not astray, and how far straight `(B, 2)` [m].
 
-    It is -1 where it never was carried. A path may cross itself: an object is on its part near to where the set point
+    It is -1 where it never was held. A path may cross itself: an object is on its part near to where the set point
     was `aimed` in each decision `(B,)` [m].
     """
     carried = int(np.flatnonzero(found.phase == found.phase.max())[0])
     begin, scale = found.states[carried].pose, np.array([1.0, 1.0, TURN_ARM])
-    going, ways = found.last >= carried, np.full(len(found.last), -1.0)
-    aims, worlds = path.poses * scale, np.arange(len(going))
+    ways, most = np.full((2, len(found.last)), -1.0), np.array([[ASTRAY], [STRAIGHT]])
+    going, aims, worlds = found.last >= carried, path.poses * scale, np.arange(len(found.last))
     window = np.arange(-BEHIND, AHEAD + 1)
     for number in range(carried, len(found.states), OFTEN):
         state = found.states[number]
@@ -299,8 +306,8 @@ def _ways(found: Recording, path: Path, aimed: list[Array]) -> Array:
         closest = off.argmin(axis=1)
         place, away = near[worlds, closest], off[worlds, closest]
         # What is lost for a few decisions may be caught again, what is astray stays so.
-        going = going & (number <= found.last) & (away <= ASTRAY)
+        going = going & (number <= found.last) & (away <= most)
         here = going & state.touching.all(axis=-1)
         gone = np.where(come >= path.length - SAME, path.length, path.way[worlds, place])
-        ways[here] = np.maximum(ways[here], gone[here])
-    return ways
+        ways = np.where(here, np.maximum(ways, gone), ways)
+    return ways.T

@@ -44,7 +44,7 @@ class SensedPolicyController:
 
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
-        self._memory, self._taken = Memory(Held(self._task.hand, self._task.objects[0]), seen), True
+        self._memory = Memory(Held(self._task.hand, self._task.objects[0]), seen)
         way, arc = self._way(seen), TURN_ARM * np.abs(self._turned)
         self._asked = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
         self._rest = np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0)
@@ -55,9 +55,7 @@ class SensedPolicyController:
 
     def act(self, seen: Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
-        if not self._taken:
-            self._memory.take(seen)
-        self._taken = False
+        self._memory.take(seen)
         self._look()
         turned = self._near & (self._rest > 0)
         if turned.any():

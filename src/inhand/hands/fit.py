@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -25,17 +26,30 @@ class Held(NamedTuple):
 
 ROOM = 0.003
 """Room that a fingertip needs beside the object before it closes [m]."""
+PLACES = 5
+"""Places along the middle half of an object's sides at which fingertips are tried: joints with limits may not bring
+both to the very middle."""
 
 
-def widest_opening(hand: HandSpec) -> float:
-    """Return the widest object [m] that both fingertips can straddle at the start with `ROOM` beside each."""
+def widest_opening(hand: HandSpec, sides: tuple[float, float] = (0.0, 0.0)) -> float:
+    """Return the widest object [m] that both fingertips can straddle at the start with `ROOM` beside each.
+
+    They do so at the same height of its sides, which go from one place along y to another, both from its middle [m].
+    """
     half = np.arange(1e-3, hand.finger_length + hand.palm_width, 1e-4)
+    height = np.repeat(np.unique(np.linspace(*sides, PLACES) / 2), len(half))
+    half = np.resize(half, len(height))
+    both = _straddled(hand, half, height)
+    return max(float(2 * half[both].max()) - 2 * ROOM, 0.0) if both.any() else 0.0
+
+
+def _straddled(hand: HandSpec, half: Array, height: Array) -> NDArray[np.bool_]:
+    """Return whether the fingertips come so far to both sides of the start `(N,)` [m], so far along y from it [m]."""
     reached = []
     for sign, finger in zip((-1.0, 1.0), hand.fingers, strict=True):
-        points = np.stack([sign * half, np.zeros_like(half)], axis=-1) + np.array(hand.start_position)
+        points = np.stack([sign * half, height], axis=-1) + np.array(hand.start_position)
         reached.append(touch(hand, finger, points, np.tile([sign, 0.0], (len(half), 1))).reached)
-    both = reached[0] & reached[1]
-    return max(float(2 * half[both].max()) - 2 * ROOM, 0.0) if both.any() else 0.0
+    return np.asarray(reached[0] & reached[1])
 
 
 def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
@@ -47,7 +61,9 @@ def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
     """
     corners = polygon(spec)
     width = float(np.ptp(corners[:, 0]))
-    widest = widest_opening(hand)
+    # Most objects fit at their very middle, which is soon seen.
+    fits = _straddled(hand, np.array([width / 2 + ROOM]), np.zeros(1))[0]
+    widest = width if fits else widest_opening(hand, (float(corners[:, 1].min()), float(corners[:, 1].max())))
     if width > widest:
         raise InputError(
             f"object {spec.name!r} is {1e3 * width:.1f} mm wide; hand {hand.name!r} opens to {1e3 * widest:.1f}"

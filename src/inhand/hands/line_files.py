@@ -1,5 +1,6 @@
 """Lines from files, SVG, DXF or CSV: what drawings are traced along, and what outlines of objects are made of."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,6 @@ from inhand.geometry import Array
 from inhand.hands.dxf import dxf_lines
 from inhand.hands.polylines import CLOSE, MOST, UNITS, joined
 from inhand.hands.sizes import LENGTHS
-from inhand.hands.svg import svg_lines
 
 TURNS = 10
 """Whole turns that a way-point may be from the start's angle (guessed)."""
@@ -46,10 +46,19 @@ def read_polyline(path: Path, what: str, close: float = CLOSE) -> Polyline:
     if not path.is_file():
         raise InputError(f"{what}: there is no such file; give the path of a {kind} file that is there")
     try:
-        lines, unit = (svg_lines if kind == ".svg" else dxf_lines)(path, close)
+        lines, unit = _reader(kind)(path, close)
         return Polyline(joined(lines), unit)
     except InputError as error:
         raise InputError(f"{what}: {error}") from error
+
+
+def _reader(kind: str) -> Callable[[Path, float], tuple[list[Array], float | None]]:
+    """Return what reads the lines of a kind of file; what reads SVG is slow to import, and few runs need it."""
+    if kind != ".svg":
+        return dxf_lines
+    from inhand.hands.svg import svg_lines
+
+    return svg_lines
 
 
 def read_outline(path: Path, unit: str | None = None) -> Array:

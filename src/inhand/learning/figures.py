@@ -73,8 +73,8 @@ def shown_range(raw: Array, smooth: Array) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
-    """Return the figure of rewards and losses over the episodes (thesis figures 4.7 to 4.9)."""
+def curves_of(found: Learned) -> list[Curve]:
+    """Return rewards and losses over the episodes; no losses where nothing was learned."""
     count = len(found.total)
     episodes, rounds = np.arange(1.0, count + 1.0), spread(found.at, float(count))
     curves = [
@@ -83,7 +83,12 @@ def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figu
         Curve("Loss of the critic", "loss", rounds, found.critic_loss, count, wide=True),
         Curve("Loss of the actor", "loss", rounds, found.actor_loss, count, wide=True),
     ]
-    curves = curves if len(rounds) else curves[:2]
+    return curves if len(rounds) else curves[:2]
+
+
+def learning_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
+    """Return the figure of rewards and losses over the episodes (thesis figures 4.7 to 4.9)."""
+    curves = curves_of(found)
     handles = [
         Line2D([], [], color=INK, linewidth=1.8, label=f"smoothed by {SMOOTHING:g}"),
         Line2D([], [], color=INK, linewidth=0.6, marker=".", markersize=3, alpha=0.35, label="as recorded"),
@@ -104,7 +109,7 @@ def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
     if len(values) == 0:
         ax.text(0.5, 0.5, "nothing recorded", transform=ax.transAxes, ha="center", color=MUTED)
         return
-    places, means = _thinned(at, values)
+    places, means = thinned(at, values)
     smooth = smoothed(means)
     if len(places) < len(values):
         ax.plot(at, values, color=colour, linestyle="none", marker=".", markersize=1.8, alpha=0.3, zorder=2.0)
@@ -170,7 +175,7 @@ def _direction_handles(found: Learned, *, low: bool) -> list[Artist]:
     return handles
 
 
-def _thinned(at: Array, values: Array) -> tuple[Array, Array]:
+def thinned(at: Array, values: Array) -> tuple[Array, Array]:
     """Return places and means of neighbouring values, so many that a figure shows them apart."""
     each = -(-len(values) // MOST_POINTS)
     cuts = np.arange(0, len(values), each)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import SUBSTEPS
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.learning.starts import Starts
@@ -13,7 +12,7 @@ from inhand.sim.disturbance import FACTORS
 from inhand.sim.drawn import Drawn, truths
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import DECISION_S
 from inhand.tasks.observations import Aim
 
 
@@ -49,4 +48,4 @@ def _numbers(drawn: Drawn) -> Array:
     """Return what holding depends on of what was drawn for a world `(DRAWN,)`."""
     late = drawn.command_s, drawn.camera_s
     factors = [math.log(getattr(drawn, name)) for name in FACTORS]
-    return np.array([*factors, *(each / (SUBSTEPS * SceneSpec.timestep) for each in late)])
+    return np.array([*factors, *(each / DECISION_S for each in late)])

@@ -22,10 +22,10 @@ from inhand.control.trial import write_json, write_trials
 from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
-from inhand.pages import again, listed, options, page_of, table_of
+from inhand.pages import Part, Picture, again, listed, options, page_of, table_of
 from inhand.plots.save import save_picture
 from inhand.repeats import write_repeat
-from inhand.shown import Shown, frame
+from inhand.shown import HTML, Shown, frame
 from inhand.tasks.primitives import Primitive
 from inhand.versions import versions
 
@@ -71,6 +71,7 @@ class Compared(Shown):
         write_trials(self.policy.trials, folder)
         write_trials(self.expert.trials, folder / EXPERT)
         write_evaluation(self, folder)
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": [as_entry(result) for result in self.policy.results],
             "directions": summary_of(self.policy.first[1]),
@@ -88,6 +89,15 @@ class Compared(Shown):
         }
         write_json(content, folder / "metrics.json")
         write_repeat(folder, "evaluate", self.config)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.learning.browser import evaluation_page
+
+        both = [(self.expert, "from the same starts"), (self.policy, "the policy")]
+        shown = [Beside(each.name, *each.first, told=text) for each, text in both]
+        replayed = [Beside(each.name, *each.shown_or_failed) for each, _ in both]
+        return evaluation_page(parts(self, []), shown, replayed, (self.people, self.learned), self.config)
 
     @property
     def run(self) -> Run:
@@ -108,19 +118,24 @@ def write_training(folder: Path, what: str) -> None:
         InputError: the folder holds no record of a training.
     """
     found = read_learning(folder)
-    told = page_of(
-        f"# Training: {folder.resolve().name}",
+    pictures = curve_pictures(found, folder, folder.resolve().name, what)
+    told = page_of(*training_parts(found, folder.resolve().name, what), *pictures)
+    (folder / "report.md").write_text(told, encoding="utf-8")
+
+
+def training_parts(found: Learned, name: str, what: str) -> list[Part]:
+    """Return the parts of the page of a training but for its figures."""
+    return [
+        f"# Training: {name}",
         f"{what[:1].upper()}{what[1:]}. {len(found.total)} episodes of the agent, {len(found.evaluations)} evaluations;"
         f" the best policy is that at episode {found.best.episode}.",
         "Of limit is the mean share of the hand's own limit, Across and Turn are the worst trial's; returns are sums of"
         " rewards, the expert's from the same starts.",
         table_of(HEADER, evaluation_rows(found.best)),
-        *curve_pictures(found, folder, folder.resolve().name, what),
-    )
-    (folder / "report.md").write_text(told, encoding="utf-8")
+    ]
 
 
-def curve_pictures(found: Learned, folder: Path, title: str, subtitle: str) -> list[str]:
+def curve_pictures(found: Learned, folder: Path, title: str, subtitle: str) -> list[Picture]:
     """Draw the curves of a training into `figures` of a folder."""
     return [save_picture(draw(found, title, subtitle), folder, name, text) for name, draw, text in CURVES]
 
@@ -130,7 +145,7 @@ def write_evaluation(found: Compared, folder: Path) -> None:
     pictures = [*_asterisks(found, folder), *_failed(found, folder)]
     if found.learned is not None:
         pictures += curve_pictures(found.learned, folder, f"Training of {found.policy.name}", "")
-    (folder / "report.md").write_text(_page(found, pictures), encoding="utf-8")
+    (folder / "report.md").write_text(page_of(*parts(found, ["## Figures", *pictures])), encoding="utf-8")
 
 
 def summary(found: Compared) -> str:
@@ -139,14 +154,15 @@ def summary(found: Compared) -> str:
     return f"Objects lost in {len(found.policy.results)} episodes: {', '.join(told)}."
 
 
-def _page(found: Compared, pictures: Sequence[str]) -> str:
+def parts(found: Compared, pictures: Sequence[Part]) -> list[Part]:
+    """Return the parts of the page of an evaluation, the figures before the last."""
     config, policy, passport = found.test, found.policy, found.policy.trials[0].passport
     failed = [
         f"{each.name}{told}"
         for each in (policy, found.expert)
         for told in ([f", {sentence}" for sentence in failures(each.results)] or [": no trial failed."])
     ]
-    return page_of(
+    return [
         f"# Evaluation: {policy.name} on {passport.object.name} with {passport.hand.name}",
         f"{policy.shown} trial(s) for each direction, start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
         f" (standard deviations), seed {config.seed}; {policy.name} and the expert {found.expert.name} start from the"
@@ -159,15 +175,15 @@ def _page(found: Compared, pictures: Sequence[str]) -> str:
         listed(failed, "What failed"),
         people_told(found.people),
         listed(found.notes),
-        "## Figures",
         *pictures,
         again(shlex.join(["inhand", "evaluate", found.config.run, *options(found.config, without=("run",))])),
-    )
+    ]
 
 
-def _asterisks(found: Compared, folder: Path) -> list[str]:
+def _asterisks(found: Compared, folder: Path) -> list[Picture]:
     """Draw people, expert and policy side by side, trained and unseen directions apart, and one radar."""
-    run, pictures = found.run, []
+    run = found.run
+    pictures: list[Picture] = []
     for title, group in GROUPS:
         figure, name = side_by_side(_some(run, group), title), f"{title.lower().replace(' ', '_')}.png"
         text = f"{title}: mean object paths up to the first loss of contact [mm]"
@@ -185,7 +201,7 @@ def _some(run: Run, group: Sequence[Primitive]) -> Run:
     )
 
 
-def _failed(found: Compared, folder: Path) -> list[str]:
+def _failed(found: Compared, folder: Path) -> list[Picture]:
     """Draw every trial that the policy did not bring to its end; nothing where there is none."""
     every = [failure_of(trial, result) for trial, result in found.policy.failed]
     pictures = []

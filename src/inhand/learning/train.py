@@ -24,7 +24,7 @@ from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_lear
 from inhand.learning.run_cards import MARK, check, read_config
 from inhand.records import configured
 from inhand.repeats import write_repeat
-from inhand.shown import Kept, path_of
+from inhand.shown import HTML, Kept, path_of
 from inhand.sim.disturbance import disturbance_of
 
 if TYPE_CHECKING:
@@ -77,6 +77,15 @@ class Trained(Kept):
 
         found = self.learned.best
         return DataFrame([{"direction": name} | asdict(each) for name, each in found.directions.items()])
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.learning.browser import training_page
+        from inhand.learning.report import training_parts
+        from inhand.plots.page.document import settings_of
+
+        parts = training_parts(self.learned, self.folder.resolve().name, self.title)
+        return training_page(parts, self.learned, settings_of(self.config))
 
     def figure(self) -> Figure:
         """Return rewards and losses over the episodes."""
@@ -258,6 +267,7 @@ def _told(out: Path) -> Trained:
 
     found = load_training(out)
     write_training(out, found.title)
+    (out / HTML).write_text(found.html(), encoding="utf-8")
     words = command_of(found.config, out)
     if words is not None:
         write_repeat(out, "train", words)

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control import loop
-from inhand.control.controller import SUBSTEPS
 from inhand.control.loop import control_step, dropped
 from inhand.control.memory import Memory
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
@@ -20,6 +19,7 @@ from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
+from inhand.sim.scene import SUBSTEPS
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State, put, put_rows, select
 from inhand.tasks.decisions import (

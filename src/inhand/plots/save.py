@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from inhand.errors import InputError
 from inhand.folders import in_place
-from inhand.pages import pictured
+from inhand.pages import Picture
 
 PNG_DPI = 160
 """Resolution of PNG files [dots/in]: sharp on a page at 9 pt, small enough for a repository."""
@@ -39,7 +39,7 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     return path
 
 
-def save_picture(figure: Figure, folder: Path, name: str, text: str) -> str:
+def save_picture(figure: Figure, folder: Path, name: str, text: str) -> Picture:
     """Write a figure into `figures` of a run's folder and return it as a part of the run's page."""
     save_figure(figure, folder / "figures" / name)
-    return pictured(text, f"figures/{name}")
+    return Picture(text, f"figures/{name}")

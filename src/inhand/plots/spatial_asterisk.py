@@ -162,7 +162,7 @@ def _draw_map(ax: Axes, curves: Sequence[SpatialCurve], way: float, distance: No
                 f"{curve.distance_mm:.0f}", (x, y), (0, -11), textcoords="offset points", ha="center", va="center",
                 fontsize=TICK_POINTS - 1.5, path_effects=halo(2.0),
             )  # fmt: skip
-    for text, (x, y) in zip(AXES[0] + AXES[1], ((-1.2, 0.0), (1.2, 0.0), (0.0, -1.28), (0.0, 1.14)), strict=True):
+    for text, (x, y) in zip(AXES[0] + AXES[1], ((-1.27, 0.0), (1.27, 0.0), (0.0, -1.28), (0.0, 1.14)), strict=True):
         ax.text(x, y, text, ha="center", va="center", fontsize=TICK_POINTS - 1, color=MUTED)
     ax.set(xlim=(-1.4, 1.4), ylim=(-1.38, 1.25), aspect="equal")
     ax.axis("off")

@@ -28,6 +28,8 @@ def scene_of_each(objects: Sequence[object], scenes: SceneSpec | Sequence[SceneS
     return found
 
 
+SUBSTEPS = 5
+"""Physics steps for one decision: 0.02 s, guessed (the thesis's physics steps take 4 ms)."""
 PALM_UP = (0.0, 0.0, -9.81)
 """Gravity in the palm frame of a hand in space whose palm looks up [m/s^2]."""
 FAR = 1.0
@@ -59,3 +61,7 @@ class SceneSpec:
             raise InputError(f"pull {self.pull} m/s^2: gravity needs three finite numbers")
         if not np.isfinite(self.gravity):
             raise InputError(f"gravity {self.gravity:g} m/s^2: it must be a finite number")
+
+
+DECISION_S = SUBSTEPS * SceneSpec.timestep
+"""Time between two decisions in the standard scene [s]."""

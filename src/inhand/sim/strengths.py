@@ -5,11 +5,10 @@ from dataclasses import fields, replace
 
 from inhand.errors import InputError
 from inhand.sim.disturbance import FACTORS, PARTS, Disturbance
+from inhand.sim.scene import DECISION_S
 
 STRONGEST = 10.0
 """Strengths above this are taken for a slip of the pen: a friction x 0.6 would be x 0.006."""
-DECISION_S = 0.02
-"""Time between the frames of a camera that sees at every decision [s]."""
 KEPT = ("missing_run", "per_s", "most")
 """What says of which kind a disturbance is, and not how large: it stays."""
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import ControllerEntry
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.ik_sensed import SENSED_IK
+from inhand.control.ik_sensed import SENSED_PRIMITIVE
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
@@ -59,7 +59,7 @@ def repertoire_of(entry: ControllerEntry) -> Repertoire:
     real senses its numbers are those of `ik-sensed`.
     """
     sensed, learned = entry.reads == SENSED, entry.policy is not None
-    config = SENSED_IK if sensed else IkConfig()
+    config = SENSED_PRIMITIVE if sensed else IkConfig()
     expert, own = partial(IkController, config=config), entry.primitive or entry.manipulate
     return {
         "move": own,

@@ -15,12 +15,12 @@ from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
 from inhand.control.trial import Trial, load_trials, write_json, write_trials
 from inhand.errors import InputError
-from inhand.pages import again, counted, listed, options, page_of, pictured, table_of
+from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
 from inhand.records import read_record
 from inhand.repeats import write_repeat
-from inhand.shown import Shown, frame, saved
+from inhand.shown import HTML, Shown, frame, saved
 from inhand.sim.names import UNTOLD
 from inhand.tracing.config import MARK, TraceConfig
 from inhand.tracing.figures import MOST_PANELS, one_plan, plan_line, trace_figure, wall_mm
@@ -69,6 +69,7 @@ class TraceRun(Shown):
         """Write everything into a folder that is there; the replay may be drawn aside."""
         write_trials([each.trial for each in self.followed], folder)
         write_trace(self, folder, aside)
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": self._entries(),
             "size_mm": None if self.setup.size is None else 1e3 * self.setup.size,
@@ -80,6 +81,13 @@ class TraceRun(Shown):
         }
         write_json(content, folder / MARK)
         write_repeat(folder, "trace", self.config)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.tracing.browser import trace_page
+
+        found = list(zip(self.followed, self.traces, strict=True))
+        return trace_page(parts(self, []), self.config, found, self.setup.wall)
 
     def _entries(self) -> list[dict[str, Any]]:
         pairs, origin = zip(self.followed, self.traces, strict=True), self.setup.hand.start_pose
@@ -151,10 +159,10 @@ def write_trace(run: TraceRun, folder: Path, aside: Aside = here) -> None:
     text = "Paths of the object over its plan, and how far off they were"
     replay = _replay(run, folder, aside) if len(run.followed[0].trial.time) else None
     pictures = [save_picture(run.figure(), folder, "trace.png", text), *([replay()] if replay else [])]
-    (folder / "report.md").write_text(_page(run, pictures), encoding="utf-8")
+    (folder / "report.md").write_text(page_of(*parts(run, ["## Figures", *pictures])), encoding="utf-8")
 
 
-def _replay(run: TraceRun, folder: Path, aside: Aside) -> Callable[[], str]:
+def _replay(run: TraceRun, folder: Path, aside: Aside) -> Callable[[], Picture]:
     """Draw the first trial aside, a long one faster than it was; return what waits for its part of the page."""
     followed, wall, origin = run.followed[0], run.setup.wall, run.setup.hand.start_pose[:2]
     trial = followed.trial
@@ -174,9 +182,9 @@ def _replay(run: TraceRun, folder: Path, aside: Aside) -> Callable[[], str]:
         texts=[_told(followed, row) for row in rows],
     )
 
-    def waited() -> str:
+    def waited() -> Picture:
         drawn()
-        return pictured(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
+        return Picture(f"Replay of trial {trial.passport.trial}{speed}", "figures/replay.gif")
 
     return waited
 
@@ -189,12 +197,12 @@ def _told(followed: Followed, row: int) -> str:
     return f"primitive {min(int(followed.legs[number]) + 1, count)} of {count}"
 
 
-def _page(run: TraceRun, pictures: Sequence[str]) -> str:
-    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+def parts(run: TraceRun, pictures: Sequence[Part]) -> list[Part]:
+    """Return the parts of the page: what was run, the table, what failed and why, the figures, how to run it again."""
     config, setup, plan = run.config, run.setup, run.setup.plans[0]
     way = 1e3 * float(np.mean([each.measured().way[-1] for each in setup.plans]))
     pushed = " Pushed is the longest time against the wall, held by all fingers." if setup.wall else ""
-    return page_of(
+    return [
         f"# {what_was_done(setup)}: {setup.object.name} with {setup.hand.name}",
         f"{counted(config.trials, 'trial')} of {counted(len(plan.legs), 'primitive')}, {plan.approach} of them an"
         f" approach, then {way:.0f} mm of way; start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
@@ -205,7 +213,6 @@ def _page(run: TraceRun, pictures: Sequence[str]) -> str:
         table_of(*trace_rows(run.traces)),
         listed(faults(setup, run.followed, run.traces), "What failed") or FAULTLESS,
         listed(run.notes),
-        "## Figures",
         *pictures,
         again(shlex.join(["inhand", "trace", *options(config)])),
-    )
+    ]

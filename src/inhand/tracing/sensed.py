@@ -47,15 +47,14 @@ class SensedSequencer:
 
     def begin(self, seen: Seen) -> None:
         """Start from the grip that holds the object now."""
-        self._memory, self._going, self._taken = Memory(self._held, seen), False, True
+        self._memory, self._going = Memory(self._held, seen), False
         state = self._believed(seen)
         self._waiting.begin(self.sequence.view(self._waiting, state, np.arange(seen.n_worlds)))
 
     def act(self, seen: Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
-        if not self._taken:
-            self._memory.take(seen)
-        self._taken, state = False, self._believed(seen)
+        self._memory.take(seen)
+        state = self._believed(seen)
         # Time stands still in a world whose episode has ended: it holds up no other.
         if not self._going and not bool(self._memory.waiting.all()):
             self._going = True

@@ -15,6 +15,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array, unit
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import LAB_LIMITS_SUFFIX
+from inhand.hands.objects import ObjectSpec
 from inhand.plots.scenes import scene_of
 from inhand.plots.shapes import (
     CLEAR,
@@ -47,7 +48,7 @@ def design_figure(found: Found) -> Figure:
     asked, winner, known = found.asked, found.winner.looked, found.known.looked
     others = [each for each in found.front if each.number != winner.number]
     hands = [known, winner, *others[len(others) // 2 : len(others) // 2 + 1]]  # the last from the front's middle
-    scenes = [_scene(each.hand, asked) for each in hands]
+    scenes = [scene_with(each.hand, *asked.objects) for each in hands]
     extent = joined([extent_of(scene_points(scene), 5.0) for scene in scenes])
     size = HAND_IN, HAND_IN * (extent[3] - extent[2]) / (extent[1] - extent[0])
     around = [k for k, each in enumerate(asked.primitives) if each.angle_deg is not None and each.path is None]
@@ -116,15 +117,15 @@ def _draw_front(ax: Axes, found: Found) -> None:
     write_above(ax, "Front", "star: the winner; plus: catalogue; hollow: given up early, estimated")
 
 
-def _scene(hand: HandSpec, asked: Asked) -> SceneOutline:
-    """Return a hand that holds an object of the study at its start, or is open where it holds none."""
-    for thing in asked.objects:
+def scene_with(hand: HandSpec, *things: ObjectSpec) -> SceneOutline:
+    """Return a hand that holds the first object that it can at its start, or is open where it holds none."""
+    for thing in things:
         try:
             start = start_grip(hand, thing)
         except InputError:
             continue
         return scene_of(hand, thing, start.joints, start.pose, np.zeros(2))
-    return scene_of(hand, asked.objects[0], np.zeros(hand.n_joints), hand.start_pose, np.zeros(2))
+    return scene_of(hand, things[0], np.zeros(hand.n_joints), hand.start_pose, np.zeros(2))
 
 
 def _draw_hand(ax: Axes, looked: Looked, scene: SceneOutline, extent: Extent) -> None:

@@ -114,6 +114,23 @@ def finals(
     return [_final(config, asked, hand, found, folder) for hand in hands]
 
 
+def read_finals(config: DesignConfig, asked: Asked, hands: Sequence[Looked], folder: Path) -> list[Final]:
+    """Return hands in simulation as the files of a folder have them, whatever version computed them.
+
+    Raises:
+        InputError: a file that is missing or cannot be read.
+    """
+    pairs = [(hand.hand.name, thing.name) for hand in hands for thing in asked.objects]
+    paths = [_path(folder, *pair, controller) for pair in pairs for controller in config.controllers]
+    found = {}
+    for path in paths:
+        try:
+            found[path] = read_record(read_json(path.read_bytes()), Fought)
+        except (OSError, InputError) as error:
+            raise InputError(f"{path} is no simulation of a design study: {error}") from error
+    return [_final(config, asked, hand, found, folder) for hand in hands]
+
+
 def _final(config: DesignConfig, asked: Asked, hand: Looked, found: dict[Path, Fought], folder: Path) -> Final:
     fought = {
         controller: tuple(found[_path(folder, hand.hand.name, thing.name, controller)] for thing in asked.objects)

@@ -1,10 +1,12 @@
 """The folder of a design study: its numbers, its figure, its page, and the winner's files."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from inhand.asterisk_test.design.asked import AIMS
+from inhand.asterisk_test.design.browser import design_page
 from inhand.asterisk_test.design.config import MARK, DesignConfig
 from inhand.asterisk_test.design.figure import design_figure, label_of
 from inhand.asterisk_test.design.finals import Final
@@ -13,9 +15,9 @@ from inhand.asterisk_test.study import command, write_texts
 from inhand.control.trial import write_json
 from inhand.hands.hand import HandSpec
 from inhand.hands.hand_text import write_hand
-from inhand.pages import NOTHING, again, counted, listed, page_of, table_of
+from inhand.pages import NOTHING, Part, again, counted, listed, page_of, table_of
 from inhand.plots.save import save_picture
-from inhand.shown import frame
+from inhand.shown import HTML, frame
 from inhand.versions import versions
 
 WINNER = "winner"
@@ -71,7 +73,8 @@ def write_design(config: DesignConfig, found: Found, folder: Path, told: tuple[f
     }
     texts = {
         "hands.csv": table.to_csv(index=False, float_format="%.6g"),
-        "report.md": page(config, found, picture, told),
+        "report.md": page_of(*parts(config, found, [picture], told)),
+        HTML: design_page(parts(config, found, [], told), config, found),
     }
     write_texts(texts, folder)
     write_json(content, folder / MARK)
@@ -118,8 +121,10 @@ def simulated_row(found: Found, final: Final) -> list[str]:
     return [label_of(final.looked.hand), f"{found.asked.mean(final.looked.table):.1f}", *carried]
 
 
-def page(config: DesignConfig, found: Found, picture: str, told: tuple[float, tuple[str, ...]]) -> str:
-    """Return the page: what was asked, the answer, the figure, the tables, how to run it again."""
+def parts(
+    config: DesignConfig, found: Found, pictures: Sequence[Part], told: tuple[float, tuple[str, ...]]
+) -> list[Part]:
+    """Return the parts of the page: what was asked, the answer, the figure, the tables, how to run it again."""
     aims = [AIMS[name].label for name in found.asked.aims]
     front = [
         [each.hand.name, *_measures(each.hand).values(), *(f"{each.aims[name]:.1f}" for name in found.asked.aims)]
@@ -129,12 +134,12 @@ def page(config: DesignConfig, found: Found, picture: str, told: tuple[float, tu
     simulated = [simulated_row(found, final) for final in (*found.finals, found.known)]
     nominal = found.off[""]
     off = [[name, f"{mean:.1f}", f"{100 * (mean / nominal - 1):+.1f} %"] for name, mean in found.off.items() if name]
-    return page_of(
+    return [
         f"# Design: {counted(len(found.looked), 'hand')} for {', '.join(thing.name for thing in found.asked.objects)}",
         f"Aims: {', '.join(found.asked.aims)}. {counted(len(found.asked.primitives), 'direction')}, sampler"
         f" {config.sampler}, seed {config.seed}, {counted(config.seeds, 'seed')} in simulation.",
         listed([*answer(found), *told[1], f"This call took {told[0] / 60:.1f} minutes."]),
-        picture,
+        *pictures,
         table_of(header, [[str(cell) for cell in row] for row in front], "The front"),
         table_of(
             ["Hand", "Mean reach [mm]", *(f"{name} [mm]" for name in config.controllers)], simulated, "In simulation"
@@ -142,4 +147,4 @@ def page(config: DesignConfig, found: Found, picture: str, told: tuple[float, tu
         table_of(["What is off", "Mean reach [mm]", "Change"], off, "Tolerance of the winner"),
         f"The winner: `{WINNER}/{WINNER}.toml`, and as a robot `{WINNER}_urdf.toml` and `{WINNER}_mjcf.toml`.",
         again(command("design", config)),
-    )
+    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -16,11 +16,11 @@ from inhand.asterisk_test.cells import differences
 from inhand.asterisk_test.cores import on_cores
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import MARK, DesignConfig
-from inhand.asterisk_test.design.finals import finals
+from inhand.asterisk_test.design.finals import Final, finals, read_finals
 from inhand.asterisk_test.design.found import Found
-from inhand.asterisk_test.design.looked import Look, Looked, front_of, reached, variants
+from inhand.asterisk_test.design.looked import Look, Looked, front_of, reached, read_looked, variants
 from inhand.asterisk_test.design.search import check_optuna, looked_at, search
-from inhand.asterisk_test.study import Study
+from inhand.asterisk_test.study import Study, told_in
 from inhand.caches import sources
 from inhand.control.trial import write_json
 from inhand.errors import InputError
@@ -71,6 +71,13 @@ class DesignRun(Study):
 
         return design_figure(self.found)
 
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.design.browser import design_page
+        from inhand.asterisk_test.design.page import parts
+
+        return design_page(parts(self.config, self.found, [], (self.seconds, self.notes)), self.config, self.found)
+
     def write(self, folder: Path) -> None:
         """Write everything into a folder that is there."""
         from inhand.asterisk_test.design.page import write_design
@@ -120,10 +127,45 @@ def run_design(config: DesignConfig, told: Told = lambda *_: None) -> DesignRun:
         total = (len(best) + 1) * len(config.controllers) * len(asked.objects)
         told_of = _counted(told, "simulations", total)
         *ours, known = finals(config, asked, [*best, catalogue[0]], folder, told_of)
-        ours.sort(key=lambda final: final.means.get(config.controllers[0], 0.0), reverse=True)
+        ours = list(_won(config, ours))
         off = _off(config, asked, ours[0].looked.hand, told)
     found = Found(asked, tuple(catalogue), tuple(looked), tuple(ours), known, off)
     return DesignRun(config, time.perf_counter() - began, _notes(config, found), found)
+
+
+def read_design(config: DesignConfig, content: Mapping[str, Any]) -> DesignRun:
+    """Return the finished study of a folder as it stands, whatever version computed it; nothing is computed.
+
+    Raises:
+        InputError: a file that is missing or cannot be read.
+    """
+    asked, folder = ask(config), config.out / CELLS
+    catalogue, looked = (_there(folder, name) for name in ("catalogue_*.json", "hand_*.json"))
+    catalogue = _ranked(asked, catalogue)
+    best = front_of(asked, looked)[: config.finalists]
+    *ours, known = read_finals(config, asked, [*best, catalogue[0]], folder)
+    off = checked("tolerance_mm", content.get("tolerance_mm"), dict[str, float])
+    return DesignRun(
+        config, *told_in(content), Found(asked, tuple(catalogue), tuple(looked), _won(config, ours), known, off)
+    )
+
+
+def _there(folder: Path, pattern: str) -> list[Looked]:
+    """Return the hands of the files of a pattern, by their numbers."""
+    found = [each for path in folder.glob(pattern) if (each := read_looked(path)) is not None]
+    if not found:
+        raise InputError(f"{folder} holds no {pattern} of a design study: give the whole folder of one")
+    return sorted(found, key=lambda each: each.number)
+
+
+def _ranked(asked: Asked, hands: Iterable[Looked]) -> list[Looked]:
+    """Return hands of the catalogue, the best by mean reach first."""
+    return sorted(hands, key=lambda each: (-asked.mean(each.table), -each.number))
+
+
+def _won(config: DesignConfig, ours: Sequence[Final]) -> tuple[Final, ...]:
+    """Return hands in simulation, the farthest first."""
+    return tuple(sorted(ours, key=lambda final: final.means.get(config.controllers[0], 0.0), reverse=True))
 
 
 _KNOWN = len(CATALOGUE)
@@ -140,7 +182,7 @@ def _catalogue(config: DesignConfig, asked: Asked, folder: Path, tell: Callable[
     names = [name + ending for ending in (ENDINGS[limits] for limits in config.limits) for name in CATALOGUE]
     jobs = [Look(-k, load_hand(name), asked, (), folder / f"catalogue_{k}.json") for k, name in enumerate(names)]
     found = looked_at(jobs, config.jobs, tell)
-    return sorted(found.values(), key=lambda each: (-asked.mean(each.table), -each.number))
+    return _ranked(asked, found.values())
 
 
 ENDINGS = {"free": "", "lab": LAB_LIMITS_SUFFIX}

@@ -111,11 +111,15 @@ def cases_of(config: RobustnessConfig) -> tuple[Case, ...]:
 def curves_of(config: RobustnessConfig) -> dict[str, dict[float, str]]:
     """Return of each curve's disturbance, by name, the words of its points by their strength, undisturbed at 0.
 
+    What disturbs nothing at any strength, as the word none, has no curve.
+
     Raises:
         InputError: an unknown name.
     """
     found: dict[str, dict[float, str]] = {}
     for word in _words(config.curves):
+        if load_disturbance(word) is None:
+            continue
         base, own = parted(word)
         points = {strength: f"{base}@{own * strength:g}" for strength in sorted({0.0, *config.strengths})}
         found[disturbance_name(word)] = points

@@ -16,7 +16,7 @@ class RobustnessConfig(DrawConfig, HeldConfig):
     """What the tables tell: levels (bench, field, hard), singles (one quantity each), names or TOML files
     (docs/disturbances.md); field@0.5 is half as strong as field."""
     curves: tuple[str, ...] = ("field",)
-    """The same, each at all `strengths`, to draw what is kept against the strength."""
+    """The same, each at all `strengths`, to draw what is kept against the strength; none for no curve."""
     strengths: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
     """How strong the curves' disturbances are: 0 is nothing, which is always run, 1 what they say, at most 10."""
     directions: str = "all"

@@ -21,28 +21,50 @@ from inhand.sim.disturbance_files import disturbance_name
 
 def kept_figure(config: RobustnessConfig, found: Robustness) -> Figure:
     """Return the heat map of retention: disturbances and controllers, with how many objects were lost."""
+    subtitle = f"{told_trials(config)} each; an object that is lost has gone no way"
+    return heatmap_figure(
+        kept_map(found), "Share of the undisturbed way", "What controllers keep of their way", subtitle
+    )
+
+
+def kept_map(found: Robustness) -> HeatMap:
+    """Return the numbers of that heat map."""
     cases = [case.name for case in found.cases if case.row]
     names = [each.name for each in found.contenders]
     rows = [[found.row(name, case) for name in names] for case in cases]
     values = np.array([[np.nan if row is None else row["retention"] for row in line] for line in rows], dtype=float)
     notes = [["cannot run" if row is None else _lost(row) for row in line] for line in rows]
-    subtitle = f"{told_trials(config)} each; an object that is lost has gone no way"
-    heat = HeatMap(tuple(cases), tuple(names), values, notes)
-    return heatmap_figure(heat, "Share of the undisturbed way", "What controllers keep of their way", subtitle)
+    return HeatMap(tuple(cases), tuple(names), values, notes)
 
 
 def strength_figure(config: RobustnessConfig, found: Robustness, curve: str) -> Figure:
     """Return what is kept and lost against the strength of a disturbance, one curve for each controller."""
+    at, panels = strengths(config, found, curve)
+    subtitle = f"{told_trials(config)} at each strength; bands: 95 % intervals (bootstrap; Wilson)"
+    axis = f"Strength (0: undisturbed, 1: {curve})"
+    return curves_figure(at, panels, axis, f"Against the strength of {curve}", subtitle)
+
+
+def strengths(config: RobustnessConfig, found: Robustness, curve: str) -> tuple[Array, list[Panel]]:
+    """Return the strengths of a disturbance `(N,)`, and what is kept and lost at each."""
     points = {strength: disturbance_name(word) for strength, word in curves_of(config)[curve].items()}
     kept, lost = ([_along(found, each, points, name) for each in found.contenders] for name in ("retention", "lost"))
     panels = [Panel("Share of the undisturbed way", kept, 1.0), Panel("Share of objects lost", lost, 0.1)]
-    subtitle = f"{told_trials(config)} at each strength; bands: 95 % intervals (bootstrap; Wilson)"
-    axis = f"Strength (0: undisturbed, 1: {curve})"
-    return curves_figure(np.array(list(points)), panels, axis, f"Against the strength of {curve}", subtitle)
+    return np.array(list(points)), panels
 
 
 def sensitivity_figure(table: pd.DataFrame, found: Robustness, disturb: str) -> Figure:
     """Return the figure of what `sensitivity` gives of a disturbance, a panel for each controller."""
+    names, panels = sensitivity_panels(table, found, disturb)
+    subtitle = (
+        "rank correlation with losing the object, 95 % intervals by bootstrap; filled: clear of 0; not told of fewer"
+        f" than {FEWEST} lost or kept"
+    )
+    return list_figure(names, panels, "correlation", f"What goes with a loss under {disturb}", subtitle)
+
+
+def sensitivity_panels(table: pd.DataFrame, found: Robustness, disturb: str) -> tuple[list[str], list[Estimates]]:
+    """Return the quantities, the most telling first, and their correlations for each controller."""
     size = table.assign(size=table.correlation.abs()).groupby("quantity")["size"].max()
     names = size.sort_values(ascending=False).index.to_list()
     panels = []
@@ -52,11 +74,7 @@ def sensitivity_figure(table: pd.DataFrame, found: Robustness, disturb: str) -> 
         middle, low, high = (ordered[name].to_numpy(dtype=float) for name in ("correlation", "low", "high"))
         note = "cannot run" if row is None else f"{row['lost']} of {row['trials']} lost"
         panels.append(Estimates(contender.name, middle, low, high, note))
-    subtitle = (
-        "rank correlation with losing the object, 95 % intervals by bootstrap; filled: clear of 0; not told of fewer"
-        f" than {FEWEST} lost or kept"
-    )
-    return list_figure(names, panels, "correlation", f"What goes with a loss under {disturb}", subtitle)
+    return names, panels
 
 
 def lost_figure(config: RobustnessConfig, found: Robustness, contender: Contender) -> Figure | None:

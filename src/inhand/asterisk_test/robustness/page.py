@@ -7,14 +7,16 @@ import pandas as pd
 
 from inhand.asterisk_test.cells import kept_lost
 from inhand.asterisk_test.robustness import figures, tables
+from inhand.asterisk_test.robustness.browser import robustness_page
 from inhand.asterisk_test.robustness.cases import CASES, curves_of
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.robustness.sensitivity import sensitivity
 from inhand.asterisk_test.robustness.summary import Robustness
-from inhand.asterisk_test.study import Table, command, write_texts
+from inhand.asterisk_test.study import command, write_texts
 from inhand.control.trial import file_name, write_json
-from inhand.pages import again, counted, listed, page_of, table_of
+from inhand.pages import Part, Picture, again, counted, listed, page_of
 from inhand.plots.save import save_picture
+from inhand.shown import HTML
 from inhand.versions import versions
 
 
@@ -29,13 +31,18 @@ def write_robustness(config: RobustnessConfig, found: Robustness, wall_s: float,
         "disturbances": [asdict(each) for each in found.cases],
         "stopped": found.stopped,
         "wall_s": wall_s,
+        "notes": notes,
         "config": asdict(config),
         "versions": versions(),
     }
     write_json(content, config.out / "robustness.json")
-    text = page(config, found, told, pictures, [*notes, f"This call took {wall_s / 60:.1f} minutes."])
+    every = [*notes, f"This call took {wall_s / 60:.1f} minutes."]
+    pages = {
+        "report.md": page_of(*parts(config, found, told, pictures, every)),
+        HTML: robustness_page(parts(config, found, told, [], every), config, found, told),
+    }
     frames = {"robustness.csv": found.rows, "trials.csv": found.trials}
-    write_texts({name: table.to_csv(index=False) for name, table in frames.items()} | {"report.md": text}, config.out)
+    write_texts({name: table.to_csv(index=False) for name, table in frames.items()} | pages, config.out)
 
 
 def sensitivities(config: RobustnessConfig, found: Robustness) -> dict[str, pd.DataFrame]:
@@ -44,24 +51,24 @@ def sensitivities(config: RobustnessConfig, found: Robustness) -> dict[str, pd.D
     return {name: table for name, table in told.items() if len(set(table.quantity)) > 1}
 
 
-def page(
+def parts(
     config: RobustnessConfig,
     found: Robustness,
     told: dict[str, pd.DataFrame],
-    pictures: Sequence[str],
+    pictures: Sequence[Part],
     notes: Sequence[str] = (),
-) -> str:
-    """Return the page: what was asked, the answer in sentences, figures, tables, what was lost, how to run it again."""
+) -> list[Part]:
+    """Return the parts of the page: what was asked, the answer, figures, tables, what was lost, how to run it again."""
     seeds = tables.seeds_table(found)
-    goes = [_shown(tables.sensitivity_table(told))] if told else []
-    return page_of(
+    goes = [tables.sensitivity_table(told)] if told else []
+    return [
         f"# Robustness: {counted(len(found.contenders), 'controller')} x {counted(len(found.cases), 'disturbance')}",
         f"{config.object} with {config.hand}, {figures.told_trials(config)} ({config.directions}), start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}, engine"
         f" {config.engine}. Controllers are told none of what disturbs. A trial has the same start whatever disturbs"
         " it, and the same world whatever controls it.",
         listed([*tables.summary(found), *notes]),
-        _shown(tables.contenders_table(found)),
+        tables.contenders_table(found),
         "`Lost` counts objects that were let go or never held, with Wilson's 95 % interval. An object that was lost has"
         " gone no way. `Share` is the mean way as a share of the hand's limit, `Least` that of the worst direction;"
         " `Retention` is the mean way as a share of that of the same trials undisturbed, both with 95 % intervals by"
@@ -70,18 +77,18 @@ def page(
         " the share of the time with more than half a millimetre, `Force` and `Torque` the largest of a finger on the"
         " object.",
         *pictures,
-        _shown(tables.kept_table(found)),
-        *(_shown(tables.controller_table(found, each)) for each in found.contenders),
-        *([] if seeds is None else [_shown(seeds)]),
+        tables.kept_table(found),
+        *(tables.controller_table(found, each) for each in found.contenders),
+        *([] if seeds is None else [seeds]),
         *goes,
         listed(_lost_trials(config, found), "Trials that lost their object, to be shown with `inhand view`", "None."),
         listed(found.stopped, "What could not be run"),
         listed([f"{case.name}: {case.told}" for case in found.cases], "What each disturbance is"),
         again(command("robustness", config)),
-    )
+    ]
 
 
-def _pictures(config: RobustnessConfig, found: Robustness, told: dict[str, pd.DataFrame]) -> list[str]:
+def _pictures(config: RobustnessConfig, found: Robustness, told: dict[str, pd.DataFrame]) -> list[Picture]:
     """Draw the figures, and return them as parts of the page."""
     out = config.out
     text = "Share of the undisturbed way that controllers keep under disturbances, and objects lost"
@@ -110,7 +117,3 @@ def _lost_trials(config: RobustnessConfig, found: Robustness) -> list[str]:
                 place = files[0].parent.relative_to(config.out)
                 sentences.append(f"`{place}`: {', '.join(each.name for each in files)}")
     return sentences
-
-
-def _shown(table: Table) -> str:
-    return table_of(table.header, table.rows, table.title)

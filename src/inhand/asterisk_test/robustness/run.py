@@ -7,21 +7,21 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from inhand.asterisk_test.cells import read_cell
-from inhand.asterisk_test.robustness.cases import CASES, plan
+from inhand.asterisk_test.cells import cell_path, read_cell
+from inhand.asterisk_test.robustness.cases import CASES, Case, Contender, plan
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.spread import Compute, computed
-from inhand.asterisk_test.study import Study
+from inhand.asterisk_test.study import Study, told_in
 from inhand.control.catalogue import CONTROLLERS, find_controller, notes_of
 from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.records import configured
+from inhand.records import checked, configured, read_record
 from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
 from inhand.sim.disturbance import Disturbance, name_of
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from inhand.asterisk_test.robustness.summary import Robustness
 
+R = TypeVar("R")
 MARK = "robustness.json"
 """The file that marks a folder as a finished study's."""
 DEFAULT = RobustnessConfig()
@@ -61,6 +62,14 @@ class RobustnessRun(Study):
         from inhand.asterisk_test.robustness.figures import kept_figure
 
         return kept_figure(self.config, self.found)
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.robustness.browser import robustness_page
+        from inhand.asterisk_test.robustness.page import parts, sensitivities
+
+        told = sensitivities(self.config, self.found)
+        return robustness_page(parts(self.config, self.found, told, [], self.notes), self.config, self.found, told)
 
     def write(self, folder: Path) -> None:
         """Write numbers, figures and report into the folder that holds the cells."""
@@ -105,6 +114,25 @@ def robustness(
     settings |= {"curves": [name_of(each) for each in _each(curves)], "directions": listed(directions)}
     settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object), "jobs": jobs, "out": folder}
     return run_robustness(configured(RobustnessConfig, settings))
+
+
+def read_robustness(config: RobustnessConfig, content: Mapping[str, Any]) -> RobustnessRun:
+    """Return the finished study of a folder as it stands, whatever version computed it; nothing is computed.
+
+    Raises:
+        InputError: a cell that is missing or cannot be read.
+    """
+    from inhand.asterisk_test.robustness.summary import robustness_of
+
+    contenders = _records(content, "controllers", Contender)
+    cases = _records(content, "disturbances", Case)
+    folder = config.out / CASES
+    cells = (read_cell(cell_path(folder, who.name, case.name)) for case in cases for who in contenders)
+    return RobustnessRun(config, *told_in(content), robustness_of(cells, contenders, cases, config.seed))
+
+
+def _records(content: Mapping[str, Any], name: str, kind: type[R]) -> list[R]:
+    return [read_record(entry, kind) for entry in checked(name, content.get(name), list[dict[str, Any]])]
 
 
 def run_robustness(config: RobustnessConfig, compute: Compute = computed) -> RobustnessRun:

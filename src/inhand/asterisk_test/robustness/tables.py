@@ -6,8 +6,7 @@ import pandas as pd
 
 from inhand.asterisk_test.robustness.cases import Contender
 from inhand.asterisk_test.robustness.summary import Robustness, over_seeds
-from inhand.asterisk_test.study import Table
-from inhand.pages import NOTHING
+from inhand.pages import NOTHING, Table
 from inhand.pages import spread as shown
 from inhand.sim.disturbance import LEVELS
 from inhand.sim.disturbance_files import NONE

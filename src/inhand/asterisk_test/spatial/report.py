@@ -19,12 +19,12 @@ from inhand.control.spatial_scenes import solid_frames
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import write_json, write_trials
 from inhand.geometry import Array, interpolate
-from inhand.pages import again, counted, listed, page_of, pictured, table_of
+from inhand.pages import Part, Picture, again, counted, listed, page_of, table_of
 from inhand.plots.save import save_picture
 from inhand.plots.spatial_asterisk import MANY, SpatialCurve, Turned, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import write_spatial_replay
 from inhand.repeats import write_repeat
-from inhand.shown import Shown
+from inhand.shown import HTML, Shown
 from inhand.versions import versions
 
 POINTS = 60
@@ -58,12 +58,19 @@ class SpatialRun(Shown):
         """Return planes, maps of directions and turns."""
         return spatial_figure(*drawn(self), self.subject, _subtitle(self))
 
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.spatial.browser import spatial_page
+
+        return spatial_page(parts(self, []), (self.trials, self.results), drawn(self), self.config)
+
     def write(self, folder: Path, aside: Aside = here) -> None:
         """Write everything into a folder that is there; the replay may be drawn aside."""
         write_trials(self.trials, folder)
         waited = aside(draw_replay, self, folder)
         pictures = _pictures(self, folder)
         (folder / "report.md").write_text(page(self, [*pictures, waited()]), encoding="utf-8")
+        (folder / HTML).write_text(self.html(), encoding="utf-8")
         content = {
             "trials": [as_entry(result) for result in self.results],
             "directions": summary_of(self.results),
@@ -124,7 +131,7 @@ def mean_points(trial: SpatialTrial) -> Array:
     return interpolate(np.linspace(0.0, len(rows) - 1.0, POINTS), np.arange(len(rows), dtype=float), rows)
 
 
-def _pictures(run: SpatialRun, folder: Path) -> list[str]:
+def _pictures(run: SpatialRun, folder: Path) -> list[Picture]:
     curves, _ = drawn(run)
     text = "Distances in three planes and on maps of all directions, colours by the share of the hand's limit; turns"
     pictures = [save_picture(run.figure(), folder, "asterisk.png", text)]
@@ -134,7 +141,7 @@ def _pictures(run: SpatialRun, folder: Path) -> list[str]:
     return pictures
 
 
-def draw_replay(run: SpatialRun, folder: Path) -> str:
+def draw_replay(run: SpatialRun, folder: Path) -> Picture:
     """Draw the trial that went farthest and return its part of the page."""
     best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial, result = run.trials[best], run.results[best]
@@ -154,7 +161,7 @@ def draw_replay(run: SpatialRun, folder: Path) -> str:
         frame_s=FRAME_STEPS * trial.passport.period,
         fingers=trial.passport.hand.finger_names,
     )
-    return pictured(f"Replay of {title}", "figures/replay.gif")
+    return Picture(f"Replay of {title}", "figures/replay.gif")
 
 
 def _target(trial: SpatialTrial, result: Result) -> Array:
@@ -169,11 +176,16 @@ def _told(trail: Array, result: Result) -> Sequence[str]:
     return [f"{each:z.0f} mm" for each in way]
 
 
-def page(run: SpatialRun, pictures: Sequence[str]) -> str:
+def page(run: SpatialRun, pictures: Sequence[Part]) -> str:
     """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
+    return page_of(*parts(run, ["## Figures", *pictures]))
+
+
+def parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
+    """Return the parts of the page, the figures before the last."""
     config, passport = run.config, run.trials[0].passport
     x, y, z = passport.gravity
-    return page_of(
+    return [
         f"# Asterisk Test in space: {run.subject}",
         f"{counted(config.trials, 'trial')} for each direction; gravity {gravity_told(run)} ({x:.2f}, {y:.2f}, {z:.2f}"
         f" m/s² in the palm frame); start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg along and about"
@@ -189,10 +201,9 @@ def page(run: SpatialRun, pictures: Sequence[str]) -> str:
         errors_told(run.results),
         listed(failures(run.results), "What failed"),
         listed(run.notes),
-        "## Figures",
         *pictures,
         again(command(config)),
-    )
+    ]
 
 
 def errors_told(results: Sequence[Result]) -> str:

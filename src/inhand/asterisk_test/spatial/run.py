@@ -7,7 +7,7 @@ import numpy as np
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended_in_space
-from inhand.control.controller import SUBSTEPS, SpatialTask
+from inhand.control.controller import SpatialTask
 from inhand.control.draws import check_count, check_draws
 from inhand.control.loop import Bench, Told
 from inhand.control.recording import cut_spatial_trials
@@ -25,9 +25,10 @@ from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import pose_from
 from inhand.sim.engines import engine_in_space
-from inhand.sim.scene import SceneSpec
+from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
+from inhand.tasks.spatial.reach import limits_in_space
 from inhand.versions import versions
 
 PALM_UP = "up"
@@ -76,6 +77,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     engine_in_space(config.engine)
     check_solid_fit(hand, spec)
     check_weight(hand, spec)
+    check_solid_fit(hand, spec)
     paths = [spatial_path_of(primitive) for primitive in primitives]
     assignments = tuple(
         SpatialAssignment(primitive, path, k + 1)
@@ -108,10 +110,17 @@ def _check_known(config: AsteriskConfig) -> None:
 def simulate_asterisk_in_space(
     config: AsteriskConfig, setup: SpatialSetup, progress: Told | None = None, threads: int = 0
 ) -> tuple[SpatialTrial, ...]:
-    """Run every assignment at once and return the trials in the same order."""
+    """Run every assignment at once and return the trials in the same order.
+
+    The hand's own limit along each primitive is computed first and kept in the trials' passports.
+    """
     hand, spec, assignments = setup.hand, setup.object, setup.assignments
     count, engine = len(assignments), engine_in_space(config.engine)
     bench = Bench(engine, threads=threads, progress=progress)
+    told = None if progress is None else lambda name: progress(f"reach {name}", count, 0)
+    primitives = tuple(dict.fromkeys(each.primitive for each in assignments))
+    reach = limits_in_space((hand, spec), primitives, np.array([setup.gravity]), progress=told)
+    limits = {limit.primitive: limit.distance for limit in reach}
     starts = pose_from(hand.start_pose, *start_noise_in_space(config, assignments))
     gravity = np.tile(setup.gravity, (count, 1))
     grasp = setup.controller.grasp(hand, spec, [each.path for each in assignments], gravity, starts, bench=bench)
@@ -125,14 +134,12 @@ def simulate_asterisk_in_space(
         bench,
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
     )
-    passports = [_passport(config, setup, each, None) for each in assignments]
+    passports = [_passport(config, setup, each, limits[each.primitive]) for each in assignments]
     references = np.concatenate([path.moves, path.turns], axis=-1)
     return tuple(ended_in_space(trial) for trial in cut_spatial_trials(recording, passports, references))
 
 
-def _passport(
-    config: AsteriskConfig, setup: SpatialSetup, each: SpatialAssignment, limit: float | None
-) -> SpatialPassport:
+def _passport(config: AsteriskConfig, setup: SpatialSetup, each: SpatialAssignment, limit: float) -> SpatialPassport:
     return SpatialPassport(
         setup.hand,
         setup.object,

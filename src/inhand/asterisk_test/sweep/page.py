@@ -11,12 +11,15 @@ from matplotlib.figure import Figure
 
 from inhand.asterisk_test.study import command, write_texts
 from inhand.asterisk_test.sweep import tables
+from inhand.asterisk_test.sweep.browser import sweep_page
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.summary import Sweep, compared
+from inhand.asterisk_test.sweep.sweep import CELLS
 from inhand.control.trial import write_json
-from inhand.pages import again, counted, listed, page_of, table_of
+from inhand.pages import Part, again, counted, listed, page_of
 from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
+from inhand.shown import HTML
 from inhand.versions import versions
 
 OVER = {"object": "directions", "direction": "objects"}
@@ -33,7 +36,7 @@ FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, ta
 
 def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> None:
     """Write numbers, heat maps and page of a sweep, which took `wall_s` [s], into its folder, with notes on it."""
-    pictures = []
+    pictures: list[Part] = []
     for kind, text in KINDS.items():
         for column, over in OVER.items():
             figure, told = figure_of(config, sweep, kind, column), f"{text}: hands and {column}s, means over the {over}"
@@ -42,6 +45,7 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
         "median_share": sweep.cases.share.median(),
         "kept_share": sweep.cases.kept.mean(),
         "wall_s": wall_s,
+        "notes": notes,
         **{name: getattr(sweep, name) for name in ("hands", "objects", "directions")},
         **{name: getattr(sweep, name).to_dict("records") for name in ("cells", "cases")},
         "failures": tables.failures(sweep),
@@ -49,12 +53,19 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
         "versions": versions(),
     }
     write_json(content, config.out / "sweep.json")
-    told = page(config, sweep, wall_s, pictures, notes)
-    write_texts({"trials.csv": sweep.trials.to_csv(index=False), "report.md": told}, config.out)
+    told = page_of(*parts(config, sweep, wall_s, pictures, notes))
+    pages = {"report.md": told, HTML: page_for_browser(config, sweep, wall_s, notes)}
+    write_texts({"trials.csv": sweep.trials.to_csv(index=False)} | pages, config.out)
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
-    """Return the heat map of hands and one of `KINDS` in the columns object or direction.
+    """Return the heat map of hands and one of `KINDS` in the columns object or direction."""
+    scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"
+    return heatmap_figure(map_of(sweep, kind, column), scale, KINDS[kind], told_of(config, sweep, kind, column))
+
+
+def map_of(sweep: Sweep, kind: str, column: str) -> HeatMap:
+    """Return the numbers of the heat map of hands and one of `KINDS` in the columns object or direction.
 
     Of the directions it has those whose distances have a common unit.
     """
@@ -68,20 +79,33 @@ def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figu
         notes = np.where(ran, notes, "cannot run")
     farthest = float(np.fmax(found.distance.max(), found.limit.max()))
     top = farthest if farthest > 0.0 and kind != "share" else 1.0
-    heat = HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
-    scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"
+    return HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
+
+
+def told_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> str:
+    """Return what a reader must know of a heat map."""
     told = [f"mean over the {OVER[column]}"]
     if kind != "limit":
         told = [config.controller, f"{told[0]}, {_trials(config)}", *["± SD over the trials"] * (config.trials > 1)]
     told += ["L: finger length"] * (kind != "share" and sweep.unit == "mm")
-    return heatmap_figure(heat, scale, KINDS[kind], "; ".join(told))
+    return "; ".join(told)
 
 
-def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[str], notes: Sequence[str] = ()) -> str:
-    """Return the page: what was asked, the answer in sentences, heat maps, tables, failures, how to run it again."""
-    found = [make(sweep) for make in (*FOUND, tables.cells_table)]
-    shown = [table_of(table.header, table.rows, table.title) for table in found]
-    return page_of(
+def page_for_browser(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequence[str] = ()) -> str:
+    """Return the page for a browser."""
+    maps = [
+        (map_of(sweep, kind, column), f"{text}, by {column}", told_of(config, sweep, kind, column))
+        for kind, text in KINDS.items()
+        for column in OVER
+    ]
+    return sweep_page(parts(config, sweep, wall_s, [], notes), maps, sweep, config, config.out / CELLS)
+
+
+def parts(
+    config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[Part], notes: Sequence[str] = ()
+) -> list[Part]:
+    """Return the parts of the page: what was asked, the answer, heat maps, tables, failures, how to run it again."""
+    return [
         f"# Sweep: {counted(len(sweep.hands), 'hand')} x {counted(len(sweep.objects), 'object')} x"
         f" {counted(len(sweep.directions), 'direction')}",
         f"Controller {config.controller}, {_trials(config)}, start noise"
@@ -94,13 +118,13 @@ def page(config: SweepConfig, sweep: Sweep, wall_s: float, pictures: Sequence[st
         " distances and limits what could not be run counts as 0; in means of shares it does not count."
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         *pictures,
-        *shown[:-1],
+        *(make(sweep) for make in FOUND),
         listed(tables.failures(sweep), "What failed", "Every case kept the object to its end."),
         listed(tables.poor(sweep), "Kept, but below half of the limit", "None."),
         listed(tables.beyond(sweep), "Beyond the limit", "None."),
-        shown[-1],
+        tables.cells_table(sweep),
         again(command("sweep", config)),
-    )
+    ]
 
 
 def _trials(config: SweepConfig) -> str:

@@ -5,16 +5,17 @@ What counts and draws is imported once all cells are there.
 
 from __future__ import annotations
 
+import itertools
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from inhand.asterisk_test.cells import read_cell
+from inhand.asterisk_test.cells import cell_path, read_cell
 from inhand.asterisk_test.spread import Compute, computed
-from inhand.asterisk_test.study import Study
+from inhand.asterisk_test.study import Study, told_in
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.sweep import CELLS, plan
 from inhand.control.catalogue import CONTROLLERS, find_controller
@@ -22,7 +23,7 @@ from inhand.control.draws import disturbance_notes
 from inhand.hands.files import HANDS, OBJECTS, assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.records import configured
+from inhand.records import checked, configured
 from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
 from inhand.sim.disturbance import disturbance_of
@@ -59,6 +60,12 @@ class SweepRun(Study):
         from inhand.asterisk_test.sweep.page import figure_of
 
         return figure_of(self.config, self.sweep, "distance", "object")
+
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.sweep.page import page_for_browser
+
+        return page_for_browser(self.config, self.sweep, self.seconds, self.notes)
 
     def write(self, folder: Path) -> None:
         """Write numbers, heat maps and report into the folder that holds the cells."""
@@ -99,6 +106,20 @@ def sweep(
     settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}
     settings |= disturbance_of(settings)
     return run_sweep(configured(SweepConfig, settings))
+
+
+def read_sweep(config: SweepConfig, content: Mapping[str, Any]) -> SweepRun:
+    """Return the finished sweep of a folder as it stands, whatever version computed it; nothing is computed.
+
+    Raises:
+        InputError: a cell that is missing or cannot be read.
+    """
+    from inhand.asterisk_test.sweep.summary import sweep_of
+
+    names = [checked(name, content.get(name), tuple[str, ...]) for name in ("hands", "objects")]
+    cells = (read_cell(cell_path(config.out / CELLS, *pair)) for pair in itertools.product(*names))
+    swept = sweep_of(cells, parse_directions(config.directions))
+    return SweepRun(config, *told_in(content), swept)
 
 
 def run_sweep(config: SweepConfig, compute: Compute = computed) -> SweepRun:

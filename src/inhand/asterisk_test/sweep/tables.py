@@ -6,9 +6,8 @@ from typing import Any
 
 import pandas as pd
 
-from inhand.asterisk_test.study import Table
 from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared
-from inhand.pages import NOTHING, spread
+from inhand.pages import NOTHING, Table, spread
 
 POOR = 0.5
 """Share of the limit below which a case is listed as poor although nothing was lost."""

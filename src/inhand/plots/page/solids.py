@@ -1,0 +1,129 @@
+"""Trials in space as the page's scripts take them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from inhand.plots.page.packed import Packed
+from inhand.plots.page.views import Flat
+
+Point: TypeAlias = tuple[float, float, float]
+"""A point [mm] or a direction."""
+Rod: TypeAlias = tuple[float, ...]
+"""A capsule: both ends and the radius [mm]."""
+
+
+@dataclass(frozen=True)
+class SolidLink:
+    """A hinge and the capsules that it moves."""
+
+    origin: Point
+    """The hinge in the frame of the link before [mm]."""
+    turn: tuple[float, float, float, float]
+    """The link's frame in that one, where the joint angle is 0 (w, x, y, z)."""
+    axis: Point
+    rods: tuple[Rod, ...]
+
+
+@dataclass(frozen=True)
+class SolidFinger:
+    """A finger that moves."""
+
+    name: str
+    first: int
+    """Place of its first joint among all of the hand."""
+    links: tuple[SolidLink, ...]
+    tip: Point
+    """Centre of its tip in the last link's frame [mm]."""
+    radius: float
+    """Radius of its tip [mm]."""
+
+
+@dataclass(frozen=True)
+class SolidHand:
+    """A hand that moves."""
+
+    palm: tuple[Flat, ...]
+    """Faces of its palm, corner by corner x, y, z [mm]."""
+    fingers: tuple[SolidFinger, ...]
+
+
+@dataclass(frozen=True)
+class Solid:
+    """An object that moves."""
+
+    faces: tuple[Flat, ...]
+    """Its faces in its own frame, counter-clockwise from outside [mm]."""
+
+
+@dataclass(frozen=True)
+class SolidMotion:
+    """A trial that can be replayed."""
+
+    name: str
+    group: str
+    direction: str
+    along: Point | None
+    """Its direction; None where it only turns."""
+    hand: int
+    object: int
+    rows: int
+    start: int
+    """The row at which manipulation begins."""
+    period: float
+    phases: tuple[tuple[int, str], ...]
+    outcome: str
+    failed: bool
+    told: str
+    target: Flat
+    """The path it was to take [mm]."""
+    packed: Packed
+    """Joint angles [rad], place [mm] and quaternion of the object, and the force of each finger [N]."""
+    contact: str
+
+
+@dataclass(frozen=True)
+class Extent3:
+    """The ball that the stage shows."""
+
+    middle: Point
+    radius: float
+    """[mm]"""
+
+
+@dataclass(frozen=True)
+class Solids:
+    """Trials in space to replay."""
+
+    hands: tuple[SolidHand, ...]
+    objects: tuple[Solid, ...]
+    trials: tuple[SolidMotion, ...]
+    extent: Extent3
+    picker: None = None
+    space: bool = True
+
+
+@dataclass(frozen=True)
+class Way:
+    """How far a direction was gone."""
+
+    name: str
+    label: float
+    limit: float | None
+    colour: str = "var(--series-0)"
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Directions as bars."""
+
+    title: str
+    curves: tuple[Way, ...]
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Lists of bars side by side."""
+
+    lists: tuple[Ways, ...]

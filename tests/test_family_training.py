@@ -162,7 +162,7 @@ def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(
 
 def test_every_layer_of_a_network_over_joints_learns(ready: Ready) -> None:
     actor = new_actor(jax.random.key(0), "joints", ready.columns, (4, 4))
-    seen = np.random.default_rng(0).uniform(-1, 1, (8, ready.columns.d)).astype(np.float32)
+    seen = jax.numpy.asarray(np.random.default_rng(0).uniform(-1, 1, (8, ready.columns.d)), np.float32)
     slopes = layers_of(jax.jit(jax.grad(lambda each: (act(each, seen) ** 2).sum()))(actor))
     assert all(np.abs(part).max() > 0 for layer in slopes for part in layer)
 

@@ -8,7 +8,7 @@ is made without PyBullet, grasps too. With `--keep FOLDER` a run that was ended 
 Bounds for each controller: an object kept in 16 of 16 directions, at least 0.90 of MuJoCo's way, drops at most 1 %.
 Run: python benchmarks/gap.py [CONTROLLER ...] [--seeds N] [--planned ENGINE] [--keep FOLDER] [--out FIGURE.png]
      (five minutes a controller on one core if planned in the plane; to rehearse in PyBullet takes ten more of `ik` and
-     `rl`, and of `ik-sensed` a quarter of an hour once)
+     `rl-privileged`, and of `ik-sensed` a quarter of an hour once)
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from inhand.plots.style import MUTED, TICK_POINTS, series_look
 from inhand.sim.names import Engine
 from timing import environment, verdict
 
-CONTROLLERS = ("ik", "ik-sensed", "rl")
+CONTROLLERS = ("ik", "ik-sensed", "rl-privileged")
 ENGINES: tuple[Engine, Engine] = ("mujoco", "bullet")
 TRIALS, SEEDS = 3, 10
 LEAST, MOST_DROPS = 0.90, 0.01

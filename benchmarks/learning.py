@@ -5,10 +5,10 @@ evaluation stands beside it. Every controller is run through the whole Asterisk 
 directions with start noise, 7 trials each, so 112 episodes, from starts that no training saw. Training times are wall
 clock on this machine from the first grasp planned to the last checkpoint.
 
-Groups: `default` (both variants), `ablations` (default less one departure, half its budget), `thesis`, and `given`: the
+Groups: `privileged` (both variants), `ablations` (it less one departure, half its budget), `thesis`, and `given`: the
 experts and the policy that ships, which `--engine mujoco` tests in three dimensions.
-Bounds on two cores: `default` trained in 60 s, `thesis` in 180 s.
-Run: python benchmarks/learning.py --groups default given --seeds 0 1 2
+Bounds on two cores: `privileged` trained in 60 s, `thesis` in 180 s.
+Run: python benchmarks/learning.py --groups privileged given --seeds 0 1 2
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import SHIPPED
-from inhand.learning.config import Training, default, thesis
+from inhand.learning.config import Training, privileged, thesis
 from inhand.learning.runs import finished, train
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.primitives import TRAIN
@@ -44,10 +44,10 @@ def _half(config: Training) -> Training:
     )
 
 
-EIGHT = replace(default(), directions="train")
-"""The default trained on the 8 directions alone, as in the thesis."""
+EIGHT = replace(privileged(), directions="train")
+"""The same trained on the 8 directions alone, as in the thesis."""
 ABLATIONS: dict[str, Change] = {
-    "default, half": lambda config: config,
+    "privileged, half": lambda config: config,
     "no start from demonstrations": lambda config: replace(config, imitate=0),
     "start only, no learning after it": lambda config: replace(config, warm_up=0, episodes=1),
     "no imitation term": lambda config: replace(config, learning=replace(config.learning, imitation=0.0)),
@@ -63,7 +63,7 @@ ABLATIONS: dict[str, Change] = {
     "actions as joint angles": lambda config: replace(config, interface=replace(config.interface, actions="angles")),
 }
 GROUPS: dict[str, dict[str, Training]] = {
-    "default": {"default": default(), "default on 8 directions": EIGHT},
+    "privileged": {"privileged": privileged(), "privileged on 8 directions": EIGHT},
     "ablations": {name: change(_half(EIGHT)) for name, change in ABLATIONS.items()},
     "thesis": {"thesis": thesis()},
 }
@@ -160,7 +160,7 @@ HEADER = (
 def main() -> None:
     """Train, test and print the table as it grows."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--groups", nargs="+", default=["default", "given"], choices=[*GROUPS, "given"])
+    parser.add_argument("--groups", nargs="+", default=["privileged", "given"], choices=[*GROUPS, "given"])
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
     parser.add_argument("--only", nargs="+", default=[], help="names of rows, all without it")
     parser.add_argument("--engine", default=ENGINE, choices=get_args(Engine), help="in which controllers are tested")

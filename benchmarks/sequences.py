@@ -54,7 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--paths", nargs="+", default=PATHS)
-    parser.add_argument("--controllers", nargs="+", default=("ik", "rl"))
+    parser.add_argument("--controllers", nargs="+", default=("ik", "rl-privileged"))
     parser.add_argument("--disturb", default="none")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()

@@ -26,7 +26,7 @@ from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
-from inhand.learning.config import Training, default
+from inhand.learning.config import Training, privileged
 from inhand.learning.progress import JOURNAL
 from inhand.learning.runs import finished, resume, train
 from inhand.sim.scene import SUBSTEPS, SceneSpec
@@ -122,7 +122,7 @@ def training_of(config: CompareConfig, who: Contestant, demonstrations: int | No
         demonstrations: of a trial of adaptation, which imitates so many and learns nothing after them; None trains.
     """
     base = replace(
-        default(), preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object
+        privileged(), preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object
     )
     horizon = horizon_of(config, who.task) if who.task else base.interface.horizon
     share = config.budget * base.interface.horizon / horizon

@@ -8,7 +8,7 @@ from pathlib import Path
 from inhand.hands.pair_family import HELD_OUT_HANDS, HELD_OUT_OBJECTS
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
-"""The hand that `rl` was trained with."""
+"""The hand that `rl-privileged` was trained with."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from inhand.learning.config import hand_of_family
 from inhand.learning.progress import BEST
 from inhand.learning.train import begin
 
-EXPERT, ALONE = "ik", "rl"
+EXPERT, ALONE = "ik", "rl-privileged"
 """Each hand's own expert, and the policy that was trained with the standard hand and cube alone."""
 LEAST = 5.0
 """Cases in which the expert itself comes less far have no share [mm or deg]."""

@@ -133,7 +133,7 @@ def test_a_folder_of_other_settings_or_of_something_else_is_refused(tmp_path: Pa
 
 def canned(training: Training, out: Path, *_: object, **__: object) -> Path:
     """Leave what a training leaves: a policy that says what it was trained on, and what an evaluation found."""
-    policy = find_controller("rl").policy
+    policy = find_controller("rl-privileged").policy
     assert policy is not None
     save_policy(replace(policy, trained=dict(policy.trained) | {"task": training.task}), out / "best")
     line = {"kind": "evaluation", "fraction": training.recipe.episodes / 10, "dropped": 1, "trials": 4}

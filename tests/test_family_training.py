@@ -23,7 +23,7 @@ from inhand.hands.sides import rough_plan
 from inhand.learning import pair_pools, setup, training
 from inhand.learning.beginning import begun
 from inhand.learning.config import family, hand_of_family
-from inhand.learning.experts import TEACHER, expert_of
+from inhand.learning.experts import expert_of
 from inhand.learning.networks import act, layers_of, new_actor
 from inhand.learning.pair_pools import DIRECTIONS, SIXTEEN, TURNS_TOO, Planned, pools_of
 from inhand.learning.run_cards import check
@@ -131,7 +131,7 @@ def test_each_pair_is_shown_by_its_own_teacher() -> None:
     assert mixed.pairs is not None
     worlds = ManipulationWorlds(HELD[0], mixed, len(mixed), SMALL.interface, np.random.default_rng(0), threads=1)
     worlds.reset(np.arange(len(mixed)))
-    targets = expert_of(TEACHER, HELD[0], mixed, worlds)()
+    targets = expert_of("teacher", HELD[0], mixed, worlds)()
     for number, held in enumerate(mixed.pairs.held):
         mine = np.flatnonzero(mixed.pairs.of == number)
         teacher = Teacher(*held, None, len(mine))

@@ -204,7 +204,7 @@ def test_a_plan_that_is_tried_in_parts_is_the_same(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.usefixtures("quick")
-@pytest.mark.parametrize("controller", ["ik", "ik-cautious", "ik-sensed", "rl"])
+@pytest.mark.parametrize("controller", ["ik", "ik-cautious", "ik-sensed", "rl-privileged"])
 def test_grasps_are_rehearsed_in_the_engine_that_runs(controller: str, monkeypatch: pytest.MonkeyPatch) -> None:
     used = set[str]()
 

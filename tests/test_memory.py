@@ -21,7 +21,7 @@ from inhand.geometry import TURN_ARM, Array, Path
 from inhand.hands.fit import Held
 from inhand.hands.sides import rough_plan
 from inhand.learning.config import preset
-from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.experts import expert_of, taught_reach
 from inhand.learning.run_cards import check
 from inhand.learning.starts import Starts, gripped
 from inhand.learning.worlds import Interface, ManipulationWorlds
@@ -234,7 +234,7 @@ def test_primitive_follows_primitive_and_the_teacher_goes_them_all(starts: Start
     asked = replace(starts, distance=np.full(4, 0.008), legs=legs)
     worlds = ManipulationWorlds(HELD, asked, 4, interface, np.random.default_rng(1))
     worlds.reset(np.arange(4))
-    teach, seen, lost = expert_of(TEACHER, HELD, asked, worlds), list[Array](), np.zeros(4, dtype=bool)
+    teach, seen, lost = expert_of("teacher", HELD, asked, worlds), list[Array](), np.zeros(4, dtype=bool)
     for _ in range(150):
         step = worlds.step(actions_of(teach(), "steps", HAND, worlds.seen))
         seen.append(np.column_stack([worlds.aim.turn, worlds.asked.distance, step.observation[:, 3]]))
@@ -255,7 +255,7 @@ def test_the_teacher_knows_zeros_and_carries_the_object_where_it_is_asked(starts
     interface = Interface("senses", "steps", "progress", horizon=200, truth="truth")
     worlds = ManipulationWorlds(HELD, starts, 4, interface, np.random.default_rng(1))
     worlds.reset(np.arange(4))
-    teach = expert_of(TEACHER, HELD, starts, worlds)
+    teach = expert_of("teacher", HELD, starts, worlds)
     shift, lost = np.zeros((4, 3)), np.zeros(4, dtype=bool)
     for _ in range(110):
         step = worlds.step(actions_of(teach(), "steps", HAND, worlds.seen))
@@ -267,10 +267,10 @@ def test_the_teacher_knows_zeros_and_carries_the_object_where_it_is_asked(starts
 
 
 def test_the_shipped_policy_on_senses_carries_as_far_as_it_is_told_and_says_what_it_reads(starts: Starts) -> None:
-    entry = find_controller("rl-sensed")
+    entry = find_controller("rl")
     policy = entry.policy
     assert policy is not None
-    assert (entry.reads, policy.grasp, policy.trained["preset"]) == ("sensed", "sensed", "sensed")
+    assert (entry.reads, policy.grasp, policy.trained["preset"]) == ("sensed", "sensed", "default")
     assert policy.contract == contract_of(HAND, FIELD)
     interface = Interface(policy.observation, policy.actions, "progress", horizon=200)
     worlds = ManipulationWorlds(HELD, starts, 4, interface, np.random.default_rng(1))
@@ -286,9 +286,13 @@ def test_what_has_no_memory_is_not_given_the_layout_of_senses() -> None:
     with pytest.raises(InputError, match="has a memory: make a controller"):
         user_policy(np.tanh, "senses")
     with pytest.raises(InputError, match="knows primitives: leave task out"):
-        check(replace(preset("sensed"), task="key"))
+        check(replace(preset("default"), task="key"))
+    with pytest.raises(InputError, match="'rl-sensed' is called rl now, and what was rl is called rl-privileged"):
+        find_controller("rl-sensed")
+    with pytest.raises(InputError, match="what was sensed is default now, and what was default is privileged"):
+        preset("sensed")
     with pytest.raises(InputError, match="'ik' shows straight primitives: leave turns and legs at 0"):
-        check(replace(preset("default"), recipe=replace(preset("default").recipe, turns=0.1)))
+        check(replace(preset("privileged"), recipe=replace(preset("privileged").recipe, turns=0.1)))
 
 
 def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> None:
@@ -300,5 +304,5 @@ def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> 
         replace(each, spec=spec, drawn=replace(each.drawn, friction=f))
         for each, f in zip(twice.disturbed, (0.1, 1.5), strict=True)
     ]
-    found = taught_reach(HELD, replace(twice, disturbed=tuple(worlds)), np.random.default_rng(2))
+    found = taught_reach(HELD, replace(twice, disturbed=tuple(worlds)), np.random.default_rng(2), "teacher")
     assert 0.0 <= found[0] < found[1] - 0.005

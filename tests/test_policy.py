@@ -277,7 +277,7 @@ def test_a_disturbed_run_says_which_senses_its_policy_was_not_trained_with() -> 
     assert "camera.rate_hz 30 there, 25 here; " in others[0]
     assert len(disturbance_notes(RunConfig(disturb="field"), "sensed", contract)) == 1
     assert disturbance_notes(RunConfig(), "sensed", contract) == ()
-    assert find_controller("rl").contract == contract_of(HAND, None)
+    assert find_controller("rl-privileged").contract == contract_of(HAND, None)
     assert find_controller("ik").contract is None
 
 
@@ -345,7 +345,7 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
     (folder.parent / "empty").mkdir()
     with pytest.raises(InputError, match=r"no trained policy in .*empty"):
         find_controller(str(folder.parent / "empty"))
-    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-sensed, rl-family, the folder of"):
+    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-privileged, rl-family, the folder of"):
         find_controller(str(folder / "nothing"))
 
 

@@ -156,13 +156,16 @@ def driven(
     return drive(hand.read, hand.command, controller=entry, **given), hand
 
 
-@pytest.mark.parametrize("seed", [1, 5])
-def test_a_hand_behind_a_socket_carries_its_object_with_late_missing_and_repeated_frames(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "by"), [(1, {}), (5, {}), (2, {"controller": "rl", "senses": "field"})])
+def test_a_hand_behind_a_socket_carries_its_object_with_late_missing_and_repeated_frames(
+    seed: int, by: dict[str, Any]
+) -> None:
+    """By `ik-sensed`, and by the policy that ships."""
     simulated, real = (runpy.run_path(str(ROOT / "examples" / f"{name}_hand.py")) for name in ("simulated", "real"))
     with socket.create_server(("127.0.0.1", 0)) as listener, ThreadPoolExecutor() as pool:
         listener.settimeout(20.0)
         served = pool.submit(simulated["serve"], listener, HAND, CUBE, seed=seed)
-        found = real["main"](listener.getsockname(), grasp=GRASP, clock=Time().clock)
+        found = real["main"](listener.getsockname(), grasp=GRASP, clock=Time().clock, **by)
         end = served.result(timeout=20.0)
     assert (found.outcome, found.message) == ("reached", "")
     assert end.touching.all()
@@ -397,8 +400,8 @@ def test_a_policy_runs_with_the_rate_and_the_senses_of_its_contract_alone() -> N
         check_entry(entry, None, DriveConfig())
     with pytest.raises(InputError, match=r"policy 'mine' has no contract"):
         check_entry(replace(entry, policy=replace(policy, contract=None)), FIELD, DriveConfig())
-    with pytest.raises(InputError, match=r"controller 'rl' reads what no hand can know"):
-        check_entry(replace(find_controller("rl"), reads="privileged"), FIELD, DriveConfig())
+    with pytest.raises(InputError, match=r"controller 'rl-privileged' reads what no hand can know"):
+        check_entry(find_controller("rl-privileged"), FIELD, DriveConfig())
 
 
 ALONE = """

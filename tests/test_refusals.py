@@ -40,7 +40,7 @@ CASES = [
         "disturbance 'size-0.95@9' cannot be drawn:",
     ),
     ("robustness --controllers ik ikk --out file", "unknown controller 'ikk'; did you mean ik"),
-    ("robustness --controllers rl --directions twist", "a learned policy knows straight primitives"),
+    ("robustness --controllers rl-privileged --directions twist", "a learned policy knows straight primitives"),
     ("robustness --controllers ik ik --out new", "ik under none is asked for twice: give each a name of its own"),
     ("robustness --trials 700", "--trials 700 in each of 16 directions: 11200 trials would take about 6 GB"),
     ("robustness --jobs -1", "--jobs -1: give how many cells to compute at a time"),

@@ -413,7 +413,7 @@ ASIDE = START + np.array([(0.001, 0.0, 0.0), (-0.001, -0.001, 0.01), (-0.0005, 0
 """Starts whose grips close in equally many decisions, so that none holds its object longer for the others' sake."""
 
 
-@pytest.mark.parametrize("controller", ["ik", "rl"])
+@pytest.mark.parametrize("controller", ["ik", "rl-privileged"])
 def test_worlds_go_through_their_own_plans_whatever_the_others_do(controller: str) -> None:
     together = carry(THREE, controller, ASIDE)
     again = carry(THREE, controller, ASIDE)
@@ -457,9 +457,10 @@ def knocking(joints: tuple[float, ...], first: int = 12, last: int = 22) -> type
 
 
 KNOCKS = [
-    ("rl", (0.05, 0.0, 0.05, 0.0), ("left its path",)),
-    ("rl", (0.1, 0.0, 0.1, 0.0), ("left its path", "lost a finger")),  # which comes first depends on the policy
-    ("rl", (0.0, 0.15, 0.0, 0.15), ("left its path",)),
+    ("rl-privileged", (0.05, 0.0, 0.05, 0.0), ("left its path",)),
+    # Which comes first depends on the policy.
+    ("rl-privileged", (0.1, 0.0, 0.1, 0.0), ("left its path", "lost a finger")),
+    ("rl-privileged", (0.0, 0.15, 0.0, 0.15), ("left its path",)),
     ("ik", (0.0, 0.15, 0.0, 0.15), ("left its path",)),
 ]
 
@@ -521,7 +522,7 @@ def test_drawn_points_lie_in_their_share_of_the_reach() -> None:
     np.testing.assert_allclose(2 * half, drawn)
 
 
-@pytest.mark.parametrize("controller", ["ik", "rl"])
+@pytest.mark.parametrize("controller", ["ik", "rl-privileged"])
 def test_a_tour_visits_its_way_points(controller: str) -> None:
     points = np.column_stack([draw_points(HELD, 8, np.random.default_rng(1)), np.zeros(8)])
     plan = plan_along("tour", START + points, START, tolerance=0.0)

@@ -17,7 +17,7 @@ from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
-from inhand.learning.config import Learning, Training, default
+from inhand.learning.config import Learning, Training, default, privileged
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
 from inhand.learning.recipe import Recipe
 from inhand.learning.starts import Noise
@@ -111,7 +111,7 @@ def test_what_means_the_same_is_taken() -> None:
 
 
 def test_settings_come_back_from_their_json() -> None:
-    made = default()
+    made = privileged()
     assert read_record(read_json(text_of(made)), Training) == made
     assert asdict(made)["interface"]["observation"] == "grip"
 

@@ -35,7 +35,9 @@ def test_they_are_small_and_say_how_they_were_made(name: str) -> None:
 
 
 def test_it_carries_the_cube_in_trained_and_unseen_directions() -> None:
-    config = AsteriskConfig(controller="rl", directions="Out,Right,In,In-Left,Out',In'-Right'", trials=2, seed=7)
+    config = AsteriskConfig(
+        controller="rl-privileged", directions="Out,Right,In,In-Left,Out',In'-Right'", trials=2, seed=7
+    )
     results = [result_of_trial(trial) for trial in simulate(config, prepare(config))]
     assert [result.outcome for result in results] == ["end of grip"] * 12
     assert min(result.fraction or 0.0 for result in results) > 0.75

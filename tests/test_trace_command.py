@@ -206,9 +206,9 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     assert (code, [path.name for path in out.iterdir()]) == (2, ["metrics.json"])
     assert "holds files that are no run of inhand" in err
     (out / "metrics.json").rename(out / "trace.json")
-    code, printed, err = inhand("trace", *SMALL, "--out", out, "--overwrite", "--controller", "rl")
+    code, printed, err = inhand("trace", *SMALL, "--out", out, "--overwrite", "--controller", "rl-privileged")
     assert (code, err) == (0, "")
-    assert "Letter L of 24 mm by rl" in printed
+    assert "Letter L of 24 mm by rl-privileged" in printed
     assert "The policy moves; twists and recoveries are the expert's (`ik`)." in printed
     assert sorted(path.name for path in out.iterdir()) == [
         "figures",

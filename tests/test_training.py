@@ -382,9 +382,9 @@ def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
     assert numbers.actor_rate == numbers.critic_rate == numbers.weight_decay == 1e-4
     assert numbers.discount == 0.995
     assert (numbers.look_ahead, numbers.batch, numbers.critics, numbers.imitation, given.imitate) == (5, 10, 1, 0.0, 0)
-    assert preset("default").learning.critics == 2
+    assert preset("privileged").learning.critics == 2
     with pytest.raises(
-        InputError, match="unknown preset 'best'; allowed are default, sensed, family, from-family, thesis, smoke"
+        InputError, match="unknown preset 'best'; allowed are default, privileged, family, from-family, thesis, smoke"
     ):
         preset("best")
 

@@ -93,7 +93,7 @@ def test_starts_are_held_by_both_fingers_and_keep_their_order() -> None:
 
 def test_an_episode_of_learning_starts_in_the_grip_of_a_trial() -> None:
     """The same place and grasp, to the last bit; held for longer, the fingers would press 1.7 times as hard."""
-    config = AsteriskConfig(controller="rl", directions="Right,Out", trials=1, noise_mm=0.0, noise_deg=0.0)
+    config = AsteriskConfig(controller="rl-privileged", directions="Right,Out", trials=1, noise_mm=0.0, noise_deg=0.0)
     starts = gripped(
         *HELD, (plans_for(*HELD, (0.0, 90.0)), np.array([0.0, 90.0])), np.random.default_rng(0), Noise(0.0, 0.0)
     )

@@ -215,6 +215,8 @@ def find_controller(name: str) -> ControllerEntry:
     if entry is not None:
         return entry
     known = (*CONTROLLERS, *SHIPPED)
+    if name == "rl-sensed":
+        raise InputError("controller 'rl-sensed' is called rl now, and what was rl is called rl-privileged")
     raise InputError(
         f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)}, the folder of a"
         " run of `inhand train` and FILE.py:NAME"
@@ -317,5 +319,5 @@ SHARES = (1.0, 0.95, 0.9, 0.8)
 """Shares of a planned way among which that of a learned policy on real senses is chosen."""
 FAMILY = "rl-family"
 """The policy of the package for hands and objects that differ."""
-SHIPPED = {"rl": "default", "rl-sensed": "sensed", FAMILY: "family"}
+SHIPPED = {"rl": "default", "rl-privileged": "privileged", FAMILY: "family"}
 """Policies that come with the package by name, each with the preset that trained it, which is its folder."""

@@ -21,7 +21,7 @@ from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.sides import rough_plan
 from inhand.learning.datasets import DatasetEpisode
-from inhand.learning.experts import TEACHER, expert_of, taught_reach
+from inhand.learning.experts import TEACHERS, expert_of, taught_reach
 from inhand.learning.legs import around, drawn_legs
 from inhand.learning.recipe import Recording
 from inhand.learning.starts import (
@@ -219,8 +219,8 @@ def _told(recording: Recording, starts: Starts, rng: np.random.Generator) -> Sta
 
 def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -> Array:
     """Return how far starts `(N,)` [m] are told to go at most: as far as their expert is predicted to carry them."""
-    if recording.recipe.expert == TEACHER and starts.disturbed is not None:
-        return taught_reach(recording.held, starts, rng)
+    if recording.recipe.expert in TEACHERS and starts.disturbed is not None:
+        return taught_reach(recording.held, starts, rng, recording.recipe.expert)
     return reach_of(recording.held, starts)
 
 

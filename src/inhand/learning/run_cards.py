@@ -17,7 +17,7 @@ from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
 from inhand.learning.datasets import check_installed, read_head
 from inhand.learning.demonstrations import check_episodes
 from inhand.learning.environment_config import angles_of
-from inhand.learning.experts import TEACHER
+from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance_files import NONE, load_disturbance
@@ -91,7 +91,7 @@ def check(config: Training) -> None:
         raise InputError(
             f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
         )
-    if config.recipe.expert != TEACHER and (config.recipe.turns or config.recipe.legs):
+    if config.recipe.expert not in TEACHERS and (config.recipe.turns or config.recipe.legs):
         raise InputError(f"expert {config.recipe.expert!r} shows straight primitives: leave turns and legs at 0")
     find_reward(config.interface.reward)
     check_engine(config.engine)
@@ -140,7 +140,7 @@ def _check_pairs(config: Training) -> None:
         raise InputError(f"pairs {config.pairs}: give a number of hands and objects, or 0 for one pair")
     if network == "joints" and not slotted:
         raise InputError(f"a network over joints sees layout joints, not {config.interface.observation}")
-    taught = config.recipe.expert == TEACHER and config.recipe.grasp == "planned" and not config.task
+    taught = config.recipe.expert in TEACHERS and config.recipe.grasp == "planned" and not config.task
     if config.pairs and not (slotted and taught and config.disturb == NONE and not config.demonstrations):
         raise InputError(
             "a family is learned with layout joints, expert teacher and planned grasps, on primitives in worlds that"

@@ -112,7 +112,7 @@ def train(
     Args:
         hand: a name, a TOML file or a spec; None for the preset's.
         object: the same.
-        preset: default learns best, thesis as its chapter 3.3 has it, smoke shows in seconds that all works.
+        preset: default (on real senses), privileged, thesis (as its chapter 3.3 has it) or smoke, which takes seconds.
         episodes: episodes of the agent after which training ends.
         seed: of everything drawn.
         demonstrations: a dataset of `inhand.record` or its folder to learn from; None records by the preset.

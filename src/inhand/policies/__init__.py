@@ -1,4 +1,4 @@
 """Trained policies that ship with the package, each with the configuration that made it.
 
-`default` is the best of `inhand train --preset default --seed 0`.
+`default` is the best of `inhand train`, `privileged` that of `inhand train --preset privileged --seed 1`.
 """

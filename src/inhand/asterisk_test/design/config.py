@@ -57,7 +57,7 @@ class DesignConfig(BoundsConfig):
     """Optuna's sampler that proposes hands: tree-structured Parzen estimators, or NSGA-II."""
     finalists: int = 4
     """Hands of the front, the best by the first aim, to confirm in simulation."""
-    controllers: tuple[str, ...] = ("ik", "rl")
+    controllers: tuple[str, ...] = ("ik", "rl-privileged")
     """Controllers that confirm them, each where it runs on the hand; the first one's distance names the winner."""
     seeds: int = 3
     """Trials for each direction in simulation, each of another seed."""

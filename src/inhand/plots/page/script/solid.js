@@ -139,7 +139,7 @@ export class SolidStage {
     [this.frame, this.extent] = [frame, extent];
     [this.yaw, this.pitch] = [(-62 * Math.PI) / 180, (24 * Math.PI) / 180];
     this.probes = COLOURS.map((name) => make("i", { style: { color: `var(--${name})`, display: "none" } }));
-    const on = { pointerdown: (e) => this.grab(e), pointermove: (e) => this.drag(e), pointerup: () => this.drop(), keydown: (e) => this.key(e) };
+    const on = { pointerdown: (e) => this.grab(e), pointermove: (e) => this.drag(e), pointerup: () => this.drop(), pointercancel: () => this.drop(), keydown: (e) => this.key(e) };
     this.canvas = make("canvas", { tabindex: 0, role: "img", "aria-label": "Hand and object; arrow keys turn the view", on });
     frame.replaceChildren(this.canvas, ...this.probes);
   }

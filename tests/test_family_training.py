@@ -11,6 +11,8 @@ import pytest
 
 pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
 
+import jax
+
 from inhand.control.policy import load_policy
 from inhand.control.teacher import Teacher
 from inhand.errors import InputError
@@ -18,11 +20,11 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.pair_family import PairFamily
 from inhand.hands.sides import rough_plan
-from inhand.learning import pair_pools, setup
+from inhand.learning import pair_pools, setup, training
 from inhand.learning.beginning import begun
 from inhand.learning.config import family, hand_of_family
 from inhand.learning.experts import expert_of
-from inhand.learning.networks import layers_of
+from inhand.learning.networks import act, layers_of, new_actor
 from inhand.learning.pair_pools import DIRECTIONS, SIXTEEN, TURNS_TOO, Planned, pools_of
 from inhand.learning.run_cards import check
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
@@ -44,18 +46,18 @@ SMALL = replace(
     interface=replace(SMALL.interface, horizon=25),
     recipe=replace(SMALL.recipe, episodes=12, midway=0.5),
     learning=replace(SMALL.learning, hidden=(8, 8), batch=16, critics=1),
-    imitate=1000,
-    refit=1000,
+    imitate=40,
+    refit=40,
     rounds=1,
     relabelled=6,
-    warm_up=20,
-    episodes=4,
+    warm_up=0,
+    episodes=2,
     worlds=4,
     decisions=25,
     updates=20,
     trials=1,
 )
-"""A run of seconds: rough grips need no search, and an episode is half a second long."""
+"""A run of seconds: rough grips need no search, an episode is half a second long, and no round updates values."""
 
 
 def planned(held: Held, angles: tuple[float, ...], sides: tuple[float, ...]) -> Planned:
@@ -138,11 +140,14 @@ def test_each_pair_is_shown_by_its_own_teacher() -> None:
         expert_of("ik", HELD[0], mixed, worlds)
 
 
-def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(folder: Path, ready: Ready) -> None:
+def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(
+    folder: Path, ready: Ready, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(training, "CHUNK", 40)
     losses: list[float] = []
     trainer = Trainer(SMALL, ready, folder, lambda found: losses.append(found.score))
     best = load_policy(trainer.run())
-    assert trainer.counters.episodes >= 4
+    assert trainer.counters.episodes >= 2
     assert (best.network, best.family, best.trained["pairs"]) == ("joints", PairFamily(), 3)
     assert len(losses) == 2
     own = replace(hand_of_family(), start=str(folder), learning=SMALL.learning, hand="2v3_50.50_40.30.30_1.1_63")
@@ -153,6 +158,13 @@ def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(folder: Path, rea
         begun(replace(own, learning=replace(own.learning, hidden=(16, 16))), ready.columns)
     with pytest.raises(InputError, match=r"palm width is 90 mm, the family's 40 to 80 mm: train without start"):
         check(replace(own, hand="2v2_50.50_50.50_1.1_90"))
+
+
+def test_every_layer_of_a_network_over_joints_learns(ready: Ready) -> None:
+    actor = new_actor(jax.random.key(0), "joints", ready.columns, (4, 4))
+    seen = jax.numpy.asarray(np.random.default_rng(0).uniform(-1, 1, (8, ready.columns.d)), np.float32)
+    slopes = layers_of(jax.jit(jax.grad(lambda each: (act(each, seen) ** 2).sum()))(actor))
+    assert all(np.abs(part).max() > 0 for layer in slopes for part in layer)
 
 
 @pytest.mark.parametrize(

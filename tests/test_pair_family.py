@@ -19,8 +19,8 @@ STANDARD, CUBE = load_hand("2v2_50.50_50.50_1.1_53"), load_object("cube_39")
 
 
 def test_drawn_pairs_fit_lie_inside_and_never_in_the_regions_that_are_kept() -> None:
-    rng = np.random.default_rng(3)
-    drawn = [FAMILY.drawn(rng, number) for number in range(24)]
+    rng = np.random.default_rng(4)
+    drawn = [FAMILY.drawn(rng, number) for number in range(12)]
     for held in drawn:
         assert FAMILY.outside(held) is None
         assert not 0.060 <= held.hand.palm_width <= 0.066
@@ -29,7 +29,7 @@ def test_drawn_pairs_fit_lie_inside_and_never_in_the_regions_that_are_kept() -> 
     assert {len(held.hand.limits) for held in drawn} == {4, 5, 6}
     assert {held.object.shape for held in drawn} == {"box", "ellipse", "polygon"}
     assert len({held.object.size[0] > held.object.size[1] for held in drawn}) == 2
-    again = np.random.default_rng(3)
+    again = np.random.default_rng(4)
     assert [FAMILY.drawn(again, number) for number in range(3)] == drawn[:3]
 
 

@@ -15,6 +15,7 @@ import pytest
 
 import inhand
 from inhand import geometry
+from inhand.control import sensed_plan
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.controller import Task
 from inhand.control.joint import JointPid
@@ -164,7 +165,10 @@ def training_decision(preset: str = "privileged") -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("engine", MOST_FILES)
 @pytest.mark.parametrize("name", [*CONTROLLERS, "rl-privileged", "rl", "joint"])
-def test_few_files_take_part_in_one_control_step(name: str, engine: str) -> None:
+def test_few_files_take_part_in_one_control_step(name: str, engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # a small plan takes no other files
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
+    monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
     if engine == "bullet":
         pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
     files = {file for file, _ in control_step_of(name, engine)}

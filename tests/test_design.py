@@ -136,7 +136,7 @@ def test_the_page_tells_the_answer_and_how_to_run_it_again(study: DesignRun) -> 
     page = (study.config.out / "report.md").read_text(encoding="utf-8")
     assert f"Winner: {study.winner.name} (2v2), mean reach" in page
     assert "Controller thesis-ik carries objects" in page
-    assert "inhand design --forms 2v2 --finger-mm 144.0 144.0 --objects cube_39 --directions In,Right" in page
+    assert " --forms 2v2 --finger-mm 144.0 144.0 --objects cube_39 --directions In,Right" in page
     assert command("design", study.config) in page
     content = json.loads((study.config.out / "design.json").read_text(encoding="utf-8"))
     assert content["tolerance_mm"] == pytest.approx(study.found.off)

@@ -43,7 +43,7 @@ CASES = [
     ("robustness --controllers rl-privileged --directions twist", "a learned policy knows straight primitives"),
     ("robustness --controllers ik ik --out new", "ik under none is asked for twice: give each a name of its own"),
     ("robustness --trials 700", "--trials 700 in each of 16 directions: 11200 trials would take about 6 GB"),
-    ("robustness --jobs -1", "--jobs -1: give how many cells to compute at a time"),
+    ("robustness --jobs -1", "--jobs -1: give how many to compute at a time"),
     ("robustness --out file", "--out file is a file"),
     ("asterisk --disturb mass-4@10", "disturbance 'mass-4@10' cannot be drawn: object 'cube_39': its mass"),
     ("reach --resolution-mm 0.1", "resolution 0.1 mm: give 0.5 to 10 mm"),

@@ -14,6 +14,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.asterisk_test.spatial.report import SpatialRun
 from inhand.comparing import compared
 from inhand.control.trial import MANIPULATE, load_trial
 from inhand.errors import InputError
@@ -121,6 +122,11 @@ def test_runs_of_different_kinds_are_not_compared(saved: Path) -> None:
     run, training = front.load(saved), Trained(smoke(), Path("b"), learned())
     with pytest.raises(InputError, match="a is a run of the Asterisk Test, b is a training; give runs of"):
         compared([(Path("a"), run), (Path("b"), training)])
+
+
+def test_runs_in_space_are_called_so(saved: Path) -> None:
+    with pytest.raises(InputError, match="b is a run of the Asterisk Test in space; give runs of"):
+        compared([(Path("a"), front.load(saved)), (Path("b"), object.__new__(SpatialRun))])
 
 
 def learned() -> Learned:

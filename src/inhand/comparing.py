@@ -126,10 +126,12 @@ KINDS: tuple[tuple[tuple[type[Shown], ...], Callable[[Sequence[Path], Sequence[A
 """Which kinds of runs can be set side by side, and what does it."""
 TOLD = {
     "Run": "a run of the Asterisk Test",
+    "SpatialRun": "a run of the Asterisk Test in space",
     "Compared": "an evaluation",
     "TraceRun": "a trace",
     "Trained": "a training",
     "Reach": "a reach",
+    "SpatialReach": "a reach in space",
     "SweepRun": "a sweep",
     "RobustnessRun": "a study of robustness",
     "DesignRun": "a design study",

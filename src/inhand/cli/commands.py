@@ -53,7 +53,7 @@ class ExportConfig(Config):
     """Write a policy as an ONNX model or a folder with a model card, or trials and demonstrations for others."""
 
     run: tyro.conf.Positional[str]
-    """A policy: the folder of a run of `inhand train` (its best) or of a policy, rl or rl-sensed. Or data: the folder
+    """A policy: the folder of a run of `inhand train` (its best) or of a policy, rl or rl-family. Or data: the folder
     of a run of asterisk, trace or evaluate, one of `inhand record`, or a trial's .npz file."""
     form: Annotated[Literal["onnx", "policy", "csv", "minari", "lerobot"], tyro.conf.arg(name="as")] = "onnx"
     """onnx (a model with its contract, extra `onnx`), policy (a folder with its card); csv (recordings in the form of

@@ -36,11 +36,17 @@ def widest_opening(hand: HandSpec, sides: tuple[float, float] = (0.0, 0.0)) -> f
 
     They do so at the same height of its sides, which go from one place along y to another, both from its middle [m].
     """
-    half = np.arange(1e-3, hand.finger_length + hand.palm_width, 1e-4)
+    coarse = _widest(hand, np.arange(1e-3, hand.finger_length + hand.palm_width, 1e-3), sides)
+    if not coarse:
+        return 0.0
+    return max(2 * _widest(hand, coarse + np.arange(0.0, 1e-3, 1e-4), sides) - 2 * ROOM, 0.0)
+
+
+def _widest(hand: HandSpec, half: Array, sides: tuple[float, float]) -> float:
+    """Return the largest of half widths `(N,)` [m] to which both fingertips come at one of `PLACES`, or 0."""
     height = np.repeat(np.unique(np.linspace(*sides, PLACES) / 2), len(half))
     half = np.resize(half, len(height))
-    both = _straddled(hand, half, height)
-    return max(float(2 * half[both].max()) - 2 * ROOM, 0.0) if both.any() else 0.0
+    return float(half[_straddled(hand, half, height)].max(initial=0.0))
 
 
 def _straddled(hand: HandSpec, half: Array, height: Array) -> NDArray[np.bool_]:

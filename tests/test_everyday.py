@@ -125,6 +125,15 @@ def test_a_run_is_run_again_to_the_same_bits(reach: Path, inhand: Call) -> None:
     assert "holds the results of a run" in err
 
 
+@pytest.mark.parametrize("place", [".", "inside"])
+def test_a_run_is_not_run_again_over_itself(place: str, reach: Path, inhand: Call) -> None:
+    before = (reach / "reach.json").read_bytes()
+    code, _, err = inhand("again", reach, "--out", reach / place, "--overwrite")
+    assert code == 2
+    assert "is in the run's own folder: give another, so that both can be compared" in err
+    assert ((reach / "reach.json").read_bytes(), (reach / "inside").exists()) == (before, False)
+
+
 def test_again_tells_what_differs(reach: Path, tmp_path: Path, inhand: Call) -> None:
     old = tmp_path / "old"
     old.mkdir()
@@ -141,6 +150,9 @@ def test_again_tells_what_differs(reach: Path, tmp_path: Path, inhand: Call) -> 
     assert told == f"1 of 2 files of numbers differ from {old}: reach.json"
     (old / NAME).write_text('command = "fly"\n')
     assert "command is 'fly'; it must be a command, asterisk" in inhand("again", old)[2]
+    for command in ("again", "doctor", "view", "metrics"):
+        (old / NAME).write_text(f'command = "{command}"\n')
+        assert f"command is '{command}'; it must be a command, asterisk" in inhand("again", old)[2]
     (old / NAME).unlink()
     assert f"{old} holds no run.toml: give the folder of a finished run" in inhand("again", old)[2]
 

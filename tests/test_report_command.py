@@ -108,6 +108,7 @@ def test_what_no_page_can_be_made_of_is_refused_before_anything_is_written(
         (nothing,): "holds no trials: give the whole folder of a run",
         (saved, "--out", tmp_path): f"--out {tmp_path} is a folder; give the name of a file",
         (*[saved] * 7, "--out", tmp_path / "x.html"): "7 runs to compare: give 2 to 6",
+        (saved, saved / "trials" / "..", "--out", tmp_path / "x.html"): "is given twice: give each run once",
     }
     before = sorted(path.name for path in tmp_path.iterdir())
     for words, told in cases.items():

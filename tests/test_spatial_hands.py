@@ -186,7 +186,13 @@ def test_gravity_is_told_by_the_palm_or_a_vector() -> None:
 
 @pytest.mark.parametrize(
     ("word", "text"),
-    [("0,0,0", "has no length"), ("dwn", "did you mean down"), ("1,2", "three numbers"), ("nan,0,1", "three numbers")],
+    [
+        ("0,0,0", "has no length"),
+        ("dwn", "did you mean down"),
+        ("1,2", "three numbers"),
+        ("nan,0,1", "three numbers"),
+        ("0,-1e200,1", "three numbers"),
+    ],
 )
 def test_gravity_that_pulls_nowhere_is_refused(word: str, text: str) -> None:
     with pytest.raises(InputError, match=text):

@@ -92,6 +92,7 @@ def test_words_mean_directions_vectors_turns_and_holds() -> None:
         ("Upp", "did you mean Up"),
         ("1:2:x", "'x' is no number"),
         ("nan:0:1", "three finite numbers"),
+        ("1e200:0:1", "three finite numbers"),
         ("Up@+q@15", r"axis '\+q'; give \+x"),
         ("Up@+x@95", "holds 95 deg"),
         ("turn+x@+x@15", "only rotates"),

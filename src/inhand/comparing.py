@@ -32,10 +32,14 @@ def compared(runs: Sequence[tuple[Path, Shown]]) -> str:
     """Return a page that sets runs of one kind side by side.
 
     Raises:
-        InputError: fewer than two or more than `MOST`, or runs of kinds that have nothing to set side by side.
+        InputError: fewer than two or more than `MOST`, one twice, or kinds that have nothing to set side by side.
     """
     if not 2 <= len(runs) <= MOST:
         raise InputError(f"{len(runs)} runs to compare: give 2 to {MOST}")
+    places = [folder.resolve() for folder, _ in runs]
+    for (folder, _), place in zip(runs, places, strict=True):
+        if places.count(place) > 1:
+            raise InputError(f"{folder} is given twice: give each run once")
     for kinds, compare in KINDS:
         if all(isinstance(run, kinds) for _, run in runs):
             return compare([folder for folder, _ in runs], [run for _, run in runs])

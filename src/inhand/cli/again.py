@@ -4,6 +4,7 @@ from inhand.cli.answer import Answer
 from inhand.cli.commands import COMMANDS, AgainConfig
 from inhand.cli.work import worker
 from inhand.errors import InputError
+from inhand.folders import place_of
 from inhand.repeats import COMMAND, NAME, read_repeat, settings_in
 
 
@@ -11,7 +12,7 @@ def run_again(config: AgainConfig) -> Answer:
     """Run what a folder's `run.toml` says, to another folder, and tell what differs.
 
     Raises:
-        InputError: no such file, one of no command of ours, or what its command refuses.
+        InputError: no such file, one of no command that runs, a folder in the run's own, or what its command refuses.
     """
     file = config.run / NAME
     if not file.is_file():
@@ -20,9 +21,13 @@ def run_again(config: AgainConfig) -> Answer:
             " run in Python with more than a command can say, its report tells how to run it again"
         )
     command = read_repeat(file).get(COMMAND)
-    if not isinstance(command, str) or command not in COMMANDS:
-        raise InputError(f"{file}: {COMMAND} is {command!r}; it must be a command, {', '.join(COMMANDS)}")
-    out = config.out or config.run.resolve().with_name(f"{config.run.resolve().name}-again")
+    runs = [name for name, each in COMMANDS.items() if hasattr(each, "overwrite") and each is not AgainConfig]
+    if command not in runs:
+        raise InputError(f"{file}: {COMMAND} is {command!r}; it must be a command, {', '.join(runs)}")
+    place = config.run.resolve()
+    out = config.out or place.with_name(f"{place.name}-again")
+    if place in (place_of(out), *place_of(out).parents):
+        raise InputError(f"--out {out} is in the run's own folder: give another, so that both can be compared")
     kind = COMMANDS[command]
     settings = settings_in(file, command, kind) | {"out": out, "overwrite": config.overwrite}
     done = worker(command)(kind(**settings))

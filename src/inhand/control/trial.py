@@ -280,7 +280,10 @@ def load_trial(path: str | Path) -> Trial:
 
 
 def _read_trial(path: Path) -> Trial:
-    head = read_record(read_head(path), _Head, FORMAT)
+    told = read_head(path)
+    if isinstance(told, dict) and told.get("space") is True:
+        raise InputError("its hand is one in space, and only hands in the plane have a place here")
+    head = read_record(told, _Head, FORMAT)
     arrays = measured(path, head.passport.hand.slices, head.phases, SHAPES)
     return Trial(passport=head.passport, outcome=head.outcome, phases=head.phases, **arrays)
 

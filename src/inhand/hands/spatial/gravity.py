@@ -1,5 +1,6 @@
 """Which way gravity pulls in the palm frame: by how the palm is held, or along any vector."""
 
+import math
 import re
 
 import numpy as np
@@ -22,7 +23,7 @@ def gravity_of(word: str) -> Vector:
     A vector is three numbers in the palm frame, as `0,-1,-1`; its length does not count.
 
     Raises:
-        InputError: no such word, no three finite numbers, or a vector of no length.
+        InputError: no such word, no three finite numbers, or a vector of no length or one too large to compute with.
     """
     known = word.strip().lower().removeprefix("palm-")
     if known in PALMS:
@@ -32,7 +33,7 @@ def gravity_of(word: str) -> Vector:
         numbers = [float(each) for each in re.split(r"[,\s]+", word.strip())]
     except ValueError:
         numbers = []
-    if len(numbers) != 3 or not np.isfinite(numbers).all():
+    if len(numbers) != 3 or not math.isfinite(sum(part * part for part in numbers)):
         raise InputError(
             f"gravity {word!r}{near_matches(known, PALMS)}; allowed are {', '.join(PALMS)} (where the palm looks) or"
             " three numbers in the palm frame along which it pulls, such as 0,-1,-1"

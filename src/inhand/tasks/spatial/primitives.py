@@ -145,11 +145,11 @@ def unit_vector(what: str, vector: Iterable[float]) -> Vector:
     """Return a vector as long as 1.
 
     Raises:
-        InputError: it is no three finite numbers, or has no length.
+        InputError: it is no three finite numbers, or has no length or one too large to compute with.
     """
     numbers = [float(part) for part in vector]
     shown = ":".join(f"{part:g}" for part in numbers)
-    if len(numbers) != 3 or not np.isfinite(numbers).all():
+    if len(numbers) != 3 or not math.isfinite(sum(part * part for part in numbers)):
         raise InputError(f"{what} {shown}: give three finite numbers x:y:z in the palm frame")
     length = float(np.linalg.norm(numbers))
     if length < SHORTEST:

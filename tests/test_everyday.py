@@ -1,6 +1,7 @@
 """What every command has: settings from a file, silence, JSON; runs again; the doctor; completion."""
 
 import json
+import re
 import sys
 import tomllib
 from pathlib import Path
@@ -12,6 +13,7 @@ from commands import Call, in_a_process
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.cli.asked import asked
 from inhand.cli.commands import COMMANDS, MetricsConfig
+from inhand.errors import InputError
 from inhand.learning import train
 from inhand.learning.config import preset
 from inhand.repeats import NAME, settings_in, write_repeat
@@ -160,6 +162,9 @@ def test_again_tells_what_differs(reach: Path, tmp_path: Path, inhand: Call) -> 
 def test_files_of_one_run_alone_differ(reach: Path, tmp_path: Path) -> None:
     (tmp_path / "more.csv").write_text("a\n")
     assert compared(reach, tmp_path).differ == ("limits.csv", "more.csv", "reach.json")
+    (tmp_path / "reach.json").write_text('{"half":')
+    with pytest.raises(InputError, match=re.escape(f"{tmp_path / 'reach.json'}: it is no JSON")):
+        compared(tmp_path, reach)
 
 
 def test_a_training_that_only_python_can_say_has_no_file(tmp_path: Path) -> None:

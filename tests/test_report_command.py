@@ -92,7 +92,8 @@ def test_runs_are_compared(saved: Path, tmp_path: Path, inhand: Call) -> None:
 def test_what_no_page_can_be_made_of_is_refused_before_anything_is_written(
     saved: Path, tmp_path: Path, inhand: Call
 ) -> None:
-    half, later, nothing = (copied(saved, tmp_path / name) for name in ("half", "later", "nothing"))
+    half, later, nothing, cut = (copied(saved, tmp_path / name) for name in ("half", "later", "nothing", "cut"))
+    (cut / "metrics.json").write_text('{"config":', encoding="utf-8")
     (half / "metrics.json").unlink()
     shutil.rmtree(nothing / "trials")
     content = json.loads((later / "metrics.json").read_text(encoding="utf-8"))
@@ -105,6 +106,7 @@ def test_what_no_page_can_be_made_of_is_refused_before_anything_is_written(
         (half,): "holds a run that is not finished: wait for it, or give its command again",
         (tmp_path / "busy",): "holds a run that is not finished",
         (later,): "metrics.json: wind is a field that this version does not know; a later one may",
+        (cut,): f"{cut / 'metrics.json'}: it is no JSON",
         (nothing,): "holds no trials: give the whole folder of a run",
         (saved, "--out", tmp_path): f"--out {tmp_path} is a folder; give the name of a file",
         (*[saved] * 7, "--out", tmp_path / "x.html"): "7 runs to compare: give 2 to 6",

@@ -26,7 +26,7 @@ from inhand.errors import InputError
 from inhand.learning.evaluate import load_evaluation
 from inhand.learning.record import load_dataset
 from inhand.learning.train import load_training
-from inhand.records import checked, read_json
+from inhand.records import checked, read_json_file
 from inhand.shown import Shown, saved
 from inhand.sim.names import UNTOLD, Engine
 from inhand.tasks.primitives import parse_directions
@@ -69,7 +69,7 @@ def load(place: str | os.PathLike[str]) -> Shown:
 
 def _tested(folder: Path) -> Shown:
     """Return a run of the Asterisk Test, or an evaluation, which has the same mark."""
-    found = read_json((folder / "metrics.json").read_bytes())
+    found = read_json_file(folder / "metrics.json")
     return load_evaluation(folder) if isinstance(found, dict) and "expert" in found else _run(folder)
 
 

@@ -108,6 +108,18 @@ def read_json(text: str | bytes) -> object:
     return found
 
 
+def read_json_file(file: Path) -> object:
+    """Return what a JSON file holds.
+
+    Raises:
+        InputError: as `read_json`; the text names the file.
+    """
+    try:
+        return read_json(file.read_bytes())
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
+
+
 def read_record(entry: object, kind: type[R], form: int | None = None, new: str = "") -> R:
     """Return what JSON has held as a record.
 

@@ -12,7 +12,7 @@ import numpy as np
 from inhand.errors import InputError
 from inhand.learning.datasets import MARK as DATASET
 from inhand.learning.datasets import read_dataset
-from inhand.records import read_json, table_of
+from inhand.records import read_json, read_json_file, table_of
 from inhand.versions import versions
 
 ASIDE = frozenset(
@@ -71,8 +71,7 @@ def _content(path: Path) -> object:
     if path.as_posix().endswith(DATASET):
         head, episodes = read_dataset(path.parents[1])
         return _told(table_of(head)), [[_bits(np.asarray(value)) for value in vars(each).values()] for each in episodes]
-    content = path.read_bytes()
-    return _told(read_json(content)) if path.suffix == ".json" else content
+    return _told(read_json_file(path)) if path.suffix == ".json" else path.read_bytes()
 
 
 def _numbers(path: Path) -> object:
@@ -101,7 +100,7 @@ def _versions_of(folder: Path) -> dict[str, str]:
     """Return the versions that a run's folder tells, of the file that tells them nearest to its top."""
     for name in sorted(_names(folder), key=lambda each: (each.count("/"), each)):
         if name.endswith(".json"):
-            found = _find(read_json((folder / name).read_bytes()))
+            found = _find(read_json_file(folder / name))
             if found:
                 return found
     return {}

@@ -62,7 +62,7 @@ def copied(saved: Path, to: Path) -> Path:
 def test_the_page_of_a_saved_run_is_made_again_and_opened(
     saved: Path, tmp_path: Path, inhand: Call, opened: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.asterisk_test.run.simulate", lambda *_: pytest.fail("nothing is simulated again"))
+    monkeypatch.setattr("inhand.asterisk_test.asterisk.simulate", lambda *_: pytest.fail("nothing is simulated again"))
     run = copied(saved, tmp_path / 'a <b> "c" 🙂')
     page = (run / "report.html").read_text(encoding="utf-8")
     (run / "report.html").unlink()

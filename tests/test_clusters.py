@@ -5,7 +5,6 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
@@ -117,10 +116,12 @@ def test_what_cannot_be_spread_is_refused(
 
 
 @pytest.mark.parametrize(("backend", "package"), [("ray", "ray"), ("dask", "distributed"), ("slurm", "submitit")])
-def test_a_missing_extra_is_named(backend: str, package: str, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_extra_is_named(
+    backend: str, package: str, inhand: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("inhand.asterisk_test.clusters.find_spec", lambda name: None if name == package else object())
     code, _, err = inhand("sweep", "--backend", backend)
     assert code == 2
     assert f"--backend {backend} needs the extra `{backend}`: pip install 'inhand[{backend}]'" in err
-    with suppress(FileNotFoundError):
-        assert not list(Path("results").iterdir())
+    assert not list(tmp_path.iterdir())

@@ -55,6 +55,13 @@ class Path:
         return Path(np.concatenate([self.at([way]), self.poses[self.way > way + SAME]]))
 
 
+def fixed(numbers: ArrayLike) -> Array:
+    """Return an array that all who ask share, and nobody may change."""
+    array = np.array(numbers, dtype=float)
+    array.setflags(write=False)
+    return array
+
+
 def way_along(poses: Array) -> Array:
     """Return the way `(..., S)` [m] from the first of poses `(..., S, 3)`; a turn counts as an arc at `TURN_ARM`."""
     moved = np.linalg.norm(np.diff(poses[..., :2], axis=-2), axis=-1)

@@ -12,10 +12,9 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from inhand.errors import InputError
-from inhand.geometry import Array, cross
+from inhand.geometry import Array, cross, fixed
 from inhand.hands.sizes import check_length, check_mass
 
 FINGER_NAMES = ("left", "right")
@@ -144,7 +143,7 @@ class HandSpec:
     @cached_property
     def limits(self) -> Array:
         """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return _fixed(np.concatenate([finger.limits for finger in self.fingers]))
+        return fixed(np.concatenate([finger.limits for finger in self.fingers]))
 
     @cached_property
     def start_position(self) -> tuple[float, float]:
@@ -154,14 +153,7 @@ class HandSpec:
     @cached_property
     def start_pose(self) -> Array:
         """Pose `(3,)` in which the object starts: at `start_position`, not turned [m, m, rad]."""
-        return _fixed([*self.start_position, 0.0])
-
-
-def _fixed(numbers: ArrayLike) -> Array:
-    """Return an array that all who ask share, and nobody may change."""
-    array = np.array(numbers, dtype=float)
-    array.setflags(write=False)
-    return array
+        return fixed([*self.start_position, 0.0])
 
 
 def build_hand(

@@ -15,7 +15,7 @@ from inhand.errors import InputError
 from inhand.hands.spatial.farthest import SpatialFarthest, SpatialReachConfig
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
 from inhand.hands.spatial.fit import check_solid_fit
-from inhand.hands.spatial.gravity import gravity_of
+from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-PALM_UP = "up"
-"""Gravity where none is asked for."""
 FINEST_MM = 0.5
 """A resolution in space is no finer [mm]: contacts are tried in tuples."""
 
@@ -64,7 +62,7 @@ class SpatialReach(Shown):
     @property
     def subtitle(self) -> str:
         """What was assumed."""
-        palm = self.config.gravity or PALM_UP
+        palm = self.config.gravity or USUAL_PALM
         return f"{self.held[0].name}, {self.held[1].name}, friction {self._friction:g}, gravity {palm}"
 
     @property
@@ -125,7 +123,7 @@ def ready_in_space(config: ReachCommand) -> SpatialAsked:
     step = config.resolution_mm / 1e3
     assumed = SpatialReachConfig(3 * step, step, np.deg2rad(1.5 * config.resolution_mm), config.friction)
     primitives = parse_spatial_directions(config.directions, config.twist)
-    gravity = gravity_of(config.gravity or PALM_UP)
+    gravity = gravity_of(config.gravity or USUAL_PALM)
     check_solid_fit(*held)
     return SpatialAsked(held, gravity, assumed, primitives)
 

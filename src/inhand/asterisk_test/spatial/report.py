@@ -19,6 +19,7 @@ from inhand.control.spatial_scenes import solid_frames
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import write_json, write_trials
 from inhand.geometry import Array, interpolate
+from inhand.hands.spatial.gravity import USUAL_PALM
 from inhand.pages import Part, Picture, again, counted, listed, page_of, table_of
 from inhand.plots.save import save_picture
 from inhand.plots.spatial_asterisk import MANY, SpatialCurve, Turned, solid_figure, spatial_figure
@@ -103,7 +104,7 @@ class SpatialRun(Shown):
 
 def gravity_told(run: SpatialRun) -> str:
     """Return how gravity pulls: by the word or the vector that was asked for."""
-    return run.config.gravity or "up"
+    return run.config.gravity or USUAL_PALM
 
 
 def _subtitle(run: SpatialRun) -> str:

@@ -20,7 +20,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
 from inhand.hands.spatial.fit import check_solid_fit
-from inhand.hands.spatial.gravity import gravity_of
+from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import pose_from
@@ -30,9 +30,6 @@ from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
 from inhand.tasks.spatial.reach import limits_in_space
 from inhand.versions import versions
-
-PALM_UP = "up"
-"""Gravity where none is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +68,12 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     _check_known(config)
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
-    gravity = gravity_of(config.gravity or PALM_UP)
+    gravity = gravity_of(config.gravity or USUAL_PALM)
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
     engine_in_space(config.engine)
     check_solid_fit(hand, spec)
     check_weight(hand, spec)
-    check_solid_fit(hand, spec)
     paths = [spatial_path_of(primitive) for primitive in primitives]
     assignments = tuple(
         SpatialAssignment(primitive, path, k + 1)

@@ -13,6 +13,8 @@ GRAVITY = 9.81
 PALMS: dict[str, Vector] = {"up": (0.0, 0.0, -1.0), "down": (0.0, 0.0, 1.0), "sideways": (0.0, -1.0, 0.0)}
 """Where gravity points by where the palm looks: up (the object lies above it), down (below it), or to the side, with
 the hand's +y up."""
+USUAL_PALM = "up"
+"""How the palm is held where nothing is asked for."""
 SHORTEST = 1e-9
 """A vector shorter than this has no direction."""
 

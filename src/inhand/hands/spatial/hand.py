@@ -12,10 +12,9 @@ from itertools import accumulate, pairwise
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from inhand.errors import InputError
-from inhand.geometry import Array
+from inhand.geometry import Array, fixed
 from inhand.hands.sizes import check_length, check_mass
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -86,7 +85,7 @@ class SpatialFinger:
     @cached_property
     def limits(self) -> Array:
         """Lowest and highest joint angles `(n, 2)` [rad]."""
-        return _fixed([link.limits for link in self.links])
+        return fixed([link.limits for link in self.links])
 
 
 @dataclass(frozen=True)
@@ -170,12 +169,12 @@ class SpatialHand:
     @cached_property
     def limits(self) -> Array:
         """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return _fixed(np.concatenate([finger.limits for finger in self.fingers]))
+        return fixed(np.concatenate([finger.limits for finger in self.fingers]))
 
     @cached_property
     def start_pose(self) -> Array:
         """Pose `(7,)` in which the object starts: at `start_position`, not turned."""
-        return _fixed([*self.start_position, *UNTURNED])
+        return fixed([*self.start_position, *UNTURNED])
 
 
 def rod(length: float, radius: float, mass: float, tip: tuple[float, float] = (0.0, 0.0)) -> Link:
@@ -206,13 +205,6 @@ def rod(length: float, radius: float, mass: float, tip: tuple[float, float] = (0
     return Link(
         (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-np.pi, np.pi), UNTURNED, capsules, whole, (0.0, 0.0, middle), inertia
     )
-
-
-def _fixed(numbers: ArrayLike) -> Array:
-    """Return an array that all who ask share, and nobody may change."""
-    array = np.array(numbers, dtype=float)
-    array.setflags(write=False)
-    return array
 
 
 def _check_finite(what: str, numbers: Iterable[float]) -> None:

@@ -14,21 +14,12 @@ export function unpackBytes(data) {
   return Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
 }
 
-/** One trial: what was packed of it, unpacked when it is first asked for. */
-export class Motion {
-  constructor(trial, hands, objects) {
+/** What was packed of a trial, unpacked when it is first asked for. */
+export class Recorded {
+  constructor(trial, hands) {
     this.trial = trial;
     this.hand = hands[trial.hand];
-    this.object = objects[trial.object];
     this.rows = trial.rows;
-    this.joints = this.hand.fingers.reduce((count, finger) => count + finger.lengths.length, 0);
-    this.straight = trial.angle !== null;
-  }
-
-  /** Return the size of a finger's force on the object at a row [N]. */
-  force(number, row) {
-    const { fx, fy } = this.contact(number, row);
-    return Math.hypot(fx, fy);
   }
 
   get columns() {
@@ -56,6 +47,22 @@ export class Motion {
     const high = Math.min(low + 1, this.rows - 1);
     const values = this.columns[column];
     return values[low] + (row - low) * (values[high] - values[low]);
+  }
+}
+
+/** One trial in the plane. */
+export class Motion extends Recorded {
+  constructor(trial, hands, objects) {
+    super(trial, hands);
+    this.object = objects[trial.object];
+    this.joints = this.hand.fingers.reduce((count, finger) => count + finger.lengths.length, 0);
+    this.straight = trial.angle !== null;
+  }
+
+  /** Return the size of a finger's force on the object at a row [N]. */
+  force(number, row) {
+    const { fx, fy } = this.contact(number, row);
+    return Math.hypot(fx, fy);
   }
 
   /** Return where the object is at a row: x, y [mm] and its angle [rad]. */

@@ -1,7 +1,7 @@
 // Trials in space: where joints put links, and a stage that turns under the pointer.
 
 import { make } from "./dom.js";
-import { unpack, unpackBytes } from "./motion.js";
+import { Recorded } from "./motion.js";
 
 const COLOURS = ["hand", "hand-edge", "object", "object-edge", "ink", "muted", "accent", "series-2", "raised"];
 const STEP = 0.12; // [rad] that an arrow key turns the stage
@@ -38,40 +38,13 @@ function triples(flat) {
 }
 
 /** One trial in space, as `Motion` in the plane. */
-export class SolidMotion {
+export class SolidMotion extends Recorded {
   constructor(trial, hands, objects) {
-    this.trial = trial;
-    this.hand = hands[trial.hand];
+    super(trial, hands);
     this.faces = objects[trial.object].faces.map(triples);
     this.palm = this.hand.palm.map(triples);
-    this.rows = trial.rows;
     this.joints = this.hand.fingers.reduce((count, finger) => count + finger.links.length, 0);
     this.straight = trial.along !== null;
-  }
-
-  get columns() {
-    this.unpacked ??= unpack(this.trial.packed);
-    return this.unpacked;
-  }
-
-  get touching() {
-    this.bits ??= unpackBytes(this.trial.contact);
-    return this.bits;
-  }
-
-  time(row) {
-    return (row - this.trial.start) * this.trial.period;
-  }
-
-  rowAt(time) {
-    return Math.min(Math.max(time / this.trial.period + this.trial.start, 0), this.rows - 1);
-  }
-
-  value(column, row) {
-    const low = Math.floor(row);
-    const high = Math.min(low + 1, this.rows - 1);
-    const values = this.columns[column];
-    return values[low] + (row - low) * (values[high] - values[low]);
   }
 
   place(row) {

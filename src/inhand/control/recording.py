@@ -8,11 +8,14 @@ import numpy as np
 
 from inhand.control.catalogue import ControllerEntry
 from inhand.control.loop import Recording
+from inhand.control.spatial_catalogue import SpatialEntry
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.trial import SHAPES, Passport, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.hand import SpatialHand, Vector
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.names import ENGINE
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.versions import versions
@@ -24,6 +27,20 @@ def passports(
     """Return what makes the passports of a run's trials, given what `Passport` says of one, from `primitive` on."""
     made = partial(Passport, hand, spec, entry.name, reads=entry.reads, seed=seed, engine=engine)
     return partial(made, substeps=SUBSTEPS, timestep=SceneSpec.timestep, versions=versions())
+
+
+def spatial_passports(
+    hand: SpatialHand, spec: SolidSpec, entry: SpatialEntry, *, gravity: Vector, seed: int, engine: str
+) -> Callable[..., SpatialPassport]:
+    """Return the same of hands in space, given primitive, direction, axis, number and limit of a trial."""
+
+    def made(
+        primitive: str, along: Vector | None, about: Vector | None, trial: int, limit: float | None = None
+    ) -> SpatialPassport:
+        whose, steps = (hand, spec, entry.name, primitive, along, about, gravity, trial, seed), SceneSpec.timestep
+        return SpatialPassport(*whose, SUBSTEPS, steps, versions(), engine, limit, entry.reads)
+
+    return made
 
 
 def cut_trials(recording: Recording, passports: Sequence[Passport], references: Array) -> tuple[Trial, ...]:

@@ -57,7 +57,8 @@ def spatial_phases(
         return made
 
     def stay(task: SpatialTask) -> Controller:
-        return go_on(replace(task, path=still(task.n_worlds), distance=np.zeros(task.n_worlds)))
+        here = still(task.n_worlds)
+        return go_on(replace(task, path=here, distance=np.zeros(task.n_worlds), start=None))
 
     phases += (
         Phase(PRESS, stay, longest=PRESSING),

@@ -8,14 +8,14 @@ import numpy as np
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended_in_space
 from inhand.control.controller import SpatialTask
-from inhand.control.draws import check_count, check_draws
+from inhand.control.draws import check_count, check_draws, start_noise_in_space
 from inhand.control.loop import Bench, Told
-from inhand.control.recording import cut_spatial_trials
+from inhand.control.recording import cut_spatial_trials, spatial_passports
 from inhand.control.run_config import TrialsConfig
 from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
 from inhand.control.spatial_phases import simulate_in_space
 from inhand.control.spatial_rehearsal import check_weight
-from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.control.spatial_trial import SpatialTrial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
@@ -25,11 +25,9 @@ from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import pose_from
 from inhand.sim.engines import engine_in_space
-from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
 from inhand.tasks.spatial.reach import limits_in_space
-from inhand.versions import versions
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +115,7 @@ def simulate_asterisk_in_space(
     primitives = tuple(dict.fromkeys(each.primitive for each in assignments))
     reach = limits_in_space((hand, spec), primitives, np.array([setup.gravity]), progress=told)
     limits = {limit.primitive: limit.distance for limit in reach}
-    starts = pose_from(hand.start_pose, *start_noise_in_space(config, assignments))
+    starts = pose_from(hand.start_pose, *starts_of(config, assignments))
     gravity = np.tile(setup.gravity, (count, 1))
     grasp = setup.controller.grasp(hand, spec, [each.path for each in assignments], gravity, starts, bench=bench)
     path = stacked_paths([each.path for each in assignments])
@@ -130,28 +128,19 @@ def simulate_asterisk_in_space(
         bench,
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
     )
-    passports = [_passport(config, setup, each, limits[each.primitive]) for each in assignments]
+    signed = spatial_passports(hand, spec, setup.controller, gravity=setup.gravity, seed=config.seed, engine=engine)
+    passports = [
+        signed(each.name, each.direction, _axis(each), one.trial, limits[each])
+        for one, each in ((one, one.primitive) for one in assignments)
+    ]
     references = np.concatenate([path.moves, path.turns], axis=-1)
     return tuple(ended_in_space(trial) for trial in cut_spatial_trials(recording, passports, references))
 
 
-def _passport(config: AsteriskConfig, setup: SpatialSetup, each: SpatialAssignment, limit: float) -> SpatialPassport:
-    return SpatialPassport(
-        setup.hand,
-        setup.object,
-        setup.controller.name,
-        each.primitive.name,
-        each.primitive.direction,
-        _axis(each.primitive),
-        setup.gravity,
-        each.trial,
-        config.seed,
-        SUBSTEPS,
-        SceneSpec.timestep,
-        versions(),
-        engine_in_space(config.engine),
-        limit,
-    )
+def starts_of(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
+    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each."""
+    goals = [(*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation) for each in whose]
+    return start_noise_in_space(config, [each.trial for each in whose], goals)
 
 
 def _axis(primitive: SpatialPrimitive) -> Vector | None:
@@ -159,18 +148,3 @@ def _axis(primitive: SpatialPrimitive) -> Vector | None:
         return None
     x, y, z = primitive.axis.tolist()
     return (x, y, z)
-
-
-def start_noise_in_space(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
-    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each.
-
-    It follows from the seed, the primitive and the trial's number alone, so that runs of other hands, objects and
-    gravities are paired with it.
-    """
-    drawn = []
-    for each in whose:
-        goal = (*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation)
-        key = [round(1e6 * part) % 2**32 for part in goal]  # a seed takes no negative number
-        drawn.append(np.random.default_rng((config.seed, each.trial, *key)).standard_normal((2, 3)))
-    moved, turned = np.stack(drawn, axis=1)
-    return config.noise_mm / 1e3 * moved, np.deg2rad(config.noise_deg) * turned

@@ -1,6 +1,7 @@
 """The environments keep Gymnasium's contract, alone and as a batch."""
 
 import asyncio
+import importlib.util
 import math
 import re
 import sys
@@ -426,8 +427,24 @@ def test_no_library_for_pictures_is_loaded_without_them() -> None:
     assert asyncio.run(ran(code)) == (0, "")
 
 
+def test_pictures_of_mujoco_are_an_extra() -> None:
+    env = plain(render_mode="rgb_array", pictures="mujoco")
+    env.reset(seed=0)
+    if importlib.util.find_spec("glfw") is None:
+        with pytest.raises(InputError, match=r'pictures="mujoco" \(.*\) needs the extra `viewer`: pip install'):
+            env.render()
+        return
+    try:
+        shown = picture(env)
+    except InputError as error:
+        pytest.skip(f"there is no GL here: {error}")
+    assert (str(shown.dtype), shown.shape) == ("uint8", (400, 400, 3))
+    orange = (shown[..., 0] > 1.5 * shown[..., 2]).mean()
+    assert 0.01 < orange < 0.1
+
+
 def test_gymnasium_records_a_film(tmp_path: Path) -> None:
-    pytest.importorskip("moviepy", reason="Gymnasium's recorder needs moviepy: pip install moviepy")
+    pytest.importorskip("moviepy", reason="the extra `video` is not installed")
     env = gymnasium.make("inhand/Asterisk-v0", render_mode="rgb_array", horizon=5, actions="steps", **QUICK)
     films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "films"))
     films.reset(seed=0)

@@ -12,10 +12,11 @@ from PIL import Image
 
 import inhand as front
 from commands import Call
+from inhand.control.episode import MANIPULATE
 from inhand.control.spatial_ik import SpatialIkConfig
 from inhand.control.spatial_rehearsal import LONGEST, longest_of
 from inhand.control.spatial_trial import SpatialTrial
-from inhand.control.trial import MANIPULATE, REACHED
+from inhand.control.trial import REACHED
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import follow_grips

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
-from inhand.control.spatial_phases import simulate_in_space
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -186,7 +185,7 @@ def rehearsed(
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
     there, path = worlds.some(owner), stacked_paths(mine)
-    task = SpatialTask(hand, (spec,) * len(owner), path, there.gravity, start=there.origin)
+    task = SpatialTask(hand, (spec,) * len(owner), path, gravity=there.gravity, start=there.origin)
     made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
 
     def carry(task: SpatialTask) -> SpatialIkController:
@@ -195,8 +194,7 @@ def rehearsed(
 
     twists = stacked_paths([hold_path(path) for path in mine])
     closed, silent = closed_at(hand, grasps, there.starts), replace(bench, progress=None)
-    longest = longest_of(path, config)
-    _, found = simulate_in_space(task, closed, there.starts, carry, silent, twists=twists, longest=longest)
+    _, found = simulate(task, closed, there.starts, carry, silent, twists=twists, longest=longest_of(path, config))
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
     worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
     best = [int(own[worth[own].argmax()]) for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]

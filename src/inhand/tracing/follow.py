@@ -14,13 +14,12 @@ from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
-from inhand.control.recording import cut_spatial_trials, cut_trials, passports, spatial_passports
+from inhand.control.recording import cut_trials, passports
 from inhand.control.seen import SENSED
 from inhand.control.spatial_catalogue import SpatialEntry
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_phases import simulate_in_space
-from inhand.control.spatial_trial import AnyTrial
-from inhand.control.trial import REACHED, STOPPED
+from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.control.trial import REACHED, STOPPED, AnyTrial, Passport, Trial
 from inhand.geometry import Array, Path
 from inhand.hands.fit import Held
 from inhand.hands.spatial.fit import SpatialHeld
@@ -107,13 +106,14 @@ def follow(
     driver = _driver(replace(task, start=poses[:, 0], distance=grasp.way), plans, entry, config)
     longest = max(map(_longest, plans))
     _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
-    signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "engine": bench.engine}
+    signed = passports(Passport, **same, seed=seed, angle_deg=None, rotation_deg=0.0)
     worlds: Sequence[Disturbed | None] = disturbed or [None] * len(plans)
     found = [
-        signed(plan.name, None, 0.0, plan.name, number, disturbed=world)
+        signed(primitive=plan.name, path=plan.name, trial=number, disturbed=world)
         for number, (plan, world) in enumerate(zip(plans, worlds, strict=True), start=1)
     ]
-    trials = cut_trials(recording, found, task.path.poses)
+    trials = cut_trials(Trial, recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
 
@@ -124,10 +124,11 @@ def follow_in_space(
     (hand, spec, gravity), count = held, len(plans)
     firsts = np.array([plan.legs[0].start for plan in plans])
     ways = [from_to(firsts[k], plan.path.poses) for k, plan in enumerate(plans)]
-    paths = [SpatialReference(way[:, :3], way[:, 3:], plan.name) for way, plan in zip(ways, plans, strict=True)]
+    names = [f"{plan.name} {plans.index(plan) + 1}" for plan in plans]  # trials of one plan share its grasps
+    paths = [SpatialReference(way[:, :3], way[:, 3:], name) for way, name in zip(ways, names, strict=True)]
     pulls = np.tile(gravity, (count, 1))
     grasp = entry.grasp(hand, spec, paths, pulls, starts, bench=bench, fixed=True)
-    task = SpatialTask(hand, (spec,) * count, stacked_paths(paths), pulls)
+    task = SpatialTask(hand, (spec,) * count, stacked_paths(paths), gravity=pulls)
     parts: Repertoire = {"move": entry.manipulate, "turn": entry.manipulate, "hold": SpatialIkController}
     driver = Sequencer(task, plans, parts)
 
@@ -135,10 +136,11 @@ def follow_in_space(
         return driver if task.distance is None else entry.manipulate(task)  # who holds the object before it is carried
 
     longest = max(map(_longest, plans))
-    _, recording = simulate_in_space(task, grasp, starts, carry, bench, longest=longest)
-    signed = spatial_passports(hand, spec, entry, gravity=gravity, seed=seed, engine=bench.engine)
-    found = [signed(plan.name, None, None, number) for number, plan in enumerate(plans, start=1)]
-    trials = cut_spatial_trials(recording, found, stacked(ways))
+    _, recording = simulate(task, grasp, starts, carry, bench, longest=longest)
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "gravity": gravity}
+    signed = passports(SpatialPassport, **same, seed=seed, engine=bench.engine, along=None, about=None)
+    found = [signed(primitive=plan.name, trial=number) for number, plan in enumerate(plans, start=1)]
+    trials = cut_trials(SpatialTrial, recording, found, stacked(ways))
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
 

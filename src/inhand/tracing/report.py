@@ -15,8 +15,8 @@ from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
 from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.control.spatial_scenes import solid_frames
-from inhand.control.spatial_trial import AnyTrial, SpatialPassport, SpatialTrial, load_all
-from inhand.control.trial import write_json, write_trials
+from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.control.trial import AnyTrial, load_all, write_json, write_trials
 from inhand.errors import InputError
 from inhand.hands.fit import Held
 from inhand.hands.spatial.fit import SpatialHeld

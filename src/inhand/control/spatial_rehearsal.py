@@ -64,17 +64,33 @@ def planned_in_space(
     Raises:
         InputError: no contacts hold the object at its start.
     """
-    firsts = {path.name: path for path in reversed(paths)}
     gravities = np.unique(gravity, axis=0)
+    groups = _searched((hand, spec), paths, gravities, bench)
+    tried: list[Tried] = []
+    for first in range(0, len(paths), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        asked = [groups[path.name] for path in paths[part]]
+        origin = np.broadcast_to(hand.start_pose, starts[part].shape) if fixed else None
+        tried += tried_out((hand, spec), asked, paths[part], Worlds(gravity[part], starts[part], origin), bench)
+    way = np.array([each.way for each in tried])
+    return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
+
+
+def _searched(
+    held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
+) -> dict[str, list[SpatialGrasp]]:
+    """Return the grasps of the contact search for paths, by their names."""
+    hand, spec = held
+    firsts = {path.name: path for path in reversed(paths)}
     whole = [whole_spatial_path(path) for path in firsts.values()]
-    names, count = iter(firsts), len(paths)
+    names = iter(firsts)
 
     def told() -> None:
         if bench.progress is not None:
-            bench.progress(f"grasps {next(names)}", count, 0)
+            bench.progress(f"grasps {next(names)}", len(paths), 0)
 
     config = search_of(spec, gravities)
-    found = search_grasps((hand, spec), hand.start_pose, whole, gravities, config=config, progress=told)
+    found = search_grasps(held, hand.start_pose, whole, gravities, config=config, progress=told)
     groups = dict(zip(firsts, found, strict=True))
     none = [name for name, group in groups.items() if not group]
     if none:
@@ -82,14 +98,7 @@ def planned_in_space(
             f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
             " smaller object, more friction, or another hand or gravity"
         )
-    tried: list[Tried] = []
-    for first in range(0, count, AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        asked = [groups[path.name] for path in paths[part]]
-        origin = np.broadcast_to(hand.start_pose, starts[part].shape) if fixed else None
-        tried += tried_out((hand, spec), asked, paths[part], Worlds(gravity[part], starts[part], origin), bench)
-    way = np.array([each.way for each in tried])
-    return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
+    return groups
 
 
 class Worlds(NamedTuple):

@@ -42,8 +42,9 @@ def scaled(drawing: Drawing, size: float) -> Drawing:
     check_length(f"the size of drawing {drawing.name!r}", size, "--size and files give mm, Python gives metres")
     side = larger_side(drawing)
     if not side > 0.0:
+        axes = " (x, y)" if drawing.poses.shape[1] == 3 else ""
         raise InputError(
-            f"drawing {drawing.name!r} has no extent: all its {len(drawing.poses)} way-points are at one place;"
+            f"drawing {drawing.name!r} has no extent: all its {len(drawing.poses)} way-points are at one place{axes};"
             " leave its size as it is, or take a drawing that goes somewhere"
         )
     first = places(drawing.poses.shape[1])

@@ -111,6 +111,11 @@ def ready(config: AsteriskConfig) -> Ready:
             f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
             " it out, or use a hand in space (3f_60.60_40_10)"
         )
+    if config.one_grasp:
+        raise InputError(
+            f"--one-grasp with {config.hand}, a hand in the plane, which takes a grasp for each direction: leave it"
+            " out, or use a hand in space (3f_60.60_40_10)"
+        )
     people = people_of(config)
     for metric in config.metrics:
         METRICS.known(metric)

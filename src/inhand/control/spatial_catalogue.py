@@ -30,10 +30,12 @@ class SpatialPlanner(Protocol):
         *,
         bench: Bench,
         fixed: bool = False,
+        shared: bool = False,
     ) -> Grasp:
         """Return a grasp for every path, of objects that start at `starts` `(B, 7)` under gravities `(B, 3)`.
 
-        Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them.
+        Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them. One grasp
+        may be `shared` by all.
         """
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Simulate = Callable[[AsteriskConfig, SpatialSetup], tuple[SpatialTrial, ...]]
 """Runs a setup; the command line shows how far it is."""
+ONE = "One grasp, the same in every trial, for all directions and turns."
+"""What a reader is told of a run with one grasp."""
 
 
 def finish_in_space(
@@ -24,4 +26,5 @@ def finish_in_space(
     from inhand.asterisk_test.spatial.report import SpatialRun
 
     trials = run(config, setup)
-    return SpatialRun(config, trials, tuple(result_of_trial(trial) for trial in trials))
+    notes = (ONE,) if config.one_grasp else ()
+    return SpatialRun(config, trials, tuple(result_of_trial(trial) for trial in trials), notes)

@@ -22,8 +22,7 @@ from inhand.control.draws import disturbance_notes
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import is_spatial_hand
-from inhand.hands.spatial.given import name_of
+from inhand.hands.spatial.files import is_spatial_hand, name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured

@@ -24,8 +24,7 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
-from inhand.hands.spatial.files import is_spatial_hand
-from inhand.hands.spatial.given import name_of
+from inhand.hands.spatial.files import is_spatial_hand, name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record

@@ -65,7 +65,7 @@ def _replays(groups: Sequence[Group], wall: Wall | None) -> list[View]:
         for name, each, trace in found
         if isinstance(each.trial, Trial)
     ]
-    walls = [] if wall is None else [flat(wall_mm(wall, NOWHERE))]
+    walls = [] if wall is None else [flat(wall_mm(wall, NOWHERE[:2]))]
     return [*replays(flats, walls=walls), *solid_replays(solid)]
 
 

@@ -10,7 +10,7 @@ from inhand.control.catalogue import CONTROLLERS, ControllerEntry, notes_of
 from inhand.control.draws import disturbance_notes
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.given import name_of
+from inhand.hands.spatial.files import name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured

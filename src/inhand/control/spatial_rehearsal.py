@@ -212,7 +212,7 @@ def tried_together(
         some = [paths[k] for k in part]
         found += rehearsed(held, [grasps] * len(part), some, worlds.some(part), (bench, config))
     worth = np.array([[each.worth for each in group] for group in found]).T
-    best = int((worth_together(np.maximum(worth, 0.0)) - (worth < LOST).sum(axis=1)).argmax())
+    best = int((worth_together(np.maximum(worth, 0.0), paths) - (worth < LOST).sum(axis=1)).argmax())
     tried = [group[best] for group in found]
     return _stopped_before(held, tried, [[grasps[best]]] * len(tried), (paths, worlds, bench))
 

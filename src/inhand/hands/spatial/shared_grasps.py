@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -27,17 +28,20 @@ from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.spatial.start_contacts import held_together, stack_of
 from inhand.rotations import SpatialPath
 
-LOOKED = 200
-"""Grasps that are looked at for the few to be kept: many are alike."""
+LOOKED, KEEP = 1000, 12
+"""Grasps that are looked at for the few to be kept: many are alike; and how many those are at most."""
 
 
-def worth_together(ways: Array) -> Array:
+def worth_together(ways: Array, paths: Sequence[SpatialPath]) -> Array:
     """Return what grasps are worth `(K,)` that come so far along P paths `(K, P)` [m].
 
-    Ways count as shares of the farthest that any of them comes along the same path: their mean and the least of them.
+    It is the median over paths that move and the least over those that only turn, each a share of the farthest that any
+    of them has.
     """
-    shares = ways / np.maximum(ways.max(axis=0), 1e-9)
-    return np.asarray(shares.mean(axis=1) + shares.min(axis=1))
+    turning = np.array([not path.moves.any() for path in paths])
+    parts = [np.median(ways[:, ~turning], axis=1)] if not turning.all() else []
+    parts += [ways[:, turning].min(axis=1)] if turning.any() else []
+    return np.asarray(sum(part / max(float(part.max()), 1e-9) for part in parts))
 
 
 def search_shared(
@@ -70,7 +74,7 @@ def _searched(
         return as_arrays([])
     every = [tracked(held, (start, path), together, config, fixed=False) for path in paths]
     promised = np.stack([each.way[np.maximum(each.lengths - 1, 0)] for each in every], axis=1)
-    chosen: NDArray[np.int64] = np.argsort(-worth_together(promised), kind="stable")[: config.most]
+    chosen: NDArray[np.int64] = np.argsort(-worth_together(promised, paths), kind="stable")[: config.most]
     ways = np.empty((len(chosen), len(paths)))
     for k, each in enumerate(every):
         stack, weights = (
@@ -80,10 +84,10 @@ def _searched(
         numbers, lengths = together.numbers[chosen], each.lengths[chosen]
         reached, _ = follow_tuples(stack, numbers, lengths, (weights, rules), config.every)
         ways[:, k] = np.where(reached > 0, each.way[np.maximum(reached - 1, 0)], 0.0)
-    worth = worth_together(ways)
+    worth = worth_together(ways, paths)
     best = [int(t) for t in np.argsort(-worth, kind="stable")[:LOOKED] if ways[t].min() > 0]
     tracks = every[0].tracks
     made = [
         grasp_of(together, tracks, together.numbers[chosen[t]], float(ways[t].min()), float(worth[t])) for t in best
     ]
-    return as_arrays(spread(made, config))
+    return as_arrays(spread(made, replace(config, keep=KEEP)))

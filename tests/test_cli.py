@@ -284,7 +284,7 @@ def test_stopping_is_no_crash(tmp_path: Path, inhand: Call, monkeypatch: pytest.
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("inhand.cli.asterisk.simulate", stopped)
+    monkeypatch.setattr("inhand.cli.asterisk.run_setup", stopped)
     code, _, err = inhand("asterisk", "--trials", 1, "--directions", "Out", "--out", tmp_path / "a")
     assert (code, err) == (130, "inhand: stopped; nothing was overwritten\n")
     assert not list(tmp_path.iterdir())

@@ -136,6 +136,9 @@ class SpatialHand:
             raise InputError(f"hand {self.name!r} has {len(self.fingers)} fingers; give two or more")
         if len(set(self.finger_names)) < len(self.fingers):
             raise InputError(f"hand {self.name!r} has two fingers of one name: {', '.join(self.finger_names)}")
+        starts = {tuple(np.round(finger.links[0].origin, 6)) if finger.links else () for finger in self.fingers}
+        if len(starts) == 1:
+            raise InputError(f"hand {self.name!r}: its fingers all begin at one place: give each its own")
         for name in _POSITIVE + _NOT_NEGATIVE:
             value = getattr(self, name)
             if not (np.isfinite(value) and (value > 0 or (value == 0 and name in _NOT_NEGATIVE))):

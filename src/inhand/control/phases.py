@@ -103,7 +103,8 @@ def standard_phases(
     if held:
 
         def stay(task: SpatialTask) -> Controller:
-            return go_on(replace(task, path=SpatialPath.still(task.n_worlds), distance=np.zeros(task.n_worlds)))
+            here = SpatialPath.still(task.n_worlds)
+            return go_on(replace(task, path=here, distance=np.zeros(task.n_worlds), start=None))
 
         lift = Phase(LIFT, stay, longest=LIFTING, must_hold=True, lets_go=True)
         phases = (*phases, Phase(PRESS, stay, longest=PRESSING), lift)

@@ -13,12 +13,12 @@ from PIL import Image
 
 import inhand
 from commands import Call
-from inhand.asterisk_test.asterisk import ready
+from inhand.asterisk_test.asterisk import ONE, Ready, finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
+from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare
-from inhand.asterisk_test.spatial.asterisk import ONE, finish_in_space
 from inhand.asterisk_test.spatial.report import SpatialRun, drawn, errors_told
 from inhand.asterisk_test.spatial.run import (
     SpatialAssignment,
@@ -137,7 +137,7 @@ def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path
 def test_the_command_prints_the_same_table_and_metrics_measure_its_trials(
     inhand: Call, run: SpatialRun, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.cli.asterisk.simulate_asterisk_in_space", lambda *_: run.trials)
+    monkeypatch.setattr("inhand.asterisk_test.asterisk.simulate_asterisk_in_space", lambda *_: run.trials)
     monkeypatch.setattr("inhand.asterisk_test.spatial.report._pictures", lambda *_: [])
     monkeypatch.setattr("inhand.asterisk_test.spatial.report.draw_replay", lambda *_: "")
     code, out, err = inhand("asterisk", *WORDS, "--out", tmp_path / "run")
@@ -163,7 +163,7 @@ def test_one_grasp_for_all_is_asked_for_and_told(run: SpatialRun, monkeypatch: p
     with pytest.raises(InterruptedError):
         simulate_asterisk_in_space(config, replace(setup, controller=replace(setup.controller, grasp=planner)))
     assert asked == [True]
-    assert finish_in_space(config, setup, lambda *_: run.trials).notes == (ONE,)
+    assert finish(config, Ready(setup, HumanFolder((), ()), (), ""), lambda *_: run.trials).notes == (ONE,)
     with pytest.raises(InputError, match=r"--one-grasp with 2v2.*, a hand in the plane"):
         ready(AsteriskConfig(one_grasp=True))
 

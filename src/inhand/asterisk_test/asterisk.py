@@ -144,7 +144,7 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> R
     if isinstance(setup, SpatialSetup):
         from inhand.asterisk_test.spatial.report import SpatialRun
 
-        return SpatialRun(config, trials, results, (ONE,) if config.one_grasp else ())
+        return SpatialRun(config, trials, results, notes=(ONE,) if config.one_grasp else ())
     from inhand.asterisk_test.report import Run
 
     entry = setup.controller

@@ -23,8 +23,9 @@ from inhand.control.spatial_follow import Ending, spatial_limit
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.forces import Grip, GripRules, hold
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
-from inhand.rotations import pose_from, rotation_between
+from inhand.rotations import carried, pose_from, rotation_between
 from inhand.sim.state import State
 
 SLOW = 1e-4
@@ -121,21 +122,8 @@ class SpatialIkController:
         """Return joint targets `(B, n_joints)` [rad]."""
         config, hand = self.config, self._task.hand
         step, velocity = self._wanted(state)
-        inward, points, pose = state.normals, state.object_points, state.object_pose
-        grip = self.forces = self._held_by((points, inward), pose)
-        told, targets = place(hand, state.joint_angles), state.joint_angles.copy()
-        for i, own in enumerate(hand.slices):
-            angles, point = state.joint_angles[:, own], points[:, i]
-            jacobian = point_jacobian(told.places[:, own], told.axes[:, own], point)
-            arm = point - pose[:, :3]
-            closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * inward[:, i]
-            spare = angles.shape[1] > FREE_JOINTS
-            posture = config.posture * (self._rest[:, own] - angles) if spare else None
-            joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, config.damping, posture)
-            joint_velocity = damped_least_squares(jacobian, carried(velocity, arm), config.damping)
-            torque = (jacobian * grip.forces[:, i, :, None]).sum(axis=-2)
-            targets[:, own] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
-        return targets
+        grip = self.forces = self._held_by((state.object_points, state.normals), state.object_pose)
+        return targets_of_motion(hand, state, (step, velocity), grip.forces, config, self._rest)
 
     def finished(self, state: State) -> NDArray[np.bool_]:
         """Return which worlds have held the end of their path for a while `(B,)`."""
@@ -180,6 +168,40 @@ class SpatialIkController:
         return np.concatenate([wanted[:, :3] - pose[:, :3], rotation_between(pose[:, 3:], wanted[:, 3:])], axis=-1)
 
 
+def targets_of_motion(
+    hand: SpatialHand,
+    state: State,
+    wanted: tuple[Array, Array],
+    forces: Array,
+    config: SpatialIkConfig,
+    rest: Array | None = None,
+) -> Array:
+    """Return joint targets `(B, n_joints)` [rad]: the law at the top of this file.
+
+    Args:
+        hand: the hand.
+        state: where it is.
+        wanted: displacement `(B, 6)` [m, rad] and velocity `(B, 6)` of the object.
+        forces: of the contacts on the object `(B, F, 3)` [N].
+        config: damping of the least squares, and the share of the posture.
+        rest: joint angles `(B, n_joints)` [rad] to which spare joints are to go back; None: they stay.
+    """
+    (step, velocity), points = wanted, state.object_points
+    told, targets = place(hand, state.joint_angles), state.joint_angles.copy()
+    for i, own in enumerate(hand.slices):
+        angles, point = state.joint_angles[:, own], points[:, i]
+        jacobian = point_jacobian(told.places[:, own], told.axes[:, own], point)
+        arm = point - state.object_pose[:, :3]
+        closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
+        spare = angles.shape[1] > FREE_JOINTS and rest is not None
+        posture = config.posture * (rest[:, own] - angles) if spare and rest is not None else None
+        joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, config.damping, posture)
+        joint_velocity = damped_least_squares(jacobian, carried(velocity, arm), config.damping)
+        torque = (jacobian * forces[:, i, :, None]).sum(axis=-2)
+        targets[:, own] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
+    return targets
+
+
 def beside(error: Array, velocity: Array) -> Array:
     """Return the length `(B,)` [m] of errors `(B, 6)` across the way of set points, of velocities `(B, 6)`.
 
@@ -191,10 +213,3 @@ def beside(error: Array, velocity: Array) -> Array:
     way = way / np.maximum(size, 1e-12)
     across = np.linalg.norm(off - (off * way).sum(axis=-1, keepdims=True) * way, axis=-1)
     return np.where(size[:, 0] > SLOW, across, 0.0)
-
-
-def carried(motion: Array, arm: Array) -> Array:
-    """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
-    u, v, w = motion[:, 3:].T
-    x, y, z = arm.T
-    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))

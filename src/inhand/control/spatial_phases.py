@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -36,40 +37,45 @@ def spatial_phases(
     manipulate: Callable[[SpatialTask], Controller] | None,
     twists: SpatialPath | None = None,
     longest: float = 8.0,
+    holds: Callable[[SpatialTask], Controller] | None = None,
 ) -> tuple[Phase, ...]:
     """Return place, grasp, press, lift and manipulate, and before the last a twist on the spot if asked.
 
-    `manipulate` makes the controller of all but the first two; None ends with the fingers closed.
+    `holds` makes the controller that presses and lifts, None for what `manipulate` makes, which does all after that.
+    Without `manipulate` the last phase is the lift; without either the fingers are closed and the world still holds.
     """
     phases: tuple[Phase, ...] = (
         Phase("place", lambda task: JointPid(task, grasp.opened), longest=PLACING),
         Phase("grasp", lambda task: JointPid(task, grasp.closed), longest=GRASPING, must_hold=True),
     )
-    if manipulate is None:
+    lifts = holds or manipulate
+    if lifts is None:
         return phases
     last: list[Controller] = []
 
-    def go_on(task: SpatialTask) -> Controller:
-        made = manipulate(task)
+    def go_on(task: SpatialTask, make: Callable[[SpatialTask], Controller]) -> Controller:
+        made = make(task)
         if last and isinstance(made, TakesOver):
             made.take_over(last[0])
         last[:] = [made]
         return made
 
     def stay(task: SpatialTask) -> Controller:
-        return go_on(replace(task, path=still(task.n_worlds), distance=np.zeros(task.n_worlds)))
+        return go_on(replace(task, path=still(task.n_worlds), distance=np.zeros(task.n_worlds)), lifts)
 
     phases += (
         Phase(PRESS, stay, longest=PRESSING),
         Phase(LIFT, stay, longest=LIFTING, must_hold=True, lets_go=True),
     )
+    if manipulate is None:
+        return phases
     if twists is not None and twists.turns.any():
 
         def turn(task: SpatialTask) -> Controller:
-            return go_on(replace(task, path=twists, distance=None))
+            return go_on(replace(task, path=twists, distance=None), manipulate)
 
         phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
-    return (*phases, Phase(MANIPULATE, go_on, longest=longest, keep_contact=True))
+    return (*phases, Phase(MANIPULATE, partial(go_on, make=manipulate), longest=longest, keep_contact=True))
 
 
 def still(n_worlds: int) -> SpatialPath:
@@ -86,13 +92,14 @@ def simulate_in_space(
     *,
     twists: SpatialPath | None = None,
     longest: float = 8.0,
+    holds: Callable[[SpatialTask], Controller] | None = None,
 ) -> tuple[Simulator, Recording]:
     """Hold objects in worlds of their own, grip them, let them go and carry them; return the worlds and what they left.
 
-    Objects are held at `starts` `(B, 7)`. Trials and rehearsals begin here.
+    Objects are held at `starts` `(B, 7)`. Trials, rehearsals and the starts of training begin here.
     """
     scenes = [SceneSpec(pull=(float(x), float(y), float(z))) for x, y, z in task.gravity]
     simulator = make_simulator(bench.engine, task.hand, task.objects, scenes, bench.threads)
     start = simulator.reset(starts, grasp.opened)
-    phases = spatial_phases(grasp, manipulate, twists, longest)
+    phases = spatial_phases(grasp, manipulate, twists, longest, holds)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress)

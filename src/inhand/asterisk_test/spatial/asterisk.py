@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.asterisk_test.spatial.run import SpatialSetup, simulate_asterisk_in_space
+from inhand.control.spatial_catalogue import notes_in_space
 from inhand.control.spatial_trial import SpatialTrial
 
 if TYPE_CHECKING:
@@ -24,4 +25,5 @@ def finish_in_space(
     from inhand.asterisk_test.spatial.report import SpatialRun
 
     trials = run(config, setup)
-    return SpatialRun(config, trials, tuple(result_of_spatial(trial) for trial in trials))
+    notes = notes_in_space(setup.controller, setup.hand, setup.object)
+    return SpatialRun(config, trials, tuple(result_of_spatial(trial) for trial in trials), notes)

@@ -1,10 +1,13 @@
 """Whether an object fits between the fingers of a hand in space at its start."""
 
 from dataclasses import replace
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.fit import Held
 from inhand.hands.spatial import kinematics
 from inhand.hands.spatial.forces import GripRules
 from inhand.hands.spatial.hand import SpatialHand
@@ -12,6 +15,22 @@ from inhand.hands.spatial.objects import Mesh, SolidSpec
 from inhand.hands.spatial.rolling import NONE, off_the_palm
 from inhand.hands.spatial.start_contacts import contacts_at, held_together
 
+
+
+class SpatialHeld(NamedTuple):
+    """Which object is in which hand in space."""
+
+    hand: SpatialHand
+    object: SolidSpec
+
+    @property
+    def start(self) -> Array:
+        """Pose in which the object starts `(7,)`."""
+        return self.hand.start_pose
+
+
+AnyHeld: TypeAlias = Held | SpatialHeld
+"""An object in a hand, in the plane or in space."""
 ACROSS = 4
 """How many contacts are looked for across an object."""
 GRIPPING = 1.0

@@ -169,6 +169,34 @@ def test_the_viewer_is_an_extra(run: Path) -> None:
         play(trial.passport.hand, trial.passport.object, trial.joint_angles, trial.object_pose, trial.time)
 
 
+def test_a_recording_for_rerun_is_refused_before_anything_is_written(run: Path, inhand: Call, tmp_path: Path) -> None:
+    trial = run / "trials" / "right_1.npz"
+    cases: list[tuple[tuple[object, ...], str]] = [
+        (("--browser",), "--rerun and --browser are two ways to show a trial: give one of them"),
+        (("--out", tmp_path / "a.html"), "a.html: a recording for Rerun is a .rrd file"),
+    ]
+    if importlib.util.find_spec("rerun") is None:
+        told = "a recording for Rerun needs the extra `rerun`: pip install 'inhand[rerun]'"
+        cases.append((("--out", tmp_path / "a.rrd"), told))
+    for words, told in cases:
+        code, _, err = inhand("view", trial, "--rerun", *words)
+        assert code == 2
+        assert told in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_rerun_has_every_row_of_bodies_contacts_forces_and_signals(run: Path, inhand: Call, tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="the extra `rerun` is not installed")
+    trial, out = run / "trials" / "right_1.npz", tmp_path / "a.rrd"
+    code, told, _ = inhand("view", trial, "--rerun", "--out", out)
+    assert (code, told.splitlines()[0].startswith(f"Recording: {out}; look at it with: rerun")) == (0, True)
+    printed = in_a_process(sys.executable, "-m", "rerun", "rrd", "print", out)[1]
+    rows = len(load_trial(trial).time)
+    for place in ("hand/object", "hand/left/0", "hand/contacts/right", "hand/forces/left", "signals/force_n"):
+        assert re.search(rf"with {rows} rows .* /{place} ", printed), place
+    assert re.search(r"with 1 rows .* /hand/palm ", printed)
+
+
 def test_hands_and_objects_are_listed_by_their_whole_names(inhand: Call) -> None:
     code, out, _ = inhand("hands")
     assert code == 0

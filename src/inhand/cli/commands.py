@@ -104,8 +104,11 @@ class ViewConfig(Config):
     """Speed of the replay in the viewer; 1 is real time. A browser's page has a choice of its own."""
     browser: bool = False
     """Show it in a browser in any case."""
+    rerun: bool = False
+    """Write it as a recording for Rerun's viewer, with contacts, forces and signals (extra `rerun`), and show it there
+    if there is a display."""
     out: Path | None = None
-    """File for the page of the browser; without it one in a temporary folder."""
+    """File for the page of the browser, or for Rerun's recording (.rrd); without it one in a temporary folder."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from inhand.tasks.goals import goal_reached
 
 if TYPE_CHECKING:
     from inhand.plots.live import Live
+    from inhand.sim.rendered import Rendered
 
 Seen: TypeAlias = Any
 """Observations: an array `(B, d)`, or a dict of arrays `(B, ...)` where there are goals; of one world without `B`."""
@@ -76,7 +77,7 @@ class Batch(Generic[C]):
         self.pool = config.pool()
         self._origin = held.hand.start_pose
         self.worlds = ManipulationWorlds(held, self.pool, count, config.interface, threads=config.threads)
-        self._live: Live | None = None
+        self._draws: Live | Rendered | None = None
         size = self.worlds.layout.size(held.hand)
         self.observation_space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (size,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (self.worlds.layout.actions(held.hand),), np.float32)
@@ -123,12 +124,25 @@ class Batch(Generic[C]):
         return np.stack([aim.start[:, :2], ends[:, :2]], axis=1)
 
     def pictures(self, state: State, ways: Array) -> tuple[NDArray[np.uint8], ...]:
-        """Return a picture of every world in a state; nothing is drawn, and no library for it loaded, before."""
-        if self._live is None:
-            from inhand.plots.live import Live
+        """Return a picture of every world in a state; nothing is drawn, and no library for it loaded, before.
 
-            self._live = Live(*self.config.held)
-        return tuple(map(self._live.picture, state.joint_angles, state.pose, ways))
+        Raises:
+            InputError: MuJoCo's renderer was asked for and is missing, or has no GL.
+        """
+        if self._draws is None:
+            self._draws = _draws(self.config)
+        return tuple(map(self._draws.picture, state.joint_angles, state.pose, ways))
+
+
+def _draws(config: EnvironmentConfig) -> Live | Rendered:
+    """Return what draws the worlds of a configuration."""
+    if config.pictures == "mujoco":
+        from inhand.sim.rendered import Rendered
+
+        return Rendered(*config.held)
+    from inhand.plots.live import Live
+
+    return Live(*config.held)
 
 
 class GoalBatch(Batch[GoalConfig]):

@@ -56,6 +56,8 @@ class EnvironmentConfig(Interface, HeldConfig):
     """Physics engine: planar, mujoco (in three dimensions), or bullet as a witness (extra `bullet`; much slower)."""
     threads: int = 0
     """Threads of the simulation; 0 uses every core."""
+    pictures: Literal["drawn", "mujoco"] = "drawn"
+    """What renders: drawn (the plane from above, without GL) or mujoco (its renderer; extra `viewer`, and GL)."""
     disturb: str = "none"
     """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file. Each of the starts is in a
     world of its own."""

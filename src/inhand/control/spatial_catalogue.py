@@ -7,10 +7,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Protocol
 
+from inhand.control.catalogue import policy_of
 from inhand.control.controller import Controller, SpatialTask
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
-from inhand.control.catalogue import policy_of
 from inhand.control.policy import Policy, load_policy
 from inhand.control.seen import PRIVILEGED, Reads
 from inhand.control.spatial_ik import SpatialIkController

@@ -123,7 +123,7 @@ class SpatialIkController:
         config, hand = self.config, self._task.hand
         step, velocity = self._wanted(state)
         grip = self.forces = self._held_by((state.object_points, state.normals), state.object_pose)
-        return targets_of_motion(hand, state, (step, velocity), grip.forces, config, self._rest)
+        return targets_of_motion(hand, state, (step, velocity), grip.forces, config, rest=self._rest)
 
     def finished(self, state: State) -> NDArray[np.bool_]:
         """Return which worlds have held the end of their path for a while `(B,)`."""
@@ -174,6 +174,7 @@ def targets_of_motion(
     wanted: tuple[Array, Array],
     forces: Array,
     config: SpatialIkConfig,
+    *,
     rest: Array | None = None,
 ) -> Array:
     """Return joint targets `(B, n_joints)` [rad]: the law at the top of this file.
@@ -193,7 +194,7 @@ def targets_of_motion(
         jacobian = point_jacobian(told.places[:, own], told.axes[:, own], point)
         arm = point - state.object_pose[:, :3]
         closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
-        spare = angles.shape[1] > FREE_JOINTS and rest is not None
+        spare = angles.shape[1] > FREE_JOINTS
         posture = config.posture * (rest[:, own] - angles) if spare and rest is not None else None
         joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, config.damping, posture)
         joint_velocity = damped_least_squares(jacobian, carried(velocity, arm), config.damping)

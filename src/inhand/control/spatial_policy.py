@@ -90,5 +90,3 @@ def units_of(path: SpatialPath) -> tuple[Array, Array]:
             " controller 'ik'"
         )
     return found[0], found[1]
-
-

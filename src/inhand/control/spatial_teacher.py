@@ -33,10 +33,10 @@ class SpatialTeacherConfig:
     lead: float = 0.015
     """Time in which speeds that are off are to be made up for [s]."""
     push: float = 0.001
-    """Displacement along the aim that is asked for beside [m], less than `proportional` of the way left: rolling costs."""
-    proportional: float = 1.2
-    """Displacement for each metre (radian) that the object is off."""
-    most: tuple[float, float] = (0.004, 0.1)
+    """Displacement along the aim that is asked for beside [m], at most `proportional` of the way left: rolling costs."""
+    proportional: float = 2.5
+    """Displacement for each metre (radian) that the object is off; with 1.2 it is twice as far off its line."""
+    most: tuple[float, float] = (0.006, 0.2)
     """Largest displacement along and angle about each axis asked for in a decision [m, rad]."""
     law: SpatialIkConfig = field(default_factory=SpatialIkConfig)
     """The expert's grip, friction and damping."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, wrap_angle
-from inhand.learning.environment_config import GoalConfig, rows_along, rows_asked
+from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, rows_along, rows_asked
 from inhand.learning.worlds import ManipulationWorlds, Step
 from inhand.records import checked
 from inhand.sim.memory import WORLD_BYTES, check_memory

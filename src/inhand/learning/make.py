@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from inhand.asterisk_test.spatial.names import name_of as name_of_spec
 from inhand.environment_ids import IDS
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.asterisk_test.spatial.names import name_of as name_of_spec
 from inhand.records import checked
 from inhand.sim.disturbance import disturbance_of
 

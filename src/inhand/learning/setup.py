@@ -14,6 +14,7 @@ from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.fit import AnyHeld, SpatialHeld
+from inhand.learning import space_pools
 from inhand.learning.config import Training
 from inhand.learning.datasets import DatasetEpisode, read_dataset
 from inhand.learning.demonstrations import (
@@ -27,12 +28,11 @@ from inhand.learning.demonstrations import (
     starts_of,
     told_reach,
 )
-from inhand.learning import space_pools
 from inhand.learning.pair_pools import by_form, midway, planned_pairs, pools_of, tests_of
 from inhand.learning.pairs import Pairs
 from inhand.learning.progress import EXPERT, NEVER_SHOWN
-from inhand.learning.space import Space
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
+from inhand.learning.space import Space
 from inhand.learning.starts import Plans, Starts, gripped, joined
 from inhand.learning.worlds import size_of
 from inhand.records import read_json, read_record, text_of

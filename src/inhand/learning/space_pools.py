@@ -21,10 +21,10 @@ from inhand.control.spatial_policy import MARGIN
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.trial import REACHED
 from inhand.geometry import Array
+from inhand.hands.spatial.fit import SpatialHeld
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
 from inhand.hands.spatial.gravity import GRAVITY, PALMS
-from inhand.hands.spatial.fit import SpatialHeld
 from inhand.learning.config import Training
 from inhand.learning.progress import NEVER_SHOWN
 from inhand.learning.space import Space
@@ -213,7 +213,7 @@ def space_of(primitives: Sequence[SpatialPrimitive], gravity: Array) -> Space:
 def gripped(
     held: SpatialHeld, grasps: Sequence[SpatialGrasp], space: Space, rng: np.random.Generator, noise: Noise
 ) -> Starts:
-    """Return starts in which fingers alone hold objects, gripped and lifted as in a trial; those not held are left out."""
+    """Return starts in which fingers alone hold objects, gripped and lifted as in a trial; those lost are left out."""
     hand, spec = held
     count = len(grasps)
     off = noise.position * rng.standard_normal((count, 3)), noise.rotation * rng.standard_normal((count, 3))

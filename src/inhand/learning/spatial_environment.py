@@ -156,7 +156,7 @@ class SpatialBatch(Batch["SpatialEnvironmentConfig"]):
         if len(asked) > 1 or len(rows) == 0:
             have = ", ".join(each.name for each in self.config.primitives)
             raise InputError(
-                f"direction {direction!r} of reset is none of this environment's, {have}: use one of them, or name it in"
-                " directions= when you make the environment"
+                f"direction {direction!r} of reset is none of this environment's, {have}: use one of them, or name it"
+                " in directions= when you make the environment"
             )
         return rows

@@ -11,14 +11,14 @@ from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from inhand.asterisk_test.spatial.names import name_of
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.asterisk_test.spatial.names import name_of
-from inhand.hands.spatial.hand import SpatialHand
-from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.learning.commands import TrainConfig
 from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named

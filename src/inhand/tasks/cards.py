@@ -40,8 +40,8 @@ class PartCard:
         """Refuse a size that no part has, before anything of that size is made."""
         if not all(0 <= count <= LARGEST_PART for count in (self.fixed, self.for_joint, self.for_finger)):
             raise InputError(
-                f"{self.name!r} has {self.fixed} numbers, {self.for_joint} for each joint and {self.for_finger} for each"
-                " finger"
+                f"{self.name!r} has {self.fixed} numbers, {self.for_joint} for each joint and {self.for_finger} for"
+                " each finger"
             )
 
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, chain, inverse_transform, perpendicular, unit, wrap_angle
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
 from inhand.sim.state import State
 from inhand.tasks.hand_arrays import SLOTS, HandArrays, arrays_of
 

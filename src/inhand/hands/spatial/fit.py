@@ -16,7 +16,6 @@ from inhand.hands.spatial.rolling import NONE, off_the_palm
 from inhand.hands.spatial.start_contacts import contacts_at, held_together
 
 
-
 class SpatialHeld(NamedTuple):
     """Which object is in which hand in space."""
 

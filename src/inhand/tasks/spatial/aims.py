@@ -43,21 +43,21 @@ class SpatialAim:
     def turned(self, pose: Array) -> Array:
         """Return the angles `(B,)` [rad] by which poses `(B, 7)` are turned about the axes; 0 where nothing is to turn.
 
-        They are counted up to a whole turn each way: an engine's quaternions do not jump, so that q and -q differ by one.
+        They are counted up to a whole turn each way: an engine's quaternions do not jump, so q and -q differ by one.
         """
         between = multiply(pose[:, 3:], inverse_quaternion(self.start[:, 3:]))
         angle = 2 * np.arctan2((between[:, 1:] * self.about).sum(axis=-1), between[:, 0])
         return np.where(self.turning, angle, 0.0)
 
     def off_by(self, pose: Array) -> Array:
-        """Return how far poses `(B, 7)` are moved and turned away from the nearest on what is asked `(B, 6)` [m, rad]."""
+        """Return how far poses `(B, 7)` are moved and turned from the nearest on what is asked `(B, 6)` [m, rad]."""
         moved = pose[:, :3] - self.start[:, :3]
         aside = moved - (moved * self.along).sum(axis=-1, keepdims=True) * self.along
         there = multiply(quaternion_of(self.turned(pose)[:, None] * self.about), self.start[:, 3:])
         return np.concatenate([aside, vector_of(multiply(pose[:, 3:], inverse_quaternion(there)))], axis=-1)
 
     def shift(self, pose: Array) -> Array:
-        """Return the way come along what is asked and the distance from it [m], and the angle from it [rad] `(B, 3)`."""
+        """Return the way come along what is asked, the distance from it [m] and the angle from it [rad] `(B, 3)`."""
         off, moved = self.off_by(pose), pose[:, :3] - self.start[:, :3]
         come = (moved * self.along).sum(axis=-1) + TURN_ARM * self.turned(pose)
         return np.stack([come, np.linalg.norm(off[:, :3], axis=-1), np.linalg.norm(off[:, 3:], axis=-1)], axis=-1)

@@ -14,8 +14,9 @@ from inhand.asterisk_test.report import Run, page
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.control.catalogue import CONTROLLERS
 from inhand.control.controller import Task
+from inhand.control.episode import SHAPES
 from inhand.control.seen import NotSensedError, Seen
-from inhand.control.trial import SHAPES, Trial, load_trial, save_trial
+from inhand.control.trial import Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.learning.batch import Batch

@@ -14,8 +14,8 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.control.episode import SHAPES
 from inhand.control.replays import MOST_TRIALS, Shown, player_of
-from inhand.control.trial import SHAPES
 from inhand.geometry import Array, planar
 from inhand.pages import again, listed, table_of
 from inhand.plots.page.document import SCRIPTS, WebPart, html_of, settings_of

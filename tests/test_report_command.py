@@ -16,7 +16,8 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.spatial.report import SpatialRun
 from inhand.comparing import compared
-from inhand.control.trial import MANIPULATE, load_trial
+from inhand.control.episode import MANIPULATE
+from inhand.control.trial import load_trial
 from inhand.errors import InputError
 from inhand.learning.config import smoke
 from inhand.learning.progress import Evaluated, Learned, Reached

@@ -22,7 +22,7 @@ from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.learning import space_pools, spatial_environment
 from inhand.learning.config import spatial
-from inhand.learning.environments import SpatialAsteriskEnv
+from inhand.learning.environments import SpatialAsteriskEnv, SpatialAsteriskVectorEnv
 from inhand.learning.experts import expert_of
 from inhand.learning.run_cards import check
 from inhand.learning.space_pools import (
@@ -39,6 +39,7 @@ from inhand.learning.space_pools import (
 from inhand.learning.starts import Noise, Starts, joined
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.rotations import carried, pose_from
+from inhand.sim.spatial_engine import SpatialSimulator
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Scene, observe
 from inhand.tasks.spatial.aims import SpatialAim
@@ -159,6 +160,8 @@ def test_each_world_has_the_gravity_of_its_start(starts: Starts) -> None:
     rows = np.array([2, 0, 3, 1])
     worlds, alone = worlds_of(starts), worlds_of(starts.rows(np.array([3])))
     seen = worlds.reset(rows)
+    assert np.array_equal(worlds.scene.gravity, PULLS[rows])
+    assert isinstance(worlds.simulator, SpatialSimulator)
     assert np.array_equal(worlds.simulator.gravity, PULLS[rows])
     assert np.array_equal(alone.reset(np.array([0]))[0], seen[2])
     actions = 0.1 * np.random.default_rng(1).uniform(-1, 1, (4, len(rows), HAND.n_joints))
@@ -238,12 +241,13 @@ def test_gymnasium_finds_nothing_wrong_in_space() -> None:
 
 @pytest.mark.usefixtures("pooled")
 def test_batches_in_space_restart_within_the_step() -> None:
-    envs = inhand.make("spatial", num_envs=3, **QUICK)
+    envs = SpatialAsteriskVectorEnv(3, **QUICK)
+    assert isinstance(inhand.make("spatial", num_envs=3, **QUICK), SpatialAsteriskVectorEnv)
     seen, info = envs.reset(seed=1)
     assert seen in envs.observation_space
     assert info["gravity"].shape == (3, 3)
     for _ in range(QUICK["horizon"]):
-        _, _, _, truncated, info = envs.step(np.zeros((3, HAND.n_joints), dtype=np.float32))  # type: ignore[call-overload]
+        _, _, _, truncated, info = envs.step(np.zeros((3, HAND.n_joints), dtype=np.float32))
     assert truncated.all()
     assert info["final_info"]["along"].shape == (3,)
 

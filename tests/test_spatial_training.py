@@ -14,7 +14,7 @@ from inhand.cli.train import line_of
 from inhand.control.catalogue import check_known, find_controller, learned
 from inhand.control.contract import contract_in_space, joint_names
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench
+from inhand.control.loop import Bench, simulate
 from inhand.control.policy import STILL_TIME, Policy, load_policy, save_policy
 from inhand.control.spatial_catalogue import (
     CONTROLLERS,
@@ -24,7 +24,6 @@ from inhand.control.spatial_catalogue import (
     notes_in_space,
 )
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_phases import simulate_in_space
 from inhand.control.spatial_policy import SpatialPolicyController, units_of
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.trial import REACHED
@@ -121,10 +120,10 @@ def test_a_policy_of_a_hand_in_space_is_a_controller_of_the_test(policy: tuple[P
     assert entry.policy.space == contract_in_space(HELD)
     assert joint_names(HAND)[:3] == tuple(f"{HAND.finger_names[0]} {k}" for k in range(3))
     paths = stacked_paths([spatial_path_of(each) for each in parse_spatial_directions("Out,turn+z")])
-    task = SpatialTask(HAND, (CUBE,) * 2, paths, PULLS[:2])
+    task = SpatialTask(HAND, (CUBE,) * 2, paths, gravity=PULLS[:2])
     starts = np.tile(HAND.start_pose, (2, 1))
     grasp, bench = closed_at(HAND, [PLAIN] * 2, starts), Bench("mujoco", threads=1)
-    _, found = simulate_in_space(task, grasp, starts, entry.manipulate, bench, holds=SpatialIkController)
+    _, found = simulate(task, grasp, starts, entry.manipulate, bench, holds=SpatialIkController)
     assert found.outcomes == (REACHED, REACHED)
     begun = int(np.argmax(found.phase == len(found.phases) - 1))
     assert (len(found.phase) - begun) * task.control_period == pytest.approx(STILL_TIME)
@@ -156,7 +155,7 @@ def test_paths_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Polic
     with pytest.raises(InputError, match="one after the other"):
         units_of(SpatialPath(straight, straight / TURN_ARM))
     still = np.zeros((1, 2, 3))
-    task = SpatialTask(HAND, (CUBE,), SpatialPath(still, still), PULLS[:1])
+    task = SpatialTask(HAND, (CUBE,), SpatialPath(still, still), gravity=PULLS[:1])
     assert SpatialPolicyController(task, policy[1]).reads == "privileged"
 
 

@@ -10,9 +10,9 @@ from PIL import Image
 
 from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
-from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Passport, Trial
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, spatial
+from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
@@ -26,6 +26,7 @@ from inhand.tracing.table import COLUMNS, faults, trace_entry, trace_rows, what_
 from inhand.tracing.tasks import TASKS, WALL_WAY, the_wall
 from inhand.tracing.trace import PUSHED, Trace, deviations, measured_rows, trace_of
 from inhand.tracing.walk import Event
+from made import passport, trial_at
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = Held(HAND, CUBE)
@@ -60,21 +61,15 @@ def followed_of(
     gaps = np.zeros((rows, 2))
     if touching is not None:
         gaps[BEFORE:] = np.where(touching, 0.0, 0.01)
-    made = Trial(
-        passport=Passport(HAND, CUBE, "ik", plan.name, None, 0.0, plan.name, trial, 0, 5, PERIOD / 5, {"inhand": "0"}),
+    told = {"primitive": plan.name, "path": plan.name, "angle_deg": None, "trial": trial, "timestep": PERIOD / 5}
+    made = trial_at(
+        every,
+        passport(**told),
         outcome=outcome,
         phases=("grasp", "manipulate"),
         phase=(np.arange(rows) >= BEFORE).astype(np.int64),
-        time=PERIOD * np.arange(rows, dtype=float),
-        object_pose=spatial(every, 0.05),
         joint_angles=np.tile([1.2, -0.6, -1.2, 0.6], (rows, 1)),
-        targets=np.zeros((rows, 4)),
         gaps=gaps,
-        contact_links=np.ones((rows, 2), dtype=np.int64),
-        finger_points=np.zeros((rows, 2, 3)),
-        object_points=np.zeros((rows, 2, 3)),
-        forces=np.zeros((rows, 2, 3)),
-        penetration=np.zeros(rows),
         reference=plan.path.poses - START,
     )
     way = float(plan.way[-1]) if come is None else come

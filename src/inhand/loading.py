@@ -17,11 +17,10 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness import run as robust
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.spatial.report import SpatialRun
-from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import SweepRun, read_sweep
-from inhand.control.spatial_trial import AnyTrial, SpatialTrial, load_all, load_any
-from inhand.control.trial import Trial
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import AnyTrial, Trial, load_all, load_any
 from inhand.errors import InputError
 from inhand.learning.evaluate import load_evaluation
 from inhand.learning.record import load_dataset
@@ -78,7 +77,7 @@ def _in_space(config: AsteriskConfig, found: Sequence[AnyTrial], notes: tuple[st
     order = [each.name for each in parse_spatial_directions(config.directions, config.twist)]
     trials = [trial for trial in found if isinstance(trial, SpatialTrial)]
     trials.sort(key=lambda trial: (_place(trial, order), trial.passport.trial))
-    return SpatialRun(config, tuple(trials), tuple(result_of_spatial(trial) for trial in trials), notes)
+    return SpatialRun(config, tuple(trials), tuple(result_of_trial(trial) for trial in trials), notes)
 
 
 def _run(folder: Path) -> Run | SpatialRun:

@@ -95,6 +95,11 @@ class SpatialPath:
     turns: Array
     """Rotation vectors from the start `(..., S, 3)` [rad]."""
 
+    @classmethod
+    def still(cls, count: int) -> SpatialPath:
+        """Return paths that stay on the spot."""
+        return cls(np.zeros((count, 2, 3)), np.zeros((count, 2, 3)))
+
     @cached_property
     def way(self) -> Array:
         """Way from the first pose to each of them `(..., S)` [m]; a turn counts as an arc at `TURN_ARM`."""

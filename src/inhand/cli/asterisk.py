@@ -8,7 +8,7 @@ from inhand.asterisk_test.spatial.run import SpatialSetup, simulate_asterisk_in_
 from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import trials_shown
-from inhand.control.spatial_trial import AnyTrial
+from inhand.control.trial import AnyTrial
 from inhand.folders import run_folder
 from inhand.sim.engines import compile_aside
 

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import Screen, progress, say
-from inhand.learning import train
+from inhand.learning import seeds, train
 from inhand.learning.commands import TrainConfig
 from inhand.learning.progress import HEADER, IN_PLANE, Evaluated, evaluation_rows, joined, read_learning
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 def run_train(config: TrainConfig) -> Answer:
     """Train or go on, tell how it goes, and end with curves, table and the place of the policy."""
+    if config.seeds:
+        return _several(config)
     try:
         with progress(spoken=True) as screen:
             watch = Watch(screen, config.out)
@@ -35,6 +37,26 @@ def run_train(config: TrainConfig) -> Answer:
     evaluate = f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}"
     told = f"Curves: {config.out / 'report.html'}", f"Policy: {done.best}", evaluate
     return of_run(done, config.out, [table], told)
+
+
+def _several(config: TrainConfig) -> Answer:
+    """Train once with each seed, and end with a table of all."""
+    jobs = seeds.planned(config)
+    done = 0
+    with progress(spoken=True) as tell:
+        tell("seeds", done, len(jobs))
+        try:
+            for job in seeds.computed(jobs, config):
+                done += 1
+                tell(f"seed {job.config.seed}", done, len(jobs))
+        except KeyboardInterrupt:
+            say(f"{done} of {len(jobs)} seeds are trained; the same command goes on from there")
+            raise
+    table = seeds.finish(jobs, config)
+    listing = Listing("The best policy of each seed", seeds.HEADER, seeds.rows(table), numbers=1)
+    beside = shlex.join(["inhand", "report", *(str(job.out) for job in jobs)])
+    sentences = (f"Written to {config.out}", f"Side by side on one page: {beside}")
+    return Answer((listing,), sentences, lambda: table.to_dict("records"), config.out)
 
 
 class Watch:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from inhand.cli.answer import Answer
 from inhand.cli.commands import ViewConfig
-from inhand.control.spatial_trial import AnyTrial, load_any
+from inhand.control.trial import AnyTrial, load_any
 from inhand.errors import InputError
 from inhand.folders import in_place, writing
 

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry, check_known, find_controller
 from inhand.control.contract import check_rate, check_senses
 from inhand.control.controller import Task
+from inhand.control.episode import MANIPULATE
 from inhand.control.joint import JointPid, PidConfig
 from inhand.control.link import Clock, Command, DriveConfig, Link, Read, Row, StoppedError
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.run_config import HeldConfig
 from inhand.control.seen import SENSED
-from inhand.control.trial import MANIPULATE, REACHED, TIME_OUT
+from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, Path, wrap_angle
 from inhand.hands.files import load_hand, load_object
@@ -172,7 +173,7 @@ def _asked(
     # What was planned is the whole way; a twist before the path has its part of it.
     way = None if grasp.way is None else np.maximum(grasp.way - (Path(whole).length - poses.length), 0.0)
     timestep = 1.0 / config.rate_hz / SUBSTEPS
-    phases = standard_phases(grasp, entry.manipulate, twist_poses(path)[None], config.longest)
+    phases = standard_phases(grasp, entry.manipulate, Path(twist_poses(path)[None]), config.longest)
     return Task(hand, (spec,), poses, timestep, distance=way), phases, placed_joints(hand, grasp)
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from inhand.control.trial import KEPT, Episode, Trial
+from inhand.control.episode import Episode
+from inhand.control.trial import KEPT, Trial
 from inhand.geometry import Array, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import hand_positions
@@ -116,7 +118,7 @@ def _columns(trial: Trial) -> Array:
     return np.concatenate([trial.joint_angles, place, np.unwrap(pose[:, 2])[:, None], *fingers], axis=1)
 
 
-def phases_of(trial: Episode, step: int) -> tuple[tuple[int, str], ...]:
+def phases_of(trial: Episode[Any], step: int) -> tuple[tuple[int, str], ...]:
     """Return the first of each so many rows, and the name, of every phase."""
     starts = np.flatnonzero(np.diff(trial.phase, prepend=-1))
     return tuple((int(row) // step, trial.phases[int(trial.phase[row])]) for row in starts)

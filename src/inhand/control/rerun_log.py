@@ -12,8 +12,8 @@ import numpy as np
 
 from inhand.control.replays import phases_of
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at
-from inhand.control.spatial_trial import AnyTrial, SpatialTrial
-from inhand.control.trial import Trial
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import AnyTrial, Trial
 from inhand.errors import needs_extra
 from inhand.folders import in_place
 from inhand.geometry import Array, inverse_quaternion, spatial

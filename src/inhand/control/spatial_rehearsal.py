@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
-from inhand.control.spatial_phases import simulate_in_space
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -164,7 +163,7 @@ def rehearsed(
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
     gravity, starts = (each[owner] for each in worlds)
-    task = SpatialTask(hand, (spec,) * len(owner), stacked_paths(mine), gravity)
+    task = SpatialTask(hand, (spec,) * len(owner), stacked_paths(mine), gravity=gravity)
     made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
 
     def carry(task: SpatialTask) -> SpatialIkController:
@@ -173,7 +172,7 @@ def rehearsed(
 
     twists = stacked_paths([hold_path(path) for path in mine])
     closed = closed_at(hand, grasps, starts)
-    _, found = simulate_in_space(task, closed, starts, carry, replace(bench, progress=None), twists=twists)
+    _, found = simulate(task, closed, starts, carry, replace(bench, progress=None), twists=twists)
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
     worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
     best = [int(own[worth[own].argmax()]) for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]

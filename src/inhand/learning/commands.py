@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from inhand.control.run_config import HeldConfig, RunConfig
-from inhand.records import Config
+from inhand.control.run_config import HeldConfig, RunConfig, SpreadConfig
 from inhand.sim.names import Engine
 
 EXPERT = "ik"
@@ -46,7 +45,7 @@ class RecordConfig(RunConfig, HeldConfig):
 
 
 @dataclass(frozen=True)
-class TrainConfig(Config):
+class TrainConfig(SpreadConfig):
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
     preset: Literal["default", "privileged", "family", "from-family", "spatial", "thesis", "smoke", None] = (
@@ -72,10 +71,13 @@ class TrainConfig(Config):
     """Learn from the demonstrations of this dataset (`inhand record`) instead of recording some."""
     seed: int | None = None
     """Seed of everything drawn."""
+    seeds: tuple[int, ...] = ()
+    """Train once with each of these seeds, in folders seed-0, seed-1, ... side by side, and tell the spread. The same
+    command goes on where it was stopped."""
     episodes: int | None = None
     """Episodes of the agent after which training ends."""
     out: Path = Path("results/train")
-    """Folder of the run."""
+    """Folder of the run, or of the runs of --seeds."""
     resume: bool = False
     """Go on with the run of the folder from its last checkpoint, by its own configuration."""
     overwrite: bool = False

@@ -6,7 +6,7 @@ a hand in space. `import inhand` makes them known
 to Gymnasium, whichever of the two is imported first.
 """
 
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,9 @@ METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 50
 """What Gymnasium asks about one environment: it gives pictures, and a second has 50 decisions."""
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.SAME_STEP}
 """The same about a batch."""
+IN_SPACE: dict[str, Any] = {**METADATA, "render_modes": []}
+VECTOR_IN_SPACE: dict[str, Any] = {**VECTOR_METADATA, "render_modes": []}
+"""The same of hands in space, of which no pictures are given."""
 
 
 class _WithGoals:
@@ -116,7 +119,7 @@ class SpatialAsteriskEnv(AsteriskEnv):
     numbers in the palm frame; the way `along`, the distance `across` from it [m] and the angle `turned` away [rad].
     """
 
-    metadata: ClassVar[dict[str, Any]] = {**METADATA, "render_modes": []}
+    metadata = IN_SPACE
     _kinds = (SpatialEnvironmentConfig, SpatialBatch)
 
 
@@ -189,7 +192,7 @@ class AsteriskGoalVectorEnv(_WithGoals, AsteriskVectorEnv):
 class SpatialAsteriskVectorEnv(AsteriskVectorEnv):
     """Many of `SpatialAsteriskEnv` in one simulation on all cores, restarted in the step in which they end."""
 
-    metadata: ClassVar[dict[str, Any]] = {**VECTOR_METADATA, "render_modes": []}
+    metadata = VECTOR_IN_SPACE
     _kinds = (SpatialEnvironmentConfig, SpatialBatch)
 
 

@@ -88,18 +88,10 @@ def check(config: Training) -> None:
         InputError: the text names the value.
     """
     held = config.held
-    layout = find_layout(config.interface.observation)
     if isinstance(held, SpatialHeld):
         _check_space(config, held)
-    elif layout.space:
-        raise InputError(
-            f"layout {config.interface.observation!r} is of hands in space, and {config.hand} is in the plane: take a"
-            " hand in space (3f_60.60_40_10), or another preset"
-        )
-    if layout.sensed and config.task:
-        raise InputError(
-            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
-        )
+    else:
+        _check_plane(config)
     if config.recipe.expert not in TEACHERS and (config.recipe.turns or config.recipe.legs):
         raise InputError(f"expert {config.recipe.expert!r} shows straight primitives: leave turns and legs at 0")
     find_reward(config.interface.reward)
@@ -124,6 +116,20 @@ def check(config: Training) -> None:
         raise InputError(f"discount {config.learning.discount:g}: give a number above 0, at most 1")
     if config.demonstrations and isinstance(held, Held):
         _check_dataset(config, *held)
+
+
+def _check_plane(config: Training) -> None:
+    """Refuse layouts that training with a hand in the plane has no meaning for."""
+    layout = find_layout(config.interface.observation)
+    if layout.space:
+        raise InputError(
+            f"layout {config.interface.observation!r} is of hands in space, and {config.hand} is in the plane: take a"
+            " hand in space (3f_60.60_40_10), or another preset"
+        )
+    if layout.sensed and config.task:
+        raise InputError(
+            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
+        )
 
 
 def _check_space(config: Training, held: SpatialHeld) -> None:

@@ -13,10 +13,9 @@ from functools import partial
 import numpy as np
 
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench, Told
+from inhand.control.loop import Bench, Told, simulate
 from inhand.control.spatial_follow import Ending, spatial_limit
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_phases import simulate_in_space, still
 from inhand.control.spatial_policy import MARGIN
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.trial import REACHED
@@ -29,7 +28,7 @@ from inhand.learning.config import Training
 from inhand.learning.progress import NEVER_SHOWN
 from inhand.learning.space import Space
 from inhand.learning.starts import Noise, Starts, taken
-from inhand.rotations import pose_from
+from inhand.rotations import SpatialPath, pose_from
 from inhand.sim.names import SPATIAL
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import DIRECTIONS, MAP, TURNS, SpatialPrimitive, about, along
@@ -193,7 +192,7 @@ def reach_in_space(held: SpatialHeld, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry its object `(N,)` [m]."""
     space = starts.asked_in_space
     paths = [spatial_path_of(each) for each in primitives_of(space)]
-    task = SpatialTask(held.hand, (held.object,) * len(starts), stacked_paths(paths), space.gravity)
+    task = SpatialTask(held.hand, (held.object,) * len(starts), stacked_paths(paths), gravity=space.gravity)
     return spatial_limit(task, starts.state, Ending(FollowRules(), MARGIN))
 
 
@@ -218,8 +217,8 @@ def gripped(
     count = len(grasps)
     off = noise.position * rng.standard_normal((count, 3)), noise.rotation * rng.standard_normal((count, 3))
     poses = pose_from(hand.start_pose, *off)
-    task = SpatialTask(hand, (spec,) * count, still(count), space.gravity, distance=np.zeros(count))
+    task = SpatialTask(hand, (spec,) * count, SpatialPath.still(count), distance=np.zeros(count), gravity=space.gravity)
     closed, bench = closed_at(hand, grasps, poses), Bench(SPATIAL)
-    simulator, found = simulate_in_space(task, closed, poses, None, bench, holds=SpatialIkController)
+    simulator, found = simulate(task, closed, poses, None, bench, holds=SpatialIkController)
     starts = replace(taken(simulator, found.states[-1], np.arange(count), np.zeros(count)), space=space)
     return starts.rows(np.flatnonzero(np.array(found.outcomes) == REACHED))

@@ -119,8 +119,7 @@ def train(
     Args:
         hand: a name, a TOML file or a spec; None for the preset's.
         object: the same.
-        preset: default (on real senses), privileged, spatial (a hand in space), thesis (as its chapter 3.3 has it) or
-            smoke, which takes seconds.
+        preset: default (on real senses), privileged, spatial, thesis (its chapter 3.3) or smoke, which takes seconds.
         episodes: episodes of the agent after which training ends.
         seed: of everything drawn.
         demonstrations: a dataset of `inhand.record` or its folder to learn from; None records by the preset.
@@ -151,14 +150,28 @@ def run_train(config: TrainConfig, told: Telling = SILENT) -> Trained:
         InputError: anything in the configuration that cannot be trained, or a folder that may not be written.
     """
     check_installed()
-    given = {name: value for name in CHOSEN if (value := getattr(config, name)) is not None}
-    given |= {"demonstrations": str(given["demonstrations"])} if "demonstrations" in given else {}
+    if (config.jobs, config.backend, config.address) != (0, "loky", None):
+        raise InputError("--jobs, --backend and --address are for several trainings: give --seeds, or leave them out")
+    given = _given(config)
     if config.resume:
         preset, overwrite = {"preset": config.preset} if config.preset else {}, {"overwrite": ""}
         refuse_changes(preset | given | (overwrite if config.overwrite else {}), config.out)
         return go_on(config.out, told)
-    training = changed(preset_named(config.preset or "default"), given)
-    return begin(training, config.out, told, overwrite=config.overwrite)
+    return begin(asked(config), config.out, told, overwrite=config.overwrite)
+
+
+def asked(config: TrainConfig) -> Training:
+    """Return the training that words of the command line ask for.
+
+    Raises:
+        InputError: a value that it cannot have.
+    """
+    return changed(preset_named(config.preset or "default"), _given(config))
+
+
+def _given(config: TrainConfig) -> dict[str, Any]:
+    given = {name: value for name in CHOSEN if (value := getattr(config, name)) is not None}
+    return given | ({"demonstrations": str(given["demonstrations"])} if "demonstrations" in given else {})
 
 
 def begin(config: Training, out: Path, told: Telling = SILENT, *, overwrite: bool = False) -> Trained:

@@ -24,9 +24,8 @@ from inhand.tasks.hand_arrays import SLOTS, HandArrays, arrays_of
 View: TypeAlias = Any
 """What a layout is of: a `State`, or a `Past` where it is of what is sensed."""
 AnyHand: TypeAlias = Any
-"""A hand in the plane, or one in space."""
 AnyAim: TypeAlias = Any
-"""What is asked: an `Aim`, or a `SpatialAim` of a hand in space."""
+"""A hand in the plane or in space, and what is asked of it: an `Aim` or a `SpatialAim`."""
 DRAWN = 9
 """Numbers that are drawn of a world and that holding depends on."""
 LARGEST_SIZE = 0.12

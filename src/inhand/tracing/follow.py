@@ -15,7 +15,7 @@ from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
 from inhand.control.seen import SENSED
-from inhand.control.trial import REACHED, STOPPED, Trial
+from inhand.control.trial import REACHED, STOPPED, Passport, Trial
 from inhand.geometry import Array, Path, planar
 from inhand.hands.fit import Held
 from inhand.sim.drawn import Disturbed
@@ -94,13 +94,14 @@ def follow(
     driver = _driver(replace(task, start=poses[:, 0], distance=grasp.way), plans, entry, config)
     longest = max(map(_longest, plans))
     _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
-    signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "engine": bench.engine}
+    signed = passports(Passport, **same, seed=seed, angle_deg=None, rotation_deg=0.0)
     worlds: Sequence[Disturbed | None] = disturbed or [None] * len(plans)
     found = [
-        signed(plan.name, None, 0.0, plan.name, number, disturbed=world)
+        signed(primitive=plan.name, path=plan.name, trial=number, disturbed=world)
         for number, (plan, world) in enumerate(zip(plans, worlds, strict=True), start=1)
     ]
-    trials = cut_trials(recording, found, task.path.poses)
+    trials = cut_trials(Trial, recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.spatial.results import result_of_spatial
+from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.spatial.run import SpatialSetup, simulate_asterisk_in_space
 from inhand.control.spatial_catalogue import notes_in_space
 from inhand.control.spatial_trial import SpatialTrial
@@ -26,4 +26,4 @@ def finish_in_space(
 
     trials = run(config, setup)
     notes = notes_in_space(setup.controller, setup.hand, setup.object)
-    return SpatialRun(config, trials, tuple(result_of_spatial(trial) for trial in trials), notes)
+    return SpatialRun(config, trials, tuple(result_of_trial(trial) for trial in trials), notes)

@@ -117,9 +117,10 @@ def standard_phases(
     return (*phases, Phase(MANIPULATE, go_on, longest=longest, keep_contact=True))
 
 
-def _along(make: Callable[[Any], Controller], path: Any) -> Callable[[Any], Controller]:
+def _along(make: Callable[[Any], Controller], path: AnyPath) -> Callable[[Any], Controller]:
     """Return what makes the same controllers for paths of the task's kind, as far as grips can follow them."""
-    return lambda task: make(replace(task, path=path, distance=None))
+    whose: Any = path  # of the task's kind
+    return lambda task: make(replace(task, path=whose, distance=None))
 
 
 def _taking_over(last: list[Controller], make: Callable[[Any], Controller]) -> Callable[[Any], Controller]:

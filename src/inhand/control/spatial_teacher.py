@@ -33,7 +33,7 @@ class SpatialTeacherConfig:
     lead: float = 0.015
     """Time in which speeds that are off are to be made up for [s]."""
     push: float = 0.001
-    """Displacement along the aim that is asked for beside [m], `proportional` of the way left at most: rolling costs."""
+    """Displacement along the aim that is asked for beside [m], near the end `proportional` of the way left."""
     proportional: float = 2.5
     """Displacement for each metre (radian) that the object is off; with 1.2 it is twice as far off its line."""
     most: tuple[float, float] = (0.006, 0.2)

@@ -44,7 +44,7 @@ from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Scene, observe
 from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.primitives import parse_spatial_directions
-from inhand.tasks.spatial.rows import COLUMNS, DAMPING, grip_forces
+from inhand.tasks.spatial.rows import COLUMNS, DAMPING, gravity_in, grip_forces
 from test_spatial_engine import CONTACTS, CUBE, HAND, NORMALS, fingers_at
 
 HELD = SpatialHeld(HAND, CUBE)
@@ -160,7 +160,7 @@ def test_each_world_has_the_gravity_of_its_start(starts: Starts) -> None:
     rows = np.array([2, 0, 3, 1])
     worlds, alone = worlds_of(starts), worlds_of(starts.rows(np.array([3])))
     seen = worlds.reset(rows)
-    assert np.array_equal(worlds.scene.gravity, PULLS[rows])
+    assert np.array_equal(gravity_in(worlds.scene), PULLS[rows])
     assert isinstance(worlds.simulator, SpatialSimulator)
     assert np.array_equal(worlds.simulator.gravity, PULLS[rows])
     assert np.array_equal(alone.reset(np.array([0]))[0], seen[2])

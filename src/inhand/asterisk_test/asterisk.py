@@ -14,7 +14,6 @@ from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.spatial.asterisk import finish_in_space
-from inhand.asterisk_test.spatial.names import name_of
 from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
@@ -23,7 +22,7 @@ from inhand.control.draws import disturbance_notes
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.files import is_spatial_hand, name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured

@@ -11,12 +11,12 @@ from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from inhand.asterisk_test.spatial.names import name_of
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.learning.commands import TrainConfig

@@ -23,7 +23,7 @@ import pytest
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.trial import Trial
+from inhand.control.trial import AnyTrial
 from inhand.hands.files import load_object
 from inhand.hands.names import parse_hand_name
 from inhand.sim.names import Engine
@@ -46,7 +46,7 @@ def _digest(arrays: Iterable[np.ndarray]) -> str:
     return found.hexdigest()
 
 
-def _trial_arrays(trials: Iterable[Trial]) -> list[np.ndarray]:
+def _trial_arrays(trials: Iterable[AnyTrial]) -> list[np.ndarray]:
     """Return what a trial's motion is; of points the planar view."""
     plain = ("phase", "time", "object_pose", "joint_angles", "targets", "gaps", "contact_links")
     found = []

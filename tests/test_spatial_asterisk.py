@@ -18,7 +18,7 @@ from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spatial.report import SpatialRun, drawn, errors_told
-from inhand.asterisk_test.spatial.run import SpatialAssignment, prepare_in_space, start_noise_in_space
+from inhand.asterisk_test.spatial.run import SpatialAssignment, prepare_in_space, starts_of
 from inhand.control.episode import SHAPES
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at, solid_frames
 from inhand.control.spatial_trial import SpatialTrial
@@ -52,7 +52,7 @@ def run() -> SpatialRun:
     """A move and a turn, the palm looking down, from a search that is quick: few contacts and grasps."""
     quick = SpatialSearchConfig(spacing=0.012, keep=2)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inhand.control.spatial_rehearsal._search", lambda *_: quick)
+        patch.setattr("inhand.control.spatial_rehearsal.search_of", lambda *_: quick)
         patch.setattr("inhand.asterisk_test.spatial.run.limits_in_space", limited)
         made = inhand.asterisk(STANDARD, "cube_50", directions="Down,turn+z", trials=1, gravity="down")
     assert isinstance(made, SpatialRun)
@@ -150,7 +150,7 @@ def test_the_same_trial_starts_alike_whatever_runs_beside_it() -> None:
             for each in parse_spatial_directions(directions)
             for k in range(trials)
         ]
-        moved, turned = start_noise_in_space(config, whose)
+        moved, turned = starts_of(config, whose)
         return {(each.primitive.name, each.trial): [*m, *t] for each, m, t in zip(whose, moved, turned, strict=True)}
 
     few, many = noise("Up,turn-x", 1), noise("all,turns", 3)

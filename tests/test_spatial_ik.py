@@ -12,7 +12,7 @@ from inhand.control.episode import MANIPULATE, TWIST
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import LIFT, PRESS, Grasp, standard_phases
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, grip_for
-from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, tried_out
+from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, Worlds, tried_out
 from inhand.control.trial import NO_GRASP, REACHED
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.grasp_search import SpatialGrasp
@@ -176,7 +176,7 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
         return [Tried(grasp, 0.05, 0.04 if margin == WIDE or grasp else -0.95) for (grasp,) in groups]
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
-    worlds_of, paths = (np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
+    worlds_of, paths = Worlds(np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
     groups: list[list[Any]] = [[True], [False], [True]]
     found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
     assert asked == [(3, SpatialIkConfig().margin), (1, WIDE)]
@@ -185,7 +185,7 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
 
 def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:
     grasp = SpatialGrasp(CONTACTS + 0.2, NORMALS, fingers_at(0.0), 0.05, 0.05)
-    world = np.array([gravity_of("up")]), HAND.start_pose[None]
+    world = Worlds(np.array([gravity_of("up")]), HAND.start_pose[None])
     (tried,) = tried_out((HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, Bench("mujoco", threads=1))
     assert tried.worth < LOST
 

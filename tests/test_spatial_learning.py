@@ -16,10 +16,10 @@ from gymnasium.utils.env_checker import check_env
 import inhand
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array
-from inhand.hands.spatial.fit import SpatialHeld
 from inhand.hands.spatial.grasp_search import SpatialGrasp
 from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning import space_pools, spatial_environment
 from inhand.learning.config import spatial
 from inhand.learning.environments import SpatialAsteriskEnv, SpatialAsteriskVectorEnv
@@ -47,7 +47,7 @@ from inhand.tasks.spatial.primitives import parse_spatial_directions
 from inhand.tasks.spatial.rows import COLUMNS, DAMPING, gravity_in, grip_forces
 from test_spatial_engine import CONTACTS, CUBE, HAND, NORMALS, fingers_at
 
-HELD = SpatialHeld(HAND, CUBE)
+HELD = SpatialPair(HAND, CUBE)
 PLAIN = SpatialGrasp(CONTACTS, NORMALS, fingers_at(0.0), 0.05, 0.05)
 """A grip on three side faces."""
 ASKED = parse_spatial_directions("Out,Up,In-Left,turn+x")

@@ -10,7 +10,7 @@ from PIL import Image
 
 from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
-from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Trial
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
@@ -78,7 +78,7 @@ def followed_of(
 
 def setup_of(*plans: Plan, task: str | None = None) -> TraceSetup:
     known = None if task is None else TASKS[task]
-    return TraceSetup(HAND, CUBE, find_controller("ik"), plans, known, None if task else 0.1, ())
+    return TraceSetup(HELD, find_controller("ik"), plans, known, None if task else 0.1, ())
 
 
 def test_a_path_on_its_plan_has_no_error() -> None:
@@ -365,6 +365,7 @@ def test_a_wall_is_drawn_and_nothing_to_measure_is_said() -> None:
 
 def test_a_replay_shows_a_wall_and_says_what_it_is_told(tmp_path: Path) -> None:
     found = followed_of(LINE, *along(LINE, 4))
+    assert isinstance(found.trial, Trial)
     frames = [scene_at(found.trial, row, START[:2]) for row in range(4)]
     trail = np.column_stack([np.arange(4.0), np.zeros(4)])
     wall = 1e3 * (the_wall(HELD).outline - START[:2])

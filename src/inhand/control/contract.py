@@ -8,9 +8,9 @@ from typing import TypeAlias, get_type_hints
 
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
-from inhand.hands.spatial.fit import SpatialHeld
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.sim.disturbance import Camera, Commands, Disturbance, Encoders, told_value
 from inhand.sim.scene import DECISION_S
 from inhand.tasks.observations import by_rank
@@ -86,7 +86,7 @@ def joint_names(hand: HandSpec | SpatialHand) -> tuple[str, ...]:
     return tuple(f"{name} {number}" for name, place in named for number in range(place.stop - place.start))
 
 
-def contract_in_space(held: SpatialHeld) -> SpatialContract:
+def contract_in_space(held: SpatialPair) -> SpatialContract:
     """Return the contract of what is trained with a hand in space."""
     return SpatialContract(*held, joint_names(held.hand), rate_of(DECISION_S))
 

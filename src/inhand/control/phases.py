@@ -105,7 +105,8 @@ def standard_phases(
         hold = _taking_over(last, lifts)
 
         def stay(task: SpatialTask) -> Controller:
-            return hold(replace(task, path=SpatialPath.still(task.n_worlds), distance=np.zeros(task.n_worlds)))
+            here = SpatialPath.still(task.n_worlds)
+            return hold(replace(task, path=here, distance=np.zeros(task.n_worlds), start=None))
 
         lift = Phase(LIFT, stay, longest=LIFTING, must_hold=True, lets_go=True)
         phases = (*phases, Phase(PRESS, stay, longest=PRESSING), lift)

@@ -35,8 +35,12 @@ class SpatialPlanner(Protocol):
         starts: Array,
         *,
         bench: Bench,
+        fixed: bool = False,
     ) -> Grasp:
-        """Return a grasp for every path, of objects that start at `starts` `(B, 7)` under gravities `(B, 3)`."""
+        """Return a grasp for every path, of objects that start at `starts` `(B, 7)` under gravities `(B, 3)`.
+
+        Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them.
+        """
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,19 @@ def grip_for(weight: Array, config: SpatialIkConfig) -> Array:
     return np.asarray(config.grip + config.growth * np.maximum(weight - config.weight, 0.0))
 
 
+def grips_of(task: SpatialTask, config: SpatialIkConfig) -> Array:
+    """Return the grip in each world of a task `(B,)` [N]."""
+    masses = np.array([spec.mass for spec in task.objects])
+    return grip_for(masses * np.linalg.norm(task.gravity, axis=-1), config)
+
+
+def ending_of(task: SpatialTask, config: SpatialIkConfig) -> Ending:
+    """Return how the end of the grips is predicted: with the strongest, where objects differ in weight."""
+    rules = FollowRules()
+    grip = replace(rules.rules, grip=float(grips_of(task, config).max()), least=config.least)
+    return Ending(replace(rules, rules=grip, share=config.follow_share), config.margin)
+
+
 class SpatialIkController:
     """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
 
@@ -98,8 +111,7 @@ class SpatialIkController:
         self.forces: Grip | None = None
         """and the forces that were last wanted."""
         masses = np.array([spec.mass for spec in task.objects])
-        weight = masses * np.linalg.norm(task.gravity, axis=-1)
-        self._grip = grip_for(weight, self.config)
+        self._grip = grips_of(task, self.config)
         self._friction = task.hand.friction * np.array([spec.friction for spec in task.objects])
         self._weight = np.concatenate([-masses[:, None] * task.gravity, np.zeros_like(task.gravity)], axis=-1)
 
@@ -111,7 +123,8 @@ class SpatialIkController:
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         known = self._task.distance
-        self.limit = spatial_limit(self._task, state, self._ending()) if known is None else known
+        ending = ending_of(self._task, self.config)
+        self.limit = spatial_limit(self._task, state, ending) if known is None else known
         self._start, self._rest = self._task.origin(state), state.joint_angles
         count = state.n_worlds
         self.progress, self.held, self.strayed = np.zeros((3, count))
@@ -136,12 +149,6 @@ class SpatialIkController:
         rules = GripRules(least=config.least, rounds=config.rounds)
         friction, wanted = config.friction_share * self._friction, (self._weight, pose[:, :3])
         return hold(contacts, *wanted, rules=rules, before=self.forces, grip=self._grip, friction=friction)
-
-    def _ending(self) -> Ending:
-        """Return how the end of the grips is predicted: with the strongest, where objects differ in weight."""
-        config, rules = self.config, FollowRules()
-        grip = replace(rules.rules, grip=float(self._grip.max()), least=config.least)
-        return Ending(replace(rules, rules=grip, share=config.follow_share), config.margin)
 
     def _wanted(self, state: State) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 6)`."""

@@ -8,7 +8,7 @@ from inhand.control.contract import AnyContract, Contract, SpatialContract, cont
 from inhand.control.policy import Policy
 from inhand.errors import InputError
 from inhand.hands.pair_family import PairFamily
-from inhand.hands.spatial.fit import AnyHeld, SpatialHeld
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, new_learner
@@ -59,9 +59,9 @@ def pool_name(number: int) -> str:
     return f"pool {number}." if number else ""
 
 
-def contract_for(config: Training, held: AnyHeld) -> AnyContract:
+def contract_for(config: Training, held: AnyPair) -> AnyContract:
     """Return what the policies of a run ask of a hand."""
-    if isinstance(held, SpatialHeld):
+    if isinstance(held, SpatialPair):
         return contract_in_space(held)
     return contract_of(held.hand, load_disturbance(config.disturb))
 

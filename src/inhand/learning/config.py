@@ -8,7 +8,7 @@ from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
-from inhand.hands.spatial.fit import AnyHeld, SpatialHeld
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.recipe import Recipe, Recording, Shows, SpatialRecording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
@@ -137,17 +137,17 @@ class Training(Config):
     """Starts of each direction in an evaluation."""
 
     @property
-    def held(self) -> AnyHeld:
+    def held(self) -> AnyPair:
         """The hand and the object, in the plane or in space."""
         if is_spatial_hand(self.hand):
-            return SpatialHeld(load_spatial_hand(self.hand), load_solid(self.object))
+            return SpatialPair(load_spatial_hand(self.hand), load_solid(self.object))
         return Held(load_hand(self.hand), load_object(self.object))
 
     @property
     def shows(self) -> Shows:
         """What episodes are recorded by."""
         held = self.held
-        return SpatialRecording(held, self.recipe, self.interface) if isinstance(held, SpatialHeld) else self.recording
+        return SpatialRecording(held, self.recipe, self.interface) if isinstance(held, SpatialPair) else self.recording
 
     @property
     def recording(self) -> Recording:

@@ -13,7 +13,7 @@ from inhand.control.teacher import Teacher, TeacherConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.spatial.fit import AnyHeld, SpatialHeld
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.pairs import Pairs
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
@@ -31,9 +31,9 @@ KEPT = 0.004
 """What is kept from where the teacher lost the object [m]: as much as a policy keeps from a predicted end."""
 
 
-def expert_of(name: str, held: AnyHeld, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
+def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
     """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
-    if isinstance(held, SpatialHeld):
+    if isinstance(held, SpatialPair):
         in_space = SpatialTeacher(*held)
         return lambda: in_space.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
     if name in TEACHERS and starts.pairs is not None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.spatial.fit import AnyHeld
+from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.starts import Starts
 from inhand.sim.disturbance import FACTORS
 from inhand.sim.drawn import Drawn, truths
@@ -18,7 +18,7 @@ from inhand.tasks.observations import Aim, AnyAim
 from inhand.tasks.spatial.aims import SpatialAim
 
 
-def simulator_of(held: AnyHeld, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
+def simulator_of(held: AnyPair, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
     """Return a simulator of worlds and, where they are disturbed, what is drawn of those of the starts `(N, DRAWN)`."""
     first = np.zeros(count, dtype=np.int64)
     if starts.pairs is not None:

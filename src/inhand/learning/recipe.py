@@ -9,7 +9,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.fit import AnyHeld, SpatialHeld
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.starts import Noise, grid_of
 from inhand.learning.worlds import Interface
 from inhand.records import Config
@@ -94,7 +94,7 @@ class Shows(Protocol):
     """What episodes are recorded by, in the plane or in space."""
 
     @property
-    def held(self) -> AnyHeld:
+    def held(self) -> AnyPair:
         """The hand and the object."""
 
     @property
@@ -110,7 +110,7 @@ class Shows(Protocol):
 class SpatialRecording:
     """The same with a hand in space, whose starts have all else."""
 
-    held: SpatialHeld
+    held: SpatialPair
     recipe: Recipe
     interface: Interface
 

@@ -12,7 +12,8 @@ from inhand.errors import InputError
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.fit import SpatialHeld, check_solid_fit
+from inhand.hands.spatial.fit import check_solid_fit
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.config import Training
 from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
 from inhand.learning.datasets import check_installed, read_head
@@ -88,7 +89,7 @@ def check(config: Training) -> None:
         InputError: the text names the value.
     """
     held = config.held
-    if isinstance(held, SpatialHeld):
+    if isinstance(held, SpatialPair):
         _check_space(config, held)
     else:
         _check_plane(config)
@@ -132,7 +133,7 @@ def _check_plane(config: Training) -> None:
         )
 
 
-def _check_space(config: Training, held: SpatialHeld) -> None:
+def _check_space(config: Training, held: SpatialPair) -> None:
     """Refuse what training with a hand in space has no meaning for yet.
 
     Raises:

@@ -13,7 +13,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.fit import AnyHeld, SpatialHeld
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning import space_pools
 from inhand.learning.config import Training
 from inhand.learning.datasets import DatasetEpisode, read_dataset
@@ -60,7 +60,7 @@ _NUMBERS = ("limit", "expert_total", "expert_fraction", "expert_rows")
 class Ready:
     """What a training run starts with."""
 
-    held: AnyHeld
+    held: AnyPair
     """The hand and the object."""
     columns: Columns
     """Layout of a replay's rows."""
@@ -104,7 +104,7 @@ class Ready:
 
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     """Plan grasps, write the rows of the demonstrations into a folder, and measure the expert."""
-    if config.pairs or isinstance(config.held, SpatialHeld):
+    if config.pairs or isinstance(config.held, SpatialPair):
         return _ready_of_pools(config, folder, told)
     recording, test_rng = config.recording, np.random.default_rng(config.seed + TEST_SEED)
     given, tests, limit = (_of_task if config.task else _of_primitives)(config, test_rng, told)
@@ -155,7 +155,7 @@ def _of_pairs(config: Training, rng: np.random.Generator, told: Told) -> Pools:
 def _of_space(config: Training, rng: np.random.Generator, told: Told) -> Pools:
     """Return the same of a hand in space."""
     held = config.held
-    if not isinstance(held, SpatialHeld):
+    if not isinstance(held, SpatialPair):
         raise TypeError(f"hand {held.hand.name!r} is of the plane")
     plans = space_pools.planned(held, config, told)
     told("gripping objects", 0, 1)

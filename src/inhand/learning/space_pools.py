@@ -20,10 +20,10 @@ from inhand.control.spatial_policy import MARGIN
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.trial import REACHED
 from inhand.geometry import Array
-from inhand.hands.spatial.fit import SpatialHeld
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
 from inhand.hands.spatial.gravity import GRAVITY, PALMS
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.config import Training
 from inhand.learning.progress import NEVER_SHOWN
 from inhand.learning.space import Space
@@ -85,7 +85,7 @@ def gravities(rng: np.random.Generator, count: int) -> Array:
     return GRAVITY * np.where(rng.random((count, 1)) < 0.25, palms, anywhere)
 
 
-def planned(held: SpatialHeld, config: Training, told: Told) -> Planned:
+def planned(held: SpatialPair, config: Training, told: Told) -> Planned:
     """Return grasps of the named primitives and of as many drawn directions and axes as the configuration has."""
     rng = np.random.default_rng((config.seed, 5))
     drawn = drawn_vectors(rng, config.drawn, unseen_directions(), config.held_out)
@@ -99,7 +99,7 @@ def planned(held: SpatialHeld, config: Training, told: Told) -> Planned:
 
 
 def searched(
-    held: SpatialHeld, primitives: Sequence[SpatialPrimitive], pulls: Array, told: Callable[[int, int], None]
+    held: SpatialPair, primitives: Sequence[SpatialPrimitive], pulls: Array, told: Callable[[int, int], None]
 ) -> list[tuple[list[SpatialGrasp], Array]]:
     """Return the grasps of each primitive, best first, and the gravity `(3,)` [m/s^2] that they hold against.
 
@@ -113,7 +113,7 @@ def searched(
     return found
 
 
-def pool_of(held: SpatialHeld, config: Training, plans: Planned, count: int, rng: np.random.Generator) -> Starts:
+def pool_of(held: SpatialPair, config: Training, plans: Planned, count: int, rng: np.random.Generator) -> Starts:
     """Return starts for demonstrations: primitives of a plan, directions a little off, and how far each is to go."""
     rows = rng.integers(len(plans.primitives), size=count)
     grasps = [plans.grasps[k][rng.integers(len(plans.grasps[k]))] for k in rows.tolist()]
@@ -125,7 +125,7 @@ def pool_of(held: SpatialHeld, config: Training, plans: Planned, count: int, rng
     return told(held, config, replace(starts, space=turned), rng)
 
 
-def tests_of(held: SpatialHeld, config: Training, told: Told) -> Starts:
+def tests_of(held: SpatialPair, config: Training, told: Told) -> Starts:
     """Return starts for evaluations, as far as their grips reach.
 
     They are `trials` of every named primitive under gravities that may be shown, and of directions that are never shown
@@ -165,7 +165,7 @@ def spread(space: Space, config: Training, rng: np.random.Generator) -> Space:
     return replace(space, along=np.where(near[:, None], space.along, new), about=turned(space.about))
 
 
-def midway(held: SpatialHeld, config: Training, kept: Starts, count: int, rng: np.random.Generator) -> Starts:
+def midway(held: SpatialPair, config: Training, kept: Starts, count: int, rng: np.random.Generator) -> Starts:
     """Return some states on the way of other episodes as starts, with new primitives and ways to go."""
     rows = rng.choice(len(kept), min(count, len(kept)), replace=False)
     fresh = kept.rows(rows)
@@ -174,21 +174,21 @@ def midway(held: SpatialHeld, config: Training, kept: Starts, count: int, rng: n
     return told(held, config, replace(fresh, space=space), rng)
 
 
-def told(held: SpatialHeld, config: Training, starts: Starts, rng: np.random.Generator) -> Starts:
+def told(held: SpatialPair, config: Training, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return the starts that can go some way, told to go as far as their grip is predicted to carry, or less."""
     far = far_enough(held, starts)
     share = np.where(rng.random(len(far)) < config.recipe.whole, 1.0, rng.random(len(far)))
     return replace(far, distance=share * far.distance)
 
 
-def far_enough(held: SpatialHeld, starts: Starts) -> Starts:
+def far_enough(held: SpatialPair, starts: Starts) -> Starts:
     """Return the starts whose grip is predicted to carry the object at least `SHORTEST`, told to go so far."""
     reach = reach_in_space(held, starts)
     rows = np.flatnonzero(reach >= SHORTEST)
     return replace(starts.rows(rows), distance=reach[rows])
 
 
-def reach_in_space(held: SpatialHeld, starts: Starts) -> Array:
+def reach_in_space(held: SpatialPair, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry its object `(N,)` [m]."""
     space = starts.asked_in_space
     paths = [spatial_path_of(each) for each in primitives_of(space)]
@@ -210,7 +210,7 @@ def space_of(primitives: Sequence[SpatialPrimitive], gravity: Array) -> Space:
 
 
 def gripped(
-    held: SpatialHeld, grasps: Sequence[SpatialGrasp], space: Space, rng: np.random.Generator, noise: Noise
+    held: SpatialPair, grasps: Sequence[SpatialGrasp], space: Space, rng: np.random.Generator, noise: Noise
 ) -> Starts:
     """Return starts in which fingers alone hold objects, gripped and lifted as in a trial; those lost are left out."""
     hand, spec = held

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
-from inhand.hands.spatial.fit import SpatialHeld, check_solid_fit
+from inhand.hands.spatial.fit import check_solid_fit
 from inhand.hands.spatial.grasp_search import search_grasps
 from inhand.hands.spatial.gravity import GRAVITY, PALMS, gravity_of
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.batch import Batch, Info
 from inhand.learning.environment_config import POOL_SEED
 from inhand.learning.space_pools import gripped, reach_in_space, space_of
@@ -96,9 +97,9 @@ class SpatialEnvironmentConfig(Interface):
         return Interface(self.observation, self.actions, self.reward, self.horizon)
 
     @property
-    def held(self) -> SpatialHeld:
+    def held(self) -> SpatialPair:
         """Hand and object."""
-        return SpatialHeld(load_spatial_hand(self.hand), load_solid(self.object))
+        return SpatialPair(load_spatial_hand(self.hand), load_solid(self.object))
 
     @property
     def primitives(self) -> tuple[SpatialPrimitive, ...]:
@@ -113,7 +114,7 @@ class SpatialEnvironmentConfig(Interface):
 
 @cache
 def _pool(
-    held: SpatialHeld, primitives: tuple[SpatialPrimitive, ...], gravity: str, noise: Noise, count: int, *, stop: bool
+    held: SpatialPair, primitives: tuple[SpatialPrimitive, ...], gravity: str, noise: Noise, count: int, *, stop: bool
 ) -> Starts:
     """Return starts of grasps that are planned for the gravity, or for all three palms where it is drawn."""
     rng = np.random.default_rng(POOL_SEED)

@@ -13,7 +13,7 @@ from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.spatial.fit import AnyHeld
+from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.kinds import asked_of, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.starts import Starts
@@ -88,7 +88,7 @@ class ManipulationWorlds:
 
     def __init__(
         self,
-        held: AnyHeld,
+        held: AnyPair,
         starts: Starts,
         count: int,
         interface: Interface | None = None,

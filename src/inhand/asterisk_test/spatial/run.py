@@ -8,7 +8,7 @@ import numpy as np
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
 from inhand.control.controller import SpatialTask
-from inhand.control.draws import check_count, check_draws
+from inhand.control.draws import check_count, check_draws, start_noise_in_space
 from inhand.control.loop import Bench, Told, simulate
 from inhand.control.recording import cut_trials, passports
 from inhand.control.run_config import TrialsConfig
@@ -116,7 +116,7 @@ def simulate_asterisk_in_space(
     primitives = tuple(dict.fromkeys(each.primitive for each in assignments))
     reach = limits_in_space((hand, spec), primitives, np.array([setup.gravity]), progress=told)
     limits = {limit.primitive: limit.distance for limit in reach}
-    starts = pose_from(hand.start_pose, *start_noise_in_space(config, assignments))
+    starts = pose_from(hand.start_pose, *starts_of(config, assignments))
     gravity = np.tile(setup.gravity, (count, 1))
     grasp = setup.controller.grasp(hand, spec, [each.path for each in assignments], gravity, starts, bench=bench)
     path = stacked_paths([each.path for each in assignments])
@@ -152,23 +152,14 @@ def _passports(
     ]
 
 
+def starts_of(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
+    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each."""
+    goals = [(*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation) for each in whose]
+    return start_noise_in_space(config, [each.trial for each in whose], goals)
+
+
 def _axis(primitive: SpatialPrimitive) -> Vector | None:
     if primitive.angle == 0:
         return None
     x, y, z = primitive.axis.tolist()
     return (x, y, z)
-
-
-def start_noise_in_space(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
-    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each.
-
-    It follows from the seed, the primitive and the trial's number alone, so that runs of other hands, objects and
-    gravities are paired with it.
-    """
-    drawn = []
-    for each in whose:
-        goal = (*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation)
-        key = [round(1e6 * part) % 2**32 for part in goal]  # a seed takes no negative number
-        drawn.append(np.random.default_rng((config.seed, each.trial, *key)).standard_normal((2, 3)))
-    moved, turned = np.stack(drawn, axis=1)
-    return config.noise_mm / 1e3 * moved, np.deg2rad(config.noise_deg) * turned

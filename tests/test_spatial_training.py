@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("tensorboardX", reason="learning needs the extra `rl`: pip install 'inhand[rl]'")
 
+import inhand
 from inhand.cli.train import line_of
 from inhand.control.catalogue import check_known, find_controller, learned
 from inhand.control.contract import contract_in_space, joint_names
@@ -145,6 +146,11 @@ def test_hands_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Polic
         check_known(learned("mine", policy[1]), held, np.zeros((1, 2, 3)))
     with pytest.raises(InputError, match=r"policy 'rl' was trained with 2v2.* in the plane: train one with a hand"):
         learned_in_space("rl", find_controller("rl").policy or policy[1])
+
+
+def test_sequences_in_space_are_not_a_policys(policy: tuple[Path, Policy]) -> None:
+    with pytest.raises(InputError, match="a hand in space: a policy there knows single primitives"):
+        inhand.trace("helix", hand="3f_60.60_40_10", object="cube_50", controller=str(policy[0]))
 
 
 def test_paths_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Policy]) -> None:

@@ -147,9 +147,8 @@ def simulate(
 
     Objects stand at `starts` `(B, 3)`, or in space are held at `(B, 7)` until fingers hold them. Once they are gripped
     the phases `between` follow, and `twists` turn them. What `manipulate` makes carries them, until `longest` [s] at
-    most; None leaves them held. In space what `holds` makes lifts them before, or also what `manipulate` makes. Where
-    worlds are `disturbed` they are not as the task has them, objects do not stand quite at `starts`, and controllers
-    are not told.
+    most; None leaves them held. In space what `holds` makes lifts them, or else that too. Where worlds are `disturbed`
+    they are not as the task has them, objects do not stand quite at `starts`, and controllers are not told.
     """
     hand: Any
     objects: Any

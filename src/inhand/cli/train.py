@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
+import threading
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from rich.table import Table
 
@@ -14,7 +16,15 @@ from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import Screen, progress, say
 from inhand.learning import seeds, train
 from inhand.learning.commands import TrainConfig
-from inhand.learning.progress import HEADER, IN_PLANE, Evaluated, evaluation_rows, joined, read_learning
+from inhand.learning.progress import (
+    COMPILING,
+    HEADER,
+    IN_PLANE,
+    Evaluated,
+    evaluation_rows,
+    joined,
+    read_learning,
+)
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Counters, Evaluation
@@ -31,12 +41,20 @@ def run_train(config: TrainConfig) -> Answer:
     except KeyboardInterrupt:
         for line in train.kept(config.out):
             say(line)
-        sys.exit(130)
+        _leave()
     best = done.learned.best
     table = Listing(f"The best policy, at episode {best.episode}", HEADER, evaluation_rows(best))
     evaluate = f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}"
     told = f"Curves: {config.out / 'report.html'}", f"Policy: {done.best}", evaluate
     return of_run(done, config.out, [table], told)
+
+
+def _leave() -> NoReturn:
+    """End with exit code 130, and at once where JAX still compiles: the end of Python would wait for its thread."""
+    if any(thread.name.startswith(COMPILING) for thread in threading.enumerate()):
+        sys.stdout.flush()
+        os._exit(130)
+    sys.exit(130)
 
 
 def _several(config: TrainConfig) -> Answer:

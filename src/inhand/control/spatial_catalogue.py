@@ -1,7 +1,7 @@
 """Controllers of hands in space by name: how each prepares a grasp, and what it manipulates with."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -14,13 +14,13 @@ from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, load_policy
 from inhand.control.seen import PRIVILEGED, Reads
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_policy import SpatialPolicyController
+from inhand.control.spatial_policy import SpatialPolicyController, shorter
 from inhand.control.spatial_rehearsal import planned_in_space
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.tasks.spatial.paths import SpatialReference
+from inhand.tasks.spatial.paths import SpatialReference, stacked_paths
 
 
 class SpatialPlanner(Protocol):
@@ -109,7 +109,22 @@ def learned_in_space(name: str, policy: Policy) -> SpatialEntry:
             " hand in space (inhand train --preset spatial)"
         )
     made = partial(SpatialPolicyController, policy=policy)
-    return SpatialEntry(name, "a learned policy", planned_in_space, made, policy=policy)
+    return SpatialEntry(name, "a learned policy", planned_for_policy, made, policy=policy)
+
+
+def planned_for_policy(
+    hand: SpatialHand,
+    spec: SolidSpec,
+    paths: Sequence[SpatialReference],
+    gravity: Array,
+    starts: Array,
+    *,
+    bench: Bench,
+    fixed: bool = False,
+) -> Grasp:
+    """Return the expert's grasps, with the ways that a policy is told to go."""
+    found = planned_in_space(hand, spec, paths, gravity, starts, bench=bench, fixed=fixed)
+    return found if found.way is None else replace(found, way=shorter(stacked_paths(paths), found.way))
 
 
 def check_known_in_space(entry: SpatialEntry, hand: SpatialHand) -> None:

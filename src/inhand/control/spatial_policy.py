@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from inhand.control.controller import SpatialTask
 from inhand.control.policy import STILL_TIME, STILL_WAY, Policy
 from inhand.control.seen import PRIVILEGED
-from inhand.control.spatial_follow import Ending, spatial_limit
+from inhand.control.spatial_follow import Ending, margin_at, spatial_limit
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.following import FollowRules
@@ -20,6 +20,9 @@ from inhand.tasks.spatial.aims import SpatialAim
 MARGIN = (0.003, 0.12)
 """What a policy keeps from where its grip is predicted to end: distance [m], and angle [rad] where the path turns. A
 little more than the expert, whose integral part brings the object to its place exactly."""
+SHORTER = (0.003, 0.1)
+"""How much less far a policy is told to go than the expert found that a grip carries [m], and turned [rad]: it holds the
+end of its way less exactly, and a grip is lost just beyond it."""
 BENT = 1e-6
 """Paths that turn or leave their line by more are not straight [m or rad]."""
 
@@ -64,6 +67,11 @@ class SpatialPolicyController:
         self._best = np.where(gained, come, self._best)
         self._still = np.where(gained, 0.0, self._still + self._period)
         return np.asarray(self._still >= STILL_TIME)
+
+
+def shorter(path: SpatialPath, way: Array) -> Array:
+    """Return the ways `(B,)` [m] that a policy is told to go where the expert goes some way along paths."""
+    return np.asarray(np.maximum(way - margin_at(path, way, SHORTER), 0.0))
 
 
 def units_of(path: SpatialPath) -> tuple[Array, Array]:

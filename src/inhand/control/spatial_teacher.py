@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from inhand.control.spatial_ik import SpatialIkConfig, grip_for, targets_of_motion
+from inhand.control.spatial_ik import SpatialIkConfig, grip_for
 from inhand.geometry import Array
 from inhand.hands.spatial.forces import GripRules, hold, weight_held
 from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import carried
 from inhand.sim.state import State
 from inhand.tasks.spatial.aims import SpatialAim
 
@@ -62,7 +64,17 @@ class SpatialTeacher:
             grip=grip_for(weight, law),
             friction=friction,
         )
-        return targets_of_motion(hand, state, self._wanted(state, aim), held.forces, law)
+        (step, velocity), points = self._wanted(state, aim), state.object_points
+        told, targets = place(hand, state.joint_angles), state.joint_angles.copy()
+        for i, own in enumerate(hand.slices):
+            jacobian = point_jacobian(told.places[:, own], told.axes[:, own], points[:, i])
+            arm = points[:, i] - state.object_pose[:, :3]
+            closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
+            joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, law.damping)
+            joint_speed = damped_least_squares(jacobian, carried(velocity, arm), law.damping)
+            torque = (jacobian * held.forces[:, i, :, None]).sum(axis=-2)
+            targets[:, own] += joint_step + (hand.damping * joint_speed + torque) / hand.stiffness
+        return targets
 
     def _wanted(self, state: State, aim: SpatialAim) -> tuple[Array, Array]:
         """Return the wanted displacement of each object and its velocity, each `(B, 6)` in palm axes [m, rad]."""

@@ -25,7 +25,7 @@ from inhand.control.spatial_catalogue import (
     notes_in_space,
 )
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_policy import SpatialPolicyController, units_of
+from inhand.control.spatial_policy import SpatialPolicyController, shorter, units_of
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.trial import REACHED
 from inhand.errors import InputError
@@ -43,6 +43,7 @@ from inhand.learning.space_pools import Planned, pool_of
 from inhand.learning.starts import Starts
 from inhand.learning.trying import tried_all
 from inhand.rotations import SpatialPath
+from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions
 from test_spatial_engine import CUBE, HAND
@@ -130,6 +131,33 @@ def test_a_policy_of_a_hand_in_space_is_a_controller_of_the_test(policy: tuple[P
     assert (len(found.phase) - begun) * task.control_period == pytest.approx(STILL_TIME)
     moved = found.states[-1].object_pose[:, :3] - found.states[begun - 1].object_pose[:, :3]
     assert np.abs(moved).max() < 1e-3
+
+
+def test_the_policy_of_the_package_carries_objects_as_far_as_it_is_told() -> None:
+    entry, way = find_spatial_controller("rl"), np.full(len(ASKED), 0.01)
+    assert entry.policy is not None
+    assert entry.policy.space == contract_in_space(HELD)
+    paths = stacked_paths([spatial_path_of(each) for each in ASKED])
+    task = SpatialTask(HAND, (CUBE,) * len(ASKED), paths, distance=way, gravity=PULLS)
+    starts = np.tile(HAND.start_pose, (len(ASKED), 1))
+    grasp, bench = closed_at(HAND, [PLAIN] * len(ASKED), starts), Bench("mujoco", threads=1)
+    _, found = simulate(task, grasp, starts, entry.manipulate, bench, holds=SpatialIkController)
+    assert set(found.outcomes) == {REACHED}
+    begun = int(np.argmax(found.phase == len(found.phases) - 1))
+    space = space_pools.space_of(ASKED, PULLS)
+    aim = SpatialAim(space.along, space.about, found.states[begun - 1].object_pose)
+    last = np.stack([found.states[row].object_pose[k] for k, row in enumerate(found.last)])
+    come, across, turned = aim.shift(last).T
+    np.testing.assert_allclose(come, way, atol=1e-3)
+    assert across.max() < 1e-3
+    assert np.rad2deg(turned.max()) < 2.0
+
+
+def test_a_policy_is_told_to_go_a_little_less_far_than_the_expert() -> None:
+    paths = stacked_paths([spatial_path_of(each) for each in ASKED])
+    way = np.array([0.05, 0.002, 0.06, 0.05])
+    expected = [0.047, 0.0, 0.057, 0.05 - 0.1 * TURN_ARM]
+    np.testing.assert_allclose(shorter(paths, way), expected, atol=1e-9)
 
 
 def test_hands_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Policy]) -> None:

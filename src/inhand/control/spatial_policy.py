@@ -21,8 +21,8 @@ MARGIN = (0.003, 0.12)
 """What a policy keeps from where its grip is predicted to end: distance [m], and angle [rad] where the path turns. A
 little more than the expert, whose integral part brings the object to its place exactly."""
 SHORTER = (0.003, 0.1)
-"""How much less far a policy is told to go than the expert found that a grip carries [m], and turned [rad]: it holds the
-end of its way less exactly, and a grip is lost just beyond it."""
+"""How much less far a policy is told to go than the expert found that a grip carries [m], and turned [rad]: it holds
+the end of its way less exactly, and a grip is lost just beyond it."""
 BENT = 1e-6
 """Paths that turn or leave their line by more are not straight [m or rad]."""
 

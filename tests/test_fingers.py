@@ -74,7 +74,9 @@ def test_what_is_sensed_of_every_finger_is_seen(name: str) -> None:
     lags, poses = len(LAGS), np.zeros((2, 3))
     joints, frames = np.zeros((lags, 2, HAND.n_joints)), np.zeros((lags, 2, 3))
     grips = np.zeros((2, 3, 2)), np.zeros((2, 3))
-    past = Past(joints, joints, frames, np.zeros((lags, 2)), joints[0], poses, np.ones(2, bool), poses, poses, *grips)
+    past = Past(
+        joints, joints, frames, np.zeros((lags, 2)), joints[0], poses, np.ones(2, bool), poses, poses, poses, *grips
+    )
     layout, aim, scene = LAYOUTS["senses"], Aim(np.zeros(2), poses, np.full(2, 0.05)), Scene(HAND, (CUBE, CUBE))
     seen = observe(layout, past, aim, scene)
     assert seen.shape == (2, layout.size(HAND))

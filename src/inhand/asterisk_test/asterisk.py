@@ -17,8 +17,9 @@ from inhand.asterisk_test.spatial.asterisk import finish_in_space
 from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
-from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.catalogue import CONTROLLERS
 from inhand.control.draws import disturbance_notes
+from inhand.control.notes import notes_of
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec

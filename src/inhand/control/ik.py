@@ -78,7 +78,11 @@ class IkController:
         """Start from the grip that holds the object now, and plan how far it can go."""
         config = self.config
         known = self._task.distance
-        self.limit = follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known
+        if known is None or np.isnan(known).any():
+            end = follow_limit(self._task, state, config.friction_share, config.margin)
+            self.limit = end if known is None else np.where(np.isnan(known), end, known)
+        else:
+            self.limit = known
         n = state.n_worlds
         way = self._task.path.poses[:, -1, :2]
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)

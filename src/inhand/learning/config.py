@@ -219,11 +219,27 @@ def privileged() -> Training:
 
 
 def family() -> Training:
-    """Return the training of one controller for every hand and object of the family (docs/family.md)."""
-    base = privileged()
+    """Return the training of one controller on real senses for every hand and object of a family (docs/family.md)."""
+    base = default()
     return replace(
         base,
         preset="family",
+        pairs=96,
+        interface=replace(base.interface, observation="joint-senses", truth="joints"),
+        recipe=replace(base.recipe, turns=0.0, legs=0.0),
+        imitate=6000,
+        rounds=3,
+        refit=3000,
+        learning=replace(base.learning, network="joints", hidden=(64, 64)),
+    )
+
+
+def privileged_family() -> Training:
+    """Return the same on perfect knowledge, which goes farther."""
+    base = privileged()
+    return replace(
+        base,
+        preset="family-privileged",
         pairs=96,
         interface=Interface("joints", "steps", "progress", horizon=180),
         recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
@@ -235,9 +251,9 @@ def family() -> Training:
     )
 
 
-def hand_of_family() -> Training:
-    """Return the training that fits the policy of the family to one hand and object, from few demonstrations."""
-    base = family()
+def hand_of_family(given: Training | None = None) -> Training:
+    """Return the training that fits a policy of the family to one hand and object, from few demonstrations."""
+    base = given or family()
     return replace(
         base,
         preset="from-family",
@@ -281,6 +297,7 @@ PRESETS = {
     "default": default,
     "privileged": privileged,
     "family": family,
+    "family-privileged": privileged_family,
     "from-family": hand_of_family,
     "thesis": thesis,
     "smoke": smoke,

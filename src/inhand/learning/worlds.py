@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from inhand.control import loop
 from inhand.control.loop import control_step, dropped
-from inhand.control.memory import Memory
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
-from inhand.learning.kinds import asked_of, kinds_of, simulator_of
+from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
+from inhand.learning.memories import Memories, memory_of
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
@@ -39,6 +39,7 @@ from inhand.tasks.observations import Aim, Scene, observe
 
 if TYPE_CHECKING:
     from inhand.control.between import Between
+    from inhand.control.memory import Memory
 
 _AIMED = ("angle", "start", "distance", "turn")
 _KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start")
@@ -115,7 +116,7 @@ class ManipulationWorlds:
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts, self._held = starts, held
         self._between: Between | None = None
-        self._memory: Memory | None = None
+        self._memory: Memory | Memories | None = None
         self._pool = asked_of(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.empty(count))
@@ -209,7 +210,8 @@ class ManipulationWorlds:
         self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
-            self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
+            keeps = isinstance(self._memory, Memories)
+            self._begin(ended, drawn_rows(self._starts, self._row[ended], self.rng, keeps_pair=keeps))
         return Step(self._observation, successor, value, terms, gone, truncated, shift, after)
 
     def _along(self, after: State) -> Made | None:
@@ -288,8 +290,8 @@ class ManipulationWorlds:
         if not self.layout.sensed:
             self._seen_start = put_rows(self._seen_start, worlds, self.seen.pose[worlds])
             self._told = replace(self._aim, start=self._seen_start)
-        elif self._memory is None:
-            self._memory = Memory(self._held, self.seen)
+        elif self._memory is None or len(worlds) == self.count:
+            self._memory = memory_of(self._held, self._starts.pairs, self._row, self.seen)
         else:
             self._memory.begin(worlds, self.seen)
 
@@ -329,6 +331,7 @@ class ManipulationWorlds:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
+            self._memory = memory_of(self._held, self._starts.pairs, self._row, self.seen)
             self._memory.load_state_dict(kept)
         routes = self._starts.routes
         asked = {name: kept[f"aim.{name}"] for name in _AIMED}

@@ -9,6 +9,7 @@ from inhand.geometry import Array
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
 from inhand.tasks.joint_rows import JOINTS
+from inhand.tasks.joint_senses import JOINT_SENSES
 from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Layout, Part, Scene
 from inhand.tasks.past import SENSES
 
@@ -20,6 +21,7 @@ LAYOUTS = {
     "truth": TRUTH,
     "senses": SENSES,
     "joints": JOINTS,
+    "joint-senses": JOINT_SENSES,
 }
 """Layouts by the name that configurations use."""
 

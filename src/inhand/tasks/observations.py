@@ -146,8 +146,13 @@ class Layout:
     parts: tuple[Part, ...]
     sensed: bool = False
     """Whether they are of what is sensed, a `Past`, instead of a `State`."""
-    slotted: bool = False
-    """Whether observations and actions have a place for every joint that a hand may have (`tasks/hand_arrays.py`)."""
+    columns: int = 0
+    """Numbers of each joint's slot, with which an observation begins column by column; 0 where it has no slots."""
+
+    @property
+    def slotted(self) -> bool:
+        """Whether observations and actions have a place for every joint of any hand (`tasks/hand_arrays.py`)."""
+        return self.columns > 0
 
     def size(self, hand: HandSpec) -> int:
         """Return how many numbers an observation has."""

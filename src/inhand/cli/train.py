@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
+import threading
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from rich.table import Table
 
@@ -13,7 +15,7 @@ from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import Screen, progress, say
 from inhand.learning import seeds, train
 from inhand.learning.commands import TrainConfig
-from inhand.learning.progress import HEADER, Evaluated, evaluation_rows, joined, read_learning
+from inhand.learning.progress import COMPILING, HEADER, Evaluated, evaluation_rows, joined, read_learning
 from inhand.tasks.primitives import TRAIN, UNSEEN
 
 if TYPE_CHECKING:
@@ -31,12 +33,20 @@ def run_train(config: TrainConfig) -> Answer:
     except KeyboardInterrupt:
         for line in train.kept(config.out):
             say(line)
-        sys.exit(130)
+        _leave()
     best = done.learned.best
     table = Listing(f"The best policy, at episode {best.episode}", HEADER, evaluation_rows(best))
     evaluate = f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}"
     told = f"Curves: {config.out / 'report.html'}", f"Policy: {done.best}", evaluate
     return of_run(done, config.out, [table], told)
+
+
+def _leave() -> NoReturn:
+    """End with exit code 130, and at once where JAX still compiles: the end of Python would wait for its thread."""
+    if any(thread.name.startswith(COMPILING) for thread in threading.enumerate()):
+        sys.stdout.flush()
+        os._exit(130)
+    sys.exit(130)
 
 
 def _several(config: TrainConfig) -> Answer:

@@ -20,6 +20,8 @@ JOURNAL = "metrics.jsonl"
 """Name of the file of lines."""
 CHECKPOINT, READY, EXPERT, AGENT = "checkpoint.npz", "ready.npz", "expert.rows", "agent.rows"
 """What only a run that is not finished has: its checkpoint, what it began with, and the rows of both buffers."""
+COMPILING = "compile ahead"
+"""Beginning of the name of the thread in which JAX compiles while a run prepares itself."""
 HEADER = ("Direction", "Of limit", "Lost", "Across [mm]", "Turn [deg]", "Return", "Expert's")
 """Columns of `evaluation_rows`."""
 

@@ -12,6 +12,7 @@ from inhand.tasks.joint_rows import JOINTS
 from inhand.tasks.joint_senses import JOINT_SENSES
 from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Layout, Part, Scene
 from inhand.tasks.past import SENSES
+from inhand.tasks.spatial.rows import SPACE
 
 LAYOUTS = {
     "thesis": THESIS,
@@ -21,7 +22,11 @@ LAYOUTS = {
     "truth": TRUTH,
     "senses": SENSES,
     "joints": JOINTS,
+<<<<<<< HEAD
     "joint-senses": JOINT_SENSES,
+=======
+    "space": SPACE,
+>>>>>>> main
 }
 """Layouts by the name that configurations use."""
 

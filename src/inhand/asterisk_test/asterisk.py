@@ -19,11 +19,8 @@ from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS
 from inhand.control.draws import disturbance_notes
 from inhand.control.loop import Told
-<<<<<<< HEAD
 from inhand.control.notes import notes_of
-=======
 from inhand.control.spatial_catalogue import notes_in_space
->>>>>>> main
 from inhand.control.trial import AnyTrial
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec

@@ -255,26 +255,15 @@ def family() -> Training:
 
 def privileged_family() -> Training:
     """Return the same on perfect knowledge, which goes farther."""
-    base = privileged()
     return replace(
-        base,
+        family(),
         preset="family-privileged",
-        pairs=96,
+        disturb="none",
         interface=Interface("joints", "steps", "progress", horizon=180),
         recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
-        imitate=6000,
-        rounds=3,
-        refit=3000,
-        episodes=250,
-        learning=replace(base.learning, network="joints", hidden=(64, 64), imitation=4.0),
     )
 
 
-<<<<<<< HEAD
-def hand_of_family(given: Training | None = None) -> Training:
-    """Return the training that fits a policy of the family to one hand and object, from few demonstrations."""
-    base = given or family()
-=======
 def spatial() -> Training:
     """Return the training of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
     base = privileged()
@@ -295,10 +284,9 @@ def spatial() -> Training:
     )
 
 
-def hand_of_family() -> Training:
-    """Return the training that fits the policy of the family to one hand and object, from few demonstrations."""
-    base = family()
->>>>>>> main
+def hand_of_family(given: Training | None = None) -> Training:
+    """Return the training that fits a policy of the family to one hand and object, from few demonstrations."""
+    base = given or family()
     return replace(
         base,
         preset="from-family",

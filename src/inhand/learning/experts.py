@@ -13,11 +13,7 @@ from inhand.control.teacher import Teacher, TeacherConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-<<<<<<< HEAD
-=======
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
-from inhand.learning.pairs import Pairs
->>>>>>> main
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.state import select

@@ -21,17 +21,10 @@ from inhand.tasks.spatial.aims import SpatialAim
 def simulator_of(held: AnyPair, starts: Starts, count: int, threads: int) -> tuple[Simulator, Array | None]:
     """Return a simulator of worlds and, where they are disturbed, what is drawn of those of the starts `(N, DRAWN)`."""
     first = np.zeros(count, dtype=np.int64)
-<<<<<<< HEAD
-    if starts.disturbed is None and starts.pairs is None:
-=======
-    if starts.pairs is not None:
-        hands, objects = zip(*starts.pairs.held, strict=True)
-        return make_simulator(starts.engine, hands, objects, threads=threads, kinds=first), None
     if starts.space is not None:
         things = [held.object] * len(starts)
         return make_simulator(starts.engine, held.hand, things, starts.space.scenes, threads, kinds=first), None
-    if starts.disturbed is None or not isinstance(held, Held):
->>>>>>> main
+    if (starts.disturbed is None and starts.pairs is None) or not isinstance(held, Held):
         return make_simulator(starts.engine, held.hand, [held.object] * count, threads=threads), None
     pairs = (held,) * len(starts) if starts.pairs is None else starts.pairs.held
     hands, objects = zip(*pairs, strict=True)
@@ -50,7 +43,6 @@ def kinds_of(starts: Starts, rows: NDArray[np.int64]) -> NDArray[np.int64] | Non
     return None if starts.pairs is None else starts.pairs.of[rows]
 
 
-<<<<<<< HEAD
 def drawn_rows(
     starts: Starts, rows: NDArray[np.int64], rng: np.random.Generator, *, keeps_pair: bool
 ) -> NDArray[np.int64]:
@@ -60,10 +52,7 @@ def drawn_rows(
     return rng.integers(len(starts), size=len(rows))
 
 
-def asked_of(starts: Starts) -> Aim:
-=======
 def asked_of(starts: Starts) -> AnyAim:
->>>>>>> main
     """Return what starts are asked to do."""
     if starts.space is not None:
         return SpatialAim(starts.space.along, starts.space.about, starts.state.object_pose, starts.distance)

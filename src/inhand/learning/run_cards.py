@@ -22,13 +22,8 @@ from inhand.learning.environment_config import angles_of
 from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
-<<<<<<< HEAD
-from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.engines import check_engine
-=======
 from inhand.sim.disturbance_files import NONE, load_disturbance
 from inhand.sim.engines import check_engine, engine_in_space
->>>>>>> main
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card

@@ -12,13 +12,8 @@ from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-<<<<<<< HEAD
-from inhand.hands.hand import HandSpec
-from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
-=======
 from inhand.hands.spatial.pair import AnyPair
-from inhand.learning.kinds import asked_of, kinds_of, simulator_of
->>>>>>> main
+from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.memories import Memories, memory_of
 from inhand.learning.starts import Starts
@@ -296,13 +291,8 @@ class ManipulationWorlds:
         if not self.layout.sensed:
             self._seen_start = put_rows(self._seen_start, worlds, self._aim.where(self.seen)[worlds])
             self._told = replace(self._aim, start=self._seen_start)
-<<<<<<< HEAD
         elif self._memory is None or len(worlds) == self.count:
-            self._memory = memory_of(self._held, self._starts.pairs, self._row, self.seen)
-=======
-        elif self._memory is None:
-            self._memory = Memory(Held(*self._held), self.seen)
->>>>>>> main
+            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
         else:
             self._memory.begin(worlds, self.seen)
 
@@ -342,7 +332,7 @@ class ManipulationWorlds:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
-            self._memory = memory_of(self._held, self._starts.pairs, self._row, self.seen)
+            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
             self._memory.load_state_dict(kept)
         routes = self._starts.routes
         asked = {name: kept[f"aim.{name}"] for name in self._aim.KEPT}

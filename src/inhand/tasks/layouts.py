@@ -22,11 +22,8 @@ LAYOUTS = {
     "truth": TRUTH,
     "senses": SENSES,
     "joints": JOINTS,
-<<<<<<< HEAD
     "joint-senses": JOINT_SENSES,
-=======
     "space": SPACE,
->>>>>>> main
 }
 """Layouts by the name that configurations use."""
 

@@ -158,20 +158,15 @@ class Layout:
     parts: tuple[Part, ...]
     sensed: bool = False
     """Whether they are of what is sensed, a `Past`, instead of a `State`."""
-<<<<<<< HEAD
     columns: int = 0
     """Numbers of each joint's slot, with which an observation begins column by column; 0 where it has no slots."""
+    space: bool = False
+    """Whether they are of hands in space."""
 
     @property
     def slotted(self) -> bool:
         """Whether observations and actions have a place for every joint of any hand (`tasks/hand_arrays.py`)."""
         return self.columns > 0
-=======
-    slotted: bool = False
-    """Whether observations and actions have a place for every joint that a hand may have (`tasks/hand_arrays.py`)."""
-    space: bool = False
-    """Whether they are of hands in space."""
->>>>>>> main
 
     def size(self, hand: AnyHand) -> int:
         """Return how many numbers an observation has."""

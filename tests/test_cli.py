@@ -127,8 +127,11 @@ def test_trials_and_recordings_are_measured_alone(run: Path, tmp_path: Path, inh
     assert "right_1.npz" in out
     assert csv.name in out
     simulated, human = json.loads(numbers.read_text())["trials"]
-    made = json.loads((run / "metrics.json").read_text())["trials"][0]
-    assert simulated == made
+    made = json.loads((run / "metrics.json").read_text())["trials"]
+    assert simulated == made[0]
+    for place in (run, run / "trials"):
+        found = json.loads(inhand("metrics", place, "--json")[1])["table"]
+        assert sorted(each["direction"] for each in found) == sorted(each["direction"] for each in made)
     assert (human["direction"], human["outcome"], human["contact_fraction"]) == ("Right", "recorded", None)
     assert human["distance_mm"] == pytest.approx(30, abs=0.5)
     again = inhand("metrics", csv, "--out", numbers)

@@ -53,7 +53,7 @@ def load(place: str | os.PathLike[str]) -> Shown:
         return _one(path)
     for mark, (_, loaded) in LOADERS.items():
         if (path / mark).is_file():
-            return loaded(path)
+            return _named(path, mark, loaded)
     there = sorted(each.name for each in path.iterdir()) if path.is_dir() else []
     part = path.with_name(f"{path.name}.part") if path.name else path
     if UNFINISHED & set(there) or (not there and part.is_dir()):
@@ -64,6 +64,14 @@ def load(place: str | os.PathLike[str]) -> Shown:
     holds = f"holds {found}" if there else ("is empty" if path.is_dir() else "is not there")
     kinds = ", ".join(f"{mark} ({by})" for mark, (by, _) in LOADERS.items())
     raise InputError(f"{path} {holds}: give a trial's .npz file, or a folder with one of {kinds}")
+
+
+def _named(path: Path, mark: str, loaded: Callable[[Path], Shown]) -> Shown:
+    """Return what is loaded from a folder; an error that names no file of it names the one that it is known by."""
+    try:
+        return loaded(path)
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path / mark}: {error}") from error
 
 
 def _tested(folder: Path) -> Shown:

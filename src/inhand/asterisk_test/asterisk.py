@@ -19,6 +19,7 @@ from inhand.asterisk_test.user_metrics import METRICS, UserMetric
 from inhand.control.catalogue import CONTROLLERS, notes_of
 from inhand.control.draws import disturbance_notes
 from inhand.control.loop import Told
+from inhand.control.spatial_catalogue import notes_in_space
 from inhand.control.trial import AnyTrial
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
@@ -137,7 +138,7 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> R
     if isinstance(setup, SpatialSetup):
         from inhand.asterisk_test.spatial.report import SpatialRun
 
-        return SpatialRun(config, trials, results)
+        return SpatialRun(config, trials, results, notes=notes_in_space(setup.controller, setup.hand, setup.object))
     from inhand.asterisk_test.report import Run
 
     entry = setup.controller

@@ -32,7 +32,7 @@ class MetricsConfig(Config):
     """Measure recorded trials (.npz of a run) or human files (.csv) alone."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """Trial files, human files, folders of runs, or folders of human files."""
+    """Trial files, human files, folders of runs or of their trials, or folders of human files."""
     out: Path | None = None
     """Write the numbers to this JSON file too; it holds the same `trials` list as a run's metrics.json."""
     gaps: Literal["refuse", "drop", "fill"] = "refuse"

@@ -42,8 +42,10 @@ def run_metrics(config: MetricsConfig) -> Answer:
 
 
 def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
-    if (path / "trials").is_dir():
-        return [found for trial in sorted((path / "trials").glob("*.npz")) for found in _measured(trial, gaps)]
+    path = path / "trials" if (path / "trials").is_dir() else path
+    trials = sorted(path.glob("*.npz")) if path.is_dir() else []
+    if trials:
+        return [found for trial in trials for found in _measured(trial, gaps)]
     if path.is_dir():
         folder = read_human_folder(path, gaps)
         for note in folder.notes:

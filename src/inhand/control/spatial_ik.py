@@ -23,7 +23,7 @@ from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.forces import Grip, GripRules, hold
 from inhand.hands.spatial.kinematics import place, point_jacobian
-from inhand.rotations import pose_from, rotation_between
+from inhand.rotations import carried, pose_from, rotation_between
 from inhand.sim.state import State
 
 SLOW = 1e-4
@@ -162,10 +162,3 @@ def beside(error: Array, velocity: Array) -> Array:
     way = way / np.maximum(size, 1e-12)
     across = np.linalg.norm(off - (off * way).sum(axis=-1, keepdims=True) * way, axis=-1)
     return np.where(size[:, 0] > SLOW, across, 0.0)
-
-
-def carried(motion: Array, arm: Array) -> Array:
-    """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
-    u, v, w = motion[:, 3:].T
-    x, y, z = arm.T
-    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))

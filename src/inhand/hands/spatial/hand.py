@@ -132,6 +132,9 @@ class SpatialHand(Jointed):
             raise InputError(f"hand {self.name!r} has {len(self.fingers)} fingers; give two or more")
         if len(set(self.finger_names)) < len(self.fingers):
             raise InputError(f"hand {self.name!r} has two fingers of one name: {', '.join(self.finger_names)}")
+        starts = {tuple(np.round(finger.links[0].origin, 6)) if finger.links else () for finger in self.fingers}
+        if len(starts) == 1:
+            raise InputError(f"hand {self.name!r}: its fingers all begin at one place: give each its own")
         self.check_numbers(("stiffness", "torque"), ("friction", "damping", "armature"))
         for finger in self.fingers:
             _check_finger(f"hand {self.name!r}: finger {finger.name!r}", finger)

@@ -308,7 +308,7 @@ def check_known(entry: ControllerEntry, held: Held, paths: Array) -> None:
         check_held(entry.policy, held.hand, (held.object,))
         if entry.reads == SENSED:
             parts_of(paths)
-        elif find_layout(entry.policy.observation).slotted:
+        elif find_layout(entry.policy.observation).columns:
             aims_of(paths)
         elif not entry.policy.task:
             straight_angles(paths)
@@ -340,8 +340,7 @@ def _plain(name: str) -> str:
 SHARES = (1.0, 0.95, 0.9, 0.8)
 """Shares of a planned way among which that of a learned policy on real senses is chosen."""
 QUICK = ((6, 8), (1, 48))
-"""Candidates and worlds that a policy of the family plans with: a second for each direction of a new hand and object,
-where `ROUNDS` and shares take five times as long."""
+"""Candidates and worlds that a policy of the family plans with: a second a direction, a fifth of what `rl` takes."""
 SHIPPED = {
     LEARNED: "default",
     "rl-privileged": "privileged",

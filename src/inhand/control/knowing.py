@@ -68,7 +68,7 @@ def check_held(policy: Knows, hand: HandSpec, objects: Sequence[ObjectSpec] = ()
             f"the policy was trained with {policy.trained.get('hand', 'another hand')}, a hand in space, and hand"
             f" {hand.name!r} is in the plane: use such a hand (inhand asterisk --hand 3f_60.60_40_10 --object cube_50)"
         )
-    if find_layout(policy.observation).slotted:
+    if find_layout(policy.observation).columns:
         _check_family(policy, hand, objects)
         return
     size, given = find_layout(policy.observation).size(hand), policy.weights[0].shape[0]

@@ -139,7 +139,7 @@ class Deciding:
     def __call__(self, past: Past, aim: Aim) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, past, aim, self._scene))
-        if self._layout.slotted:
+        if self._layout.columns:
             action = action[..., slots_of(self._scene.hand)]
         return targets_of(action, self._policy.actions, self._scene.hand, past)
 

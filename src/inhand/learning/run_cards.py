@@ -177,7 +177,7 @@ def _check_pairs(config: Training) -> None:
     Raises:
         InputError: the text names what does not go together.
     """
-    slotted, network = find_layout(config.interface.observation).slotted, config.learning.network
+    slotted, network = find_layout(config.interface.observation).columns, config.learning.network
     if config.pairs < 0:
         raise InputError(f"pairs {config.pairs}: give a number of hands and objects, or 0 for one pair")
     if network == "joints" and not slotted:

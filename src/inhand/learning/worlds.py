@@ -112,7 +112,7 @@ class ManipulationWorlds:
         self.simulator, self._drawn = simulator_of(held, starts, count, threads)
         self.scene = Scene(self.hand, (spec,) * count)
         self._arrays = None if starts.pairs is None else arrays_of(*zip(*starts.pairs.held, strict=True))
-        self._slots = slots_of(self.hand) if self.layout.slotted else None
+        self._slots = slots_of(self.hand) if self.layout.columns else None
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts, self._held = starts, held
         self._between: Between | None = None

@@ -159,14 +159,9 @@ class Layout:
     sensed: bool = False
     """Whether they are of what is sensed, a `Past`, instead of a `State`."""
     columns: int = 0
-    """Numbers of each joint's slot, with which an observation begins column by column; 0 where it has no slots."""
+    """Numbers of each joint's slot (`tasks/hand_arrays.py`), column by column at first; 0 where it has no slots."""
     space: bool = False
     """Whether they are of hands in space."""
-
-    @property
-    def slotted(self) -> bool:
-        """Whether observations and actions have a place for every joint of any hand (`tasks/hand_arrays.py`)."""
-        return self.columns > 0
 
     def size(self, hand: AnyHand) -> int:
         """Return how many numbers an observation has."""
@@ -174,7 +169,7 @@ class Layout:
 
     def actions(self, hand: AnyHand) -> int:
         """Return how many numbers an action has."""
-        return SLOTS if self.slotted else int(hand.n_joints)
+        return SLOTS if self.columns else int(hand.n_joints)
 
 
 def observe(layout: Layout, state: View, aim: AnyAim, scene: Scene) -> Array:

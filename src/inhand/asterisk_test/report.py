@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,8 @@ from inhand.versions import versions
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
-ASIDE = 0.75
-"""Share of the paths that is drawn aside: the replay and the asterisks take as long as the others."""
+ASIDE = 0.875
+"""Share of the paths that is drawn aside: replay, asterisks, radar and the others take as long."""
 FRAME_STEPS = 2
 """Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
 
@@ -73,6 +74,11 @@ class Run(Shown):
         passport = self.trials[0].passport
         same = dict(zip(SETTINGS, settings_of(passport), strict=True)) | {"reads": passport.reads}
         return tidy(same | as_entry(result) for result in self.results)
+
+    @cached_property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Rows of its table under `HEADER`, a direction each."""
+        return table_rows(self.results, self.people)
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
@@ -154,7 +160,7 @@ def page(run: Run, pictures: Sequence[Part]) -> str:
 
 def parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
     """Return the parts of the page, the figures before the last."""
-    config, table = run.config, shown_columns(table_rows(run.results, run.people))
+    config, table = run.config, shown_columns(run.rows)
     passport = run.trials[0].passport
     return [
         f"# Asterisk Test: {run.subject}",

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,11 @@ class SpatialRun(Shown):
         names = passport.hand.name, passport.object.name, passport.controller, passport.engine, gravity_told(self)
         same = dict(zip(SETTINGS, names, strict=True)) | {"reads": passport.reads}
         return tidy(same | as_entry(result) for result in self.results)
+
+    @cached_property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Rows of its table under `HEADER`, a direction each."""
+        return table_rows(self.results, ())
 
     def figure(self) -> Figure:
         """Return planes, maps of directions and turns."""
@@ -202,7 +208,7 @@ def parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
         " deg), Contact (share of steps with every finger touching), Gap (longest time without), Force"
         " (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are the worst"
         " trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
-        table_of(*shown_columns(table_rows(run.results, ()))),
+        table_of(*shown_columns(run.rows)),
         endings(run.results),
         errors_told(run.results),
         listed(failures(run.results), "What failed"),

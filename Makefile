@@ -77,6 +77,8 @@ ship: .venv/.dev
 	cp results/privileged/best/actor.json results/privileged/best/actor.safetensors results/privileged/config.json src/inhand/policies/privileged
 	$(BIN)/inhand train --preset family --out results/ship-family --overwrite
 	cp results/ship-family/best/actor.json results/ship-family/best/actor.safetensors results/ship-family/config.json src/inhand/policies/family
+	$(BIN)/inhand train --preset spatial --out results/ship-spatial --overwrite
+	cp results/ship-spatial/best/actor.json results/ship-spatial/best/actor.safetensors results/ship-spatial/config.json src/inhand/policies/spatial
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py

@@ -97,7 +97,7 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
 def test_a_second_run_is_refused_and_overwriting_replaces(
     tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.asterisk_test.report.write_report", lambda *_: None)
+    monkeypatch.setattr("inhand.asterisk_test.tested.Tested.write_report", lambda *_: None)
     out = tmp_path / "run"
     words = ("asterisk", "--controller", "thesis-ik", "--trials", 1, "--out", out, "--directions")
     assert inhand(*words, "Out")[0] == 0
@@ -287,7 +287,7 @@ def test_stopping_is_no_crash(tmp_path: Path, inhand: Call, monkeypatch: pytest.
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("inhand.cli.asterisk.simulate", stopped)
+    monkeypatch.setattr("inhand.cli.asterisk.run_setup", stopped)
     code, _, err = inhand("asterisk", "--trials", 1, "--directions", "Out", "--out", tmp_path / "a")
     assert (code, err) == (130, "inhand: stopped; nothing was overwritten\n")
     assert not list(tmp_path.iterdir())

@@ -36,6 +36,8 @@ from inhand.plots.live import ABOVE
 from inhand.sim.scene import SUBSTEPS
 from inhand.tasks.goals import goal_reached, goal_reward
 
+PLANAR = [name for name in IDS if "Spatial" not in name]
+"""Ids whose hands are in the plane; those in space have tests of their own."""
 QUICK: dict[str, Any] = {"directions": [0, 90], "starts": 8, "threads": 1}
 """Keywords of small environments, which share one pool."""
 Nested: TypeAlias = Any
@@ -87,7 +89,7 @@ def shape_of(value: Nested) -> Nested:
 # Gymnasium's own checks.
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", PLANAR)
 @pytest.mark.parametrize("keywords", [{}, {"observation": "grip", "actions": "steps", "stop": True}])
 def test_gymnasium_finds_nothing_wrong(name: str, keywords: dict[str, Any]) -> None:
     env = gymnasium.make(name, **QUICK | keywords)
@@ -106,7 +108,7 @@ async def ran(code: str) -> tuple[int | None, str]:
 def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id() -> None:
     keywords = "directions='Out', grasp='rough', starts=2, threads=1"
     code = (
-        f"import gymnasium\nfor name in {list(IDS)}:\n"
+        f"import gymnasium\nfor name in {PLANAR}:\n"
         "    id = f'inhand.learning.environments:{name}'\n"
         f"    gymnasium.make(id, {keywords}).reset(seed=0); gymnasium.make_vec(id, 2, {keywords}).reset(seed=0)"
     )
@@ -409,7 +411,7 @@ def cube(shown: NDArray[np.uint8]) -> Array:
     return 1e3 * (hand.palm_depth + ABOVE * hand.finger_length) / len(shown) * np.array([column, -row])
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", PLANAR)
 def test_batches_give_a_picture_of_each(name: str) -> None:
     envs = gymnasium.make_vec(name, num_envs=2, render_mode="rgb_array", **QUICK)
     envs.reset(seed=0, options={"direction": [0, 90]})
@@ -483,7 +485,7 @@ def test_in_the_easy_setting_chance_holds_the_object_and_holding_costs_nothing()
 # Many environments.
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", PLANAR)
 def test_gymnasium_makes_batches(name: str) -> None:
     envs = gymnasium.make_vec(name, num_envs=3, **QUICK)
     assert isinstance(envs, AsteriskGoalVectorEnv if "Goal" in name else AsteriskVectorEnv)

@@ -140,7 +140,7 @@ CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda card: card["interface"]["parts"][7].update(scale=[2.5]), "spin [rad/s]: scale 2.5 there, 2 here"),
     (lambda card: card["interface"]["parts"][7].update(middle=[1]), "spin [rad/s]: middle 1 there, 0 here"),
     (lambda card: card["interface"]["parts"][7].update(fixed=2), "spin [rad/s]: fixed 2 there, 1 here"),
-    (lambda card: card["interface"]["parts"][7].update(fixed=10**12), "has 1000000000000 numbers and 0 for each joint"),
+    (lambda card: card["interface"]["parts"][7].update(fixed=10**12), "has 1000000000000 numbers, 0 for each joint"),
     (lambda card: card["interface"]["parts"].pop(), "gaps of the fingers [m]: here alone"),
     (lambda card: card["interface"]["parts"].reverse(), "the order of the observation's parts"),
     (lambda card: card["interface"].update(largest_step=0.1), "largest step: 0.1 there, 0.04 here"),

@@ -38,7 +38,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     trials = simulate(CONFIG, prepare(CONFIG))
     run = Run(CONFIG, trials, tuple(map(result_of_trial, trials)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inhand.asterisk_test.report.write_report", lambda *_: None)
+        patch.setattr("inhand.asterisk_test.tested.Tested.write_report", lambda *_: None)
         return run.save(tmp_path_factory.mktemp("runs") / "one")
 
 

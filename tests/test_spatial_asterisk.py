@@ -129,7 +129,7 @@ def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path
 def test_the_command_prints_the_same_table_and_metrics_measure_its_trials(
     inhand: Call, run: SpatialRun, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.cli.asterisk.simulate_asterisk_in_space", lambda *_: run.trials)
+    monkeypatch.setattr("inhand.asterisk_test.asterisk.simulate_asterisk_in_space", lambda *_: run.trials)
     monkeypatch.setattr("inhand.asterisk_test.spatial.report._pictures", lambda *_: [])
     monkeypatch.setattr("inhand.asterisk_test.spatial.report.draw_replay", lambda *_: "")
     code, out, err = inhand("asterisk", *WORDS, "--out", tmp_path / "run")

@@ -11,14 +11,14 @@ from inhand.control.controller import SpatialTask
 from inhand.control.episode import MANIPULATE, TWIST
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import LIFT, PRESS, Grasp, standard_phases
-from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, carried, grip_for
+from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, grip_for
 from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, Worlds, tried_out
 from inhand.control.trial import NO_GRASP, REACHED
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.grasp_search import SpatialGrasp
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.kinematics import inverse
-from inhand.rotations import SpatialPath, placed, pose_from, quaternion_of, rotation_between
+from inhand.rotations import SpatialPath, carried, placed, pose_from, quaternion_of, rotation_between
 from inhand.sim.state import State, select
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions

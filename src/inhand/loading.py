@@ -85,7 +85,7 @@ def _in_space(config: AsteriskConfig, found: Sequence[AnyTrial], notes: tuple[st
     order = [each.name for each in parse_spatial_directions(config.directions, config.twist)]
     trials = [trial for trial in found if isinstance(trial, SpatialTrial)]
     trials.sort(key=lambda trial: (_place(trial, order), trial.passport.trial))
-    return SpatialRun(config, tuple(trials), tuple(result_of_trial(trial) for trial in trials), notes)
+    return SpatialRun(config, tuple(trials), tuple(result_of_trial(trial) for trial in trials), notes=notes)
 
 
 def _run(folder: Path) -> Run | SpatialRun:

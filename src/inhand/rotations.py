@@ -139,3 +139,10 @@ def pose_from(start: Array, move: Array, turned: Array) -> Array:
     quaternion = multiply(quaternion_of(turned), start[..., 3:])
     position = np.broadcast_to(start[..., :3] + move, (*quaternion.shape[:-1], 3))
     return np.concatenate([position, quaternion], axis=-1)
+
+
+def carried(motion: Array, arm: Array) -> Array:
+    """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
+    u, v, w = motion[:, 3:].T
+    x, y, z = arm.T
+    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))

@@ -6,6 +6,7 @@ import os
 import shlex
 import sys
 import threading
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -15,8 +16,15 @@ from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import Screen, progress, say
 from inhand.learning import seeds, train
 from inhand.learning.commands import TrainConfig
-from inhand.learning.progress import COMPILING, HEADER, Evaluated, evaluation_rows, joined, read_learning
-from inhand.tasks.primitives import TRAIN, UNSEEN
+from inhand.learning.progress import (
+    COMPILING,
+    HEADER,
+    IN_PLANE,
+    Evaluated,
+    evaluation_rows,
+    joined,
+    read_learning,
+)
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Counters, Evaluation
@@ -109,9 +117,7 @@ class Watch:
 def line_of(found: Evaluated) -> str:
     """Return an evaluation in one line."""
     whole = joined(list(found.directions.values()))
-    shares = " and ".join(
-        f"{found.over(group).fraction:.2f} {name}" for name, group in (("trained", TRAIN), ("unseen", UNSEEN))
-    )
+    shares = " and ".join(f"{found.over(group.names).fraction:.2f} {group.word}" for group in found.groups)
     return (
         f"episode {found.episode}: return {whole.total:.1f}, the expert's {whole.expert_total:.1f}; of the limit"
         f" {shares}; lost {whole.dropped} of {whole.trials}"
@@ -119,12 +125,15 @@ def line_of(found: Evaluated) -> str:
 
 
 def _table(found: Evaluated) -> Table:
-    """Return share of the limit and lost objects of every direction, trained ones at the left."""
-    table = Table("Trained", "Of limit", "Lost", "Unseen", "Of limit", "Lost")
-    for pair in zip(TRAIN, UNSEEN, strict=True):
+    """Return share of the limit and lost objects of every direction; of the plane, trained ones at the left."""
+    words = ("Trained", "Unseen") if found.groups[0] == IN_PLANE[0] else ("Primitive", "Primitive")
+    table = Table(*(title for word in words for title in (word, "Of limit", "Lost")))
+    names = [name for group in found.groups for name in group.names]
+    half = -(-len(names) // 2)
+    for pair in zip_longest(names[:half], names[half:]):
         cells = []
-        for primitive in pair:
-            reached = found.directions[primitive.name]
-            cells += [primitive.name, f"{reached.fraction:.2f}", str(reached.dropped or "")]
+        for name in filter(None, pair):
+            reached = found.directions[name]
+            cells += [name, f"{reached.fraction:.2f}", str(reached.dropped or "")]
         table.add_row(*cells)
     return table

@@ -60,6 +60,11 @@ def check_held(policy: Knows, hand: HandSpec, objects: Sequence[ObjectSpec] = ()
     Raises:
         InputError: another number of joints, or the number that lies outside and the family's bounds.
     """
+    if find_layout(policy.observation).space:
+        raise InputError(
+            f"the policy was trained with {policy.trained.get('hand', 'another hand')}, a hand in space, and hand"
+            f" {hand.name!r} is in the plane: use such a hand (inhand asterisk --hand 3f_60.60_40_10 --object cube_50)"
+        )
     if find_layout(policy.observation).slotted:
         _check_family(policy, hand, objects)
         return

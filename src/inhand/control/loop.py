@@ -139,6 +139,7 @@ def simulate(
     longest: float = 8.0,
     between: Sequence[Phase] = (),
     disturbed: Sequence[Disturbed] | None = None,
+    holds: Callable[[Any], Controller] | None = None,
 ) -> tuple[Simulator, Recording]:
     """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
 
@@ -146,8 +147,8 @@ def simulate(
 
     Objects stand at `starts` `(B, 3)`, or in space are held at `(B, 7)` until fingers hold them. Once they are gripped
     the phases `between` follow, and `twists` turn them. What `manipulate` makes carries them, until `longest` [s] at
-    most; None leaves them held. Where worlds are `disturbed` they are not as the task has them, objects do not stand
-    quite at `starts`, and controllers are not told.
+    most; None leaves them held. In space what `holds` makes lifts them, or else that too. Where worlds are `disturbed`
+    they are not as the task has them, objects do not stand quite at `starts`, and controllers are not told.
     """
     hand: Any
     objects: Any
@@ -162,7 +163,9 @@ def simulate(
         starts = starts + [each.drawn.start for each in disturbed]
     simulator = make_simulator(bench.engine, hand, objects, scenes, bench.threads)
     start = simulator.reset(starts, joints)
-    phases = standard_phases(grasp, manipulate, twists, longest, between, held=isinstance(task, SpatialTask))
+    phases = standard_phases(
+        grasp, manipulate, twists, longest, between, held=isinstance(task, SpatialTask), holds=holds
+    )
     way = None if disturbed is None else stand_between(disturbed, start, task.timestep, task.substeps)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress, between=way)
 

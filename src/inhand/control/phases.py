@@ -85,46 +85,50 @@ def standard_phases(
     between: Sequence[Phase] = (),
     *,
     held: bool = False,
+    holds: Callable[[Any], Controller] | None = None,
 ) -> tuple[Phase, ...]:
     """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with others before the last if asked.
 
     `manipulate` makes the controller of the last, and of the twist, which follows paths on the spot after the phases
     `between`; None ends with the object gripped. Where worlds have `held` their objects, as in space, it presses on
-    them, and holds them alone, after the grasp. Manipulation ends after `longest` [s].
+    them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
     """
     (place, close), (placing, closing) = _fingers(grasp), HELD if held else STANDING
     phases: tuple[Phase, ...] = (
         Phase("place", place, longest=placing),
         Phase("grasp", close, longest=closing, must_hold=True),
     )
-    if manipulate is None:
+    if (lifts := holds or manipulate) is None:
         return phases
-    go_on = _taking_over(manipulate)
+    last: list[Controller] = []
     if held:
+        hold = _taking_over(last, lifts)
 
         def stay(task: SpatialTask) -> Controller:
             here = SpatialPath.still(task.n_worlds)
-            return go_on(replace(task, path=here, distance=np.zeros(task.n_worlds), start=None))
+            return hold(replace(task, path=here, distance=np.zeros(task.n_worlds), start=None))
 
         lift = Phase(LIFT, stay, longest=LIFTING, must_hold=True, lets_go=True)
         phases = (*phases, Phase(PRESS, stay, longest=PRESSING), lift)
-    phases = (*phases, *between)
+    if manipulate is None:
+        return phases
+    go_on, phases = _taking_over(last, manipulate), (*phases, *between)
     if twists is not None and twists.length.any():
-        path: Any = twists  # of the task's kind
-
-        def turn(task: AnyTask) -> Controller:
-            return go_on(replace(task, path=path, distance=None))
-
-        phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
+        phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
     return (*phases, Phase(MANIPULATE, go_on, longest=longest, keep_contact=True))
 
 
-def _taking_over(manipulate: Callable[[Any], Controller]) -> Callable[[Any], Controller]:
-    """Return what makes controllers of which each takes over from the one that was made before it, if it can."""
-    last: list[Controller] = []
+def _along(make: Callable[[Any], Controller], path: AnyPath) -> Callable[[Any], Controller]:
+    """Return what makes the same controllers for paths of the task's kind, as far as grips can follow them."""
+    whose: Any = path  # of the task's kind
+    return lambda task: make(replace(task, path=whose, distance=None))
+
+
+def _taking_over(last: list[Controller], make: Callable[[Any], Controller]) -> Callable[[Any], Controller]:
+    """Return what makes controllers of which each takes over from the `last` that was made before it, if it can."""
 
     def go_on(task: AnyTask) -> Controller:
-        made = manipulate(task)
+        made = make(task)
         if last and isinstance(made, TakesOver):
             made.take_over(last[0])
         last[:] = [made]

@@ -67,12 +67,12 @@ def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
 
 
 def _check_planar(given: str | Path) -> None:
-    """Refuse a hand in space, which only the Asterisk Test, sequences and reach take."""
+    """Refuse a hand in space, which only the Asterisk Test, sequences, reach and training take."""
     if isinstance(given, str) and is_spatial(given) and HANDS.find(given) is None:
         raise InputError(
-            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controller ik,"
-            " `inhand trace` and `inhand reach` take one (docs/spatial.md); everything else is of hands in the plane,"
-            " such as 2v2_50.50_50.50_1.1_53"
+            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik and rl,"
+            " `inhand trace`, `inhand reach` and `inhand train --preset spatial` take one (docs/spatial.md); everything"
+            " else is of hands in the plane, such as 2v2_50.50_50.50_1.1_53"
         )
 
 

@@ -6,12 +6,15 @@ from typing import Literal
 from inhand.control.joint_network import NetworkKind
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.learning.recipe import Recipe, Recording
+from inhand.hands.fit import Held
+from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.learning.recipe import Recipe, Recording, Shows, SpatialRecording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
 from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.names import ENGINE, Engine
+from inhand.sim.names import ENGINE, SPATIAL, Engine
 from inhand.tasks.primitives import TRAIN
 
 
@@ -74,6 +77,9 @@ class Training(Config):
     episodes and evaluations each have worlds of their own; the expert and the actor see through the same senses."""
     pairs: int = 0
     """Pairs of a hand and an object to learn with, drawn of the family; 0 for the hand and the object above alone."""
+    drawn: int = 96
+    """Directions drawn on the sphere for which grasps are planned beside the named ones, and half as many axes to turn
+    about; of hands in space."""
     start: str = ""
     """Policy whose weights training begins with: rl-family, or the folder of a run; by default they are drawn."""
     seed: int = 0
@@ -129,6 +135,19 @@ class Training(Config):
     """Episodes between two evaluations, each with a checkpoint (thesis 4.2)."""
     trials: int = 4
     """Starts of each direction in an evaluation."""
+
+    @property
+    def held(self) -> AnyPair:
+        """The hand and the object, in the plane or in space."""
+        if is_spatial_hand(self.hand):
+            return SpatialPair(load_spatial_hand(self.hand), load_solid(self.object))
+        return Held(load_hand(self.hand), load_object(self.object))
+
+    @property
+    def shows(self) -> Shows:
+        """What episodes are recorded by."""
+        held = self.held
+        return SpatialRecording(held, self.recipe, self.interface) if isinstance(held, SpatialPair) else self.recording
 
     @property
     def recording(self) -> Recording:
@@ -235,6 +254,26 @@ def family() -> Training:
     )
 
 
+def spatial() -> Training:
+    """Return the training of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
+    base = privileged()
+    return replace(
+        base,
+        preset="spatial",
+        hand="3f_60.60_40_10",
+        object="cube_50",
+        engine=SPATIAL,
+        interface=Interface("space", "steps", "progress", horizon=160),
+        recipe=Recipe(1536, "teacher", push=0.01, midway=0.25, whole=0.5, grip_spread=15.0),
+        imitate=8000,
+        rounds=3,
+        warm_up=2000,
+        episodes=250,
+        trials=1,
+        learning=replace(base.learning, imitation=4.0),
+    )
+
+
 def hand_of_family() -> Training:
     """Return the training that fits the policy of the family to one hand and object, from few demonstrations."""
     base = family()
@@ -282,6 +321,7 @@ PRESETS = {
     "privileged": privileged,
     "family": family,
     "from-family": hand_of_family,
+    "spatial": spatial,
     "thesis": thesis,
     "smoke": smoke,
 }

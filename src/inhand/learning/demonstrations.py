@@ -23,7 +23,7 @@ from inhand.hands.sides import rough_plan
 from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.experts import TEACHERS, expert_of, taught_reach
 from inhand.learning.legs import around, drawn_legs
-from inhand.learning.recipe import Recording
+from inhand.learning.recipe import Recording, Shows
 from inhand.learning.starts import (
     Noise,
     Plans,
@@ -286,7 +286,7 @@ def route_starts(
 
 
 def recorded(
-    recording: Recording, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
+    recording: Shows, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
 ) -> tuple[Episodes, Starts]:
     """Return one episode from each of B starts, and a state on the way of each that was under way long enough.
 
@@ -327,7 +327,7 @@ def recorded(
 
 
 def _doing(
-    recording: Recording, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
+    recording: Shows, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
 ) -> Callable[[Array, Array, Array], Array]:
     """Return what is done where an expert acts so, so much is seen and a push comes: that, or what an actor does."""
     if actor is None:

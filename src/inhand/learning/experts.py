@@ -8,15 +8,18 @@ import numpy as np
 from inhand.control import loop
 from inhand.control.catalogue import find_controller
 from inhand.control.seen import reads_of
+from inhand.control.spatial_teacher import SpatialTeacher
 from inhand.control.teacher import Teacher, TeacherConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.pairs import Pairs
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.state import select
 from inhand.tasks.decisions import actions_of
+from inhand.tasks.spatial.rows import gravity_in
 
 TEACHERS = {"teacher": TeacherConfig(), "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03)}
 """Teachers among experts by name. On objects whose contacts slide a little, soft feedback loses fewer, as they turn."""
@@ -28,8 +31,11 @@ KEPT = 0.004
 """What is kept from where the teacher lost the object [m]: as much as a policy keeps from a predicted end."""
 
 
-def expert_of(name: str, held: Held, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
+def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
     """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
+    if isinstance(held, SpatialPair):
+        in_space = SpatialTeacher(*held)
+        return lambda: in_space.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
     if name in TEACHERS and starts.pairs is not None:
         return _teachers(starts.pairs, worlds, TEACHERS[name])
     if name in TEACHERS:

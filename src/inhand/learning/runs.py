@@ -9,7 +9,6 @@ from pathlib import Path
 from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, clear, writing
-from inhand.hands.files import load_hand
 from inhand.learning.ahead import compile_ahead
 from inhand.learning.config import Training
 from inhand.learning.journal import Evaluation
@@ -68,7 +67,7 @@ def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], No
     began, spent = time.perf_counter(), time.process_time()
     beside = ThreadPoolExecutor(1, COMPILING)
     try:
-        compiled = beside.submit(compile_ahead, config, columns_of(config, load_hand(config.hand)))
+        compiled = beside.submit(compile_ahead, config, columns_of(config, config.held.hand))
         ready = _ready(config, out, told[0])
         compiled.result()
     finally:

@@ -19,7 +19,6 @@ from inhand.learning.progress import PAGE, read_learning
 from inhand.learning.run_cards import MARK, check, read_config
 from inhand.learning.train import asked, begin, check_installed, go_on
 from inhand.repeats import NAME, write_repeat
-from inhand.tasks.primitives import TRAIN, UNSEEN
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -109,7 +108,8 @@ def finish(jobs: Sequence[Job], config: TrainConfig) -> DataFrame:
 def _row(job: Job) -> dict[str, float]:
     """Return what the best policy of a seed reached: shares of the limit, counts, the worst across and turned."""
     best = read_learning(job.out).best
-    trained, unseen = best.over(TRAIN), best.over(UNSEEN)
+    *seen, last = best.groups  # in space directions and turns, and those never shown
+    trained, unseen = best.over([name for group in seen or [last] for name in group.names]), best.over(last.names)
     return {
         "seed": job.config.seed,
         "trained": trained.fraction,

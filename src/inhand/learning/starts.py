@@ -30,6 +30,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
 from inhand.learning.pairs import Pairs, all_pairs
+from inhand.learning.space import Space, joined_spaces
 from inhand.records import Config
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, draw
@@ -88,10 +89,23 @@ class Starts:
     """What is asked after that `(N, L, 3)`, as in `inhand.learning.legs`; None where nothing is."""
     pairs: Pairs | None = None
     """The hand and the object of each start, where they differ."""
+    space: Space | None = None
+    """What is asked of a hand in space instead, whose starts have no direction in the plane: 0 stands for it."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
         return len(self.angle_deg)
+
+    @property
+    def asked_in_space(self) -> Space:
+        """What is asked of a hand in space.
+
+        Raises:
+            ValueError: starts of a hand in the plane.
+        """
+        if self.space is None:
+            raise ValueError("starts of a hand in the plane are asked nothing in space")
+        return self.space
 
     def take(self, rows: NDArray[np.int64], angle_deg: Array) -> Starts:
         """Return some starts with other directions [deg] and no way to go yet; routes stay."""
@@ -99,7 +113,8 @@ class Starts:
         disturbed = None if self.disturbed is None else tuple(self.disturbed[row] for row in rows.tolist())
         snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
         pairs = None if self.pairs is None else self.pairs.take(rows)
-        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs=pairs)
+        space = None if self.space is None else self.space.take(rows)
+        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs=pairs, space=space)
 
     def rows(self, rows: NDArray[np.int64]) -> Starts:
         """Return some starts, of which the same is asked."""
@@ -119,7 +134,8 @@ def joined(parts: Sequence[Starts]) -> Starts:
     turn = _together([part.turn for part in parts], parts, 0.0)
     legs = _together([part.legs for part in parts], parts, np.nan)
     pairs = all_pairs([part.pairs for part in parts if part.pairs is not None])
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs)
+    asked = angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs
+    return Starts(snapshot, State(**states), *asked, joined_spaces([p.space for p in parts if p.space is not None]))
 
 
 def _together(given: Sequence[Array | None], parts: Sequence[Starts], nothing: float) -> Array | None:
@@ -269,7 +285,7 @@ def taken(
     if of is None:
         return found
     own = of.take(worlds, angle_deg)
-    return replace(found, disturbed=own.disturbed, pairs=own.pairs)
+    return replace(found, disturbed=own.disturbed, pairs=own.pairs, space=own.space)
 
 
 def _worlds(

@@ -11,6 +11,7 @@ from inhand.sim.state import State
 from inhand.tasks.joint_rows import JOINTS
 from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Layout, Part, Scene
 from inhand.tasks.past import SENSES
+from inhand.tasks.spatial.rows import SPACE
 
 LAYOUTS = {
     "thesis": THESIS,
@@ -20,6 +21,7 @@ LAYOUTS = {
     "truth": TRUTH,
     "senses": SENSES,
     "joints": JOINTS,
+    "space": SPACE,
 }
 """Layouts by the name that configurations use."""
 

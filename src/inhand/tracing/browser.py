@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from inhand.control.replays import Shown, replays
-from inhand.control.spatial_replays import ShownInSpace, solid_replays
+from inhand.control.spatial_replays import solid_replays
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import Trial
 from inhand.pages import Part
@@ -53,7 +53,9 @@ def views_of(groups: Sequence[Group], wall: Wall | None) -> list[View]:
 
 def _replays(groups: Sequence[Group], wall: Wall | None) -> list[View]:
     found = [(name, followed, trace) for name, pairs in groups for followed, trace in pairs]
-    solid = [ShownInSpace(each.trial, _told(trace)) for _, each, trace in found if isinstance(each.trial, SpatialTrial)]
+    solid = [
+        Shown(each.trial, name, _told(trace)) for name, each, trace in found if isinstance(each.trial, SpatialTrial)
+    ]
     flats = [
         Shown(
             each.trial,

@@ -132,6 +132,11 @@ def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
         raise InputError(f"--disturb with {config.hand}, a hand in space: disturbances are of the plane; leave it out")
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
+    if entry.policy is not None:
+        raise InputError(
+            f"--controller {config.controller} in a sequence of {config.hand}, a hand in space: a policy there knows"
+            " single primitives (inhand asterisk); use ik"
+        )
     engine_in_space(config.engine)
     check_solid_fit(hand, spec)
     check_weight(hand, spec)

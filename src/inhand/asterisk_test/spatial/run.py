@@ -12,7 +12,8 @@ from inhand.control.draws import check_count, check_draws, start_noise_in_space
 from inhand.control.loop import Bench, Told, simulate
 from inhand.control.recording import cut_trials, passports
 from inhand.control.run_config import TrialsConfig
-from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
+from inhand.control.spatial_catalogue import SpatialEntry, check_known_in_space, find_spatial_controller
+from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_rehearsal import check_weight
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.errors import InputError
@@ -65,6 +66,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     _check_known(config)
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
+    check_known_in_space(entry, hand)
     gravity = gravity_of(config.gravity or USUAL_PALM)
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
@@ -126,6 +128,7 @@ def simulate_asterisk_in_space(
         setup.controller.manipulate,
         bench,
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
+        holds=SpatialIkController,
     )
     references, found = np.concatenate([path.moves, path.turns], axis=-1), _passports(config, setup, limits)
     return tuple(ended(trial) for trial in cut_trials(SpatialTrial, recording, found, references))

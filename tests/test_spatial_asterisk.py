@@ -189,7 +189,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
-        ({"controller": "rl"}, "controller 'rl' with a hand in space; allowed are ik"),
+        ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, rl and"),
         ({"controller": "ik-sensed"}, "controller 'ik-sensed' with a hand in space"),
         ({"disturb": "field"}, "--disturb with 3f_60.60_40_10, a hand in space"),
         ({"paths": "human"}, "--paths human with 3f_60.60_40_10, a hand in space"),

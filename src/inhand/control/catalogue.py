@@ -8,13 +8,13 @@ from importlib import resources
 from inspect import signature
 from pathlib import Path
 from types import FunctionType
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from inhand.control.checked import maker
 from inhand.control.contract import Contract
-from inhand.control.controller import Controller, Task
+from inhand.control.controller import Controller, SpatialTask, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.knowing import check_held
@@ -60,22 +60,33 @@ class Planner(Protocol):
         """
 
 
+P = TypeVar("P")
+"""What chooses grasps."""
+T = TypeVar("T", Task, SpatialTask)
+
+
 @dataclass(frozen=True)
-class ControllerEntry:
-    """One controller of the toolkit."""
+class Entry(Generic[P, T]):
+    """One controller of the toolkit, of hands in the plane or in space."""
 
     name: str
     """What the command line calls it."""
     summary: str
     """One line for lists."""
-    grasp: Planner
+    grasp: P
     """Chooses where the fingers hold the object."""
-    manipulate: Callable[[Task], Controller]
+    manipulate: Callable[[T], Controller]
     """Makes the controller of the manipulation phase."""
     policy: Policy | None = None
     """The learned policy that it is, if it is one."""
     reads: Reads = PRIVILEGED
     """What it reads: all that is measured, or what a hand can know."""
+
+
+@dataclass(frozen=True)
+class ControllerEntry(Entry[Planner, Task]):
+    """One of hands in the plane."""
+
     fixed_grasp: Planner | None = None
     """Chooses where they hold it for paths that stay where they are, as drawings do; None for `grasp`."""
     primitive: Callable[[Task], Controller] | None = None

@@ -22,8 +22,10 @@ from inhand.control.controller import Carrying, Task
 from inhand.control.follow import follow_limit
 from inhand.control.seen import PRIVILEGED
 from inhand.geometry import Array, compose, rotate, wrap_angle
+from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.hands.spatial import kinematics as spatial
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.sim.state import State
 
 
@@ -82,7 +84,6 @@ class Expert(Generic[C]):
     def __init__(self, task: Carrying[Any, Any, Any], config: C) -> None:
         """Carry objects along the task's paths."""
         self.config, self._period = config, task.control_period
-        self._hand = task.hand
         self.limit, self.progress, self.held, self._speed = np.zeros((4, task.n_worlds))
         """Way along each path to which the set point goes `(B,)` [m], how far it has gone [m], for how long it has been
         at the end of its way [s], and its speed [m/s]."""
@@ -111,20 +112,30 @@ class Expert(Generic[C]):
         """Return the integral part of the feedback after one more decision with an error, up to a limit."""
         return np.clip(integral + self.config.integral * self._period * error, -limit, limit)
 
-    def _finger(self, jacobian: Array, moves: tuple[Array, Array], force: Array, posture: Array | None) -> Array:
-        """Return what a finger's targets are beyond its joint angles `(B, n)` [rad].
 
-        Args:
-            jacobian: of its contact `(B, d, n)`, d = 2 in the plane and 3 in space.
-            moves: how the contact is to move now [m], and its velocity [m/s], `(B, d)` each.
-            force: on the object there `(B, d)` [N].
-            posture: where spare joints drift to `(B, n)` [rad].
-        """
-        hand, damping = self._hand, self.config.damping
-        solve = damped_least_squares if jacobian.shape[-2] == 2 else spatial.damped_least_squares
-        step, speed = solve(jacobian, moves[0], damping, posture), solve(jacobian, moves[1], damping)
-        torque = (jacobian * force[..., None]).sum(axis=-2)
-        return np.asarray(step + (hand.damping * speed + torque) / hand.stiffness)
+def finger_law(
+    hand: HandSpec | SpatialHand,
+    jacobian: Array,
+    moves: tuple[Array, Array],
+    force: Array,
+    damping: float,
+    *,
+    posture: Array | None = None,
+) -> Array:
+    """Return what a finger's targets are beyond its joint angles `(B, n)` [rad], in the plane or in space.
+
+    Args:
+        hand: whose servos it has.
+        jacobian: of its contact `(B, d, n)`, d = 2 in the plane and 3 in space.
+        moves: how the contact is to move now [m], and its velocity [m/s], `(B, d)` each.
+        force: on the object there `(B, d)` [N].
+        damping: of the least squares [m/rad].
+        posture: where spare joints drift to `(B, n)` [rad].
+    """
+    solve = damped_least_squares if jacobian.shape[-2] == 2 else spatial.damped_least_squares
+    step, speed = solve(jacobian, moves[0], damping, posture), solve(jacobian, moves[1], damping)
+    torque = (jacobian * force[..., None]).sum(axis=-2)
+    return np.asarray(step + (hand.damping * speed + torque) / hand.stiffness)
 
 
 class IkController(Expert[IkConfig]):
@@ -168,7 +179,8 @@ class IkController(Expert[IkConfig]):
             step = carried_point(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
             posture = config.posture * (self._rest[:, place] - angles) if len(finger.links) > 2 else None
             force = config.grip * line * (1 - 2 * i) + push / len(hand.fingers)
-            targets[:, place] += self._finger(jacobian, (step, carried_point(velocity, arm)), force, posture)
+            moves = step, carried_point(velocity, arm)
+            targets[:, place] += finger_law(hand, jacobian, moves, force, config.damping, posture=posture)
         return targets
 
     def _wanted(self, pose: Array) -> tuple[Array, Array]:

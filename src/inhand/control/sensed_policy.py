@@ -27,13 +27,13 @@ GAINED, STILL_TIME = 5e-4, 0.4
 """this [m] in this time [s]."""
 
 
-class SensedPolicyController:
-    """Turns the object of every world on the spot, then moves it, as a policy says; ends where the policy holds."""
+class OnSenses:
+    """A policy that sees what a hand can know, and the paths that it is to follow."""
 
     reads = SENSED
 
     def __init__(self, task: Task, policy: Policy) -> None:
-        """Carry objects along the task's paths, which turn on the spot or go straight, or one after the other.
+        """Follow the task's paths, which turn on the spot or go straight, or one after the other, or have no length.
 
         Raises:
             InputError: other paths, or a hand with another number of joints than the policy knows.
@@ -41,6 +41,10 @@ class SensedPolicyController:
         check_task(policy, task)
         self._task, self._decide = task, Deciding(task, policy)
         self._angle, self._turned = parts_of(task.path.poses)
+
+
+class SensedPolicyController(OnSenses):
+    """Turns the object of every world on the spot, then moves it, as a policy says; ends where the policy holds."""
 
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
@@ -97,20 +101,8 @@ class SensedPolicyController:
         return follow_limit(self._task, self._memory.state(seen), SENSED_IK.friction_share, SENSED_IK.margin)
 
 
-class PolicyPrimitive:
+class PolicyPrimitive(OnSenses):
     """A primitive of a sequence, as a policy says: sees what has been remembered since the sequence began."""
-
-    reads = SENSED
-
-    def __init__(self, task: Task, policy: Policy) -> None:
-        """Move or turn objects along the task's paths, or hold them where paths have no length.
-
-        Raises:
-            InputError: other paths, or a hand with another number of joints than the policy knows.
-        """
-        check_task(policy, task)
-        self._task, self._decide = task, Deciding(task, policy)
-        self._angle, self._turned = parts_of(task.path.poses)
 
     def begin(self, past: Past) -> None:
         """Start where the task says, or where the object is believed."""

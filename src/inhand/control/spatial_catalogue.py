@@ -1,18 +1,17 @@
 """Controllers of hands in space by name: how each prepares a grasp, and what it manipulates with."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Protocol
 
-from inhand.control.catalogue import policy_of
-from inhand.control.controller import Controller, SpatialTask
+from inhand.control.catalogue import Entry, policy_of
+from inhand.control.controller import SpatialTask
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, load_policy
-from inhand.control.seen import PRIVILEGED, Reads
 from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_policy import SpatialPolicyController, shorter
 from inhand.control.spatial_rehearsal import planned_in_space
@@ -44,21 +43,8 @@ class SpatialPlanner(Protocol):
 
 
 @dataclass(frozen=True)
-class SpatialEntry:
-    """One controller of hands in space."""
-
-    name: str
-    """What the command line calls it."""
-    summary: str
-    """One line for lists."""
-    grasp: SpatialPlanner
-    """Chooses where the fingers hold the object."""
-    manipulate: Callable[[SpatialTask], Controller]
-    """Makes the controller of the manipulation phase."""
-    reads: Reads = PRIVILEGED
-    """What it reads."""
-    policy: Policy | None = None
-    """The learned policy that it is, if it is one: the expert lifts the object for it."""
+class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
+    """One controller of hands in space; for a learned policy the expert lifts the object."""
 
 
 CONTROLLERS = {

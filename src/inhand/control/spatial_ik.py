@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from inhand.control.controller import Controller, SpatialTask
-from inhand.control.ik import Expert, LawConfig
+from inhand.control.ik import Expert, LawConfig, finger_law
 from inhand.control.spatial_follow import Ending, spatial_limit
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import FollowRules
@@ -123,7 +123,7 @@ class SpatialIkController(Expert[SpatialIkConfig]):
             spare = angles.shape[1] > FREE_JOINTS
             posture = config.posture * (self._rest[:, own] - angles) if spare else None
             moves = carried(step, arm) + closer, carried(velocity, arm)
-            targets[:, own] += self._finger(jacobian, moves, grip.forces[:, i], posture)
+            targets[:, own] += finger_law(hand, jacobian, moves, grip.forces[:, i], config.damping, posture=posture)
         return targets
 
     def _held_by(self, contacts: tuple[Array, Array], pose: Array) -> Grip:

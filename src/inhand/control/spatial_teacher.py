@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from inhand.control.ik import finger_law
 from inhand.control.spatial_ik import SpatialIkConfig, grip_for
 from inhand.geometry import Array
 from inhand.hands.spatial.forces import GripRules, hold, weight_held
 from inhand.hands.spatial.hand import SpatialHand
-from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
+from inhand.hands.spatial.kinematics import place, point_jacobian
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import carried
 from inhand.sim.state import State
@@ -70,10 +71,8 @@ class SpatialTeacher:
             jacobian = point_jacobian(told.places[:, own], told.axes[:, own], points[:, i])
             arm = points[:, i] - state.object_pose[:, :3]
             closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
-            joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, law.damping)
-            joint_speed = damped_least_squares(jacobian, carried(velocity, arm), law.damping)
-            torque = (jacobian * held.forces[:, i, :, None]).sum(axis=-2)
-            targets[:, own] += joint_step + (hand.damping * joint_speed + torque) / hand.stiffness
+            moves = carried(step, arm) + closer, carried(velocity, arm)
+            targets[:, own] += finger_law(hand, jacobian, moves, held.forces[:, i], law.damping)
         return targets
 
     def _wanted(self, state: State, aim: SpatialAim) -> tuple[Array, Array]:

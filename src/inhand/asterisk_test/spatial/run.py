@@ -130,7 +130,7 @@ def simulate_asterisk_in_space(
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
         holds=SpatialIkController,
     )
-    references, found = np.concatenate([path.moves, path.turns], axis=-1), _passports(config, setup, limits)
+    references, found = path.path.poses, _passports(config, setup, limits)
     return tuple(ended(trial) for trial in cut_trials(SpatialTrial, recording, found, references))
 
 

@@ -77,6 +77,8 @@ ship: .venv/.dev
 	cp results/privileged/best/actor.json results/privileged/best/actor.safetensors results/privileged/config.json src/inhand/policies/privileged
 	$(BIN)/inhand train --preset family --out results/ship-family --overwrite
 	cp results/ship-family/best/actor.json results/ship-family/best/actor.safetensors results/ship-family/config.json src/inhand/policies/family
+	$(BIN)/inhand train --preset family-privileged --out results/family-privileged --overwrite
+	cp results/family-privileged/best/actor.json results/family-privileged/best/actor.safetensors results/family-privileged/config.json src/inhand/policies/family-privileged
 	$(BIN)/inhand train --preset spatial --out results/ship-spatial --overwrite
 	cp results/ship-spatial/best/actor.json results/ship-spatial/best/actor.safetensors results/ship-spatial/config.json src/inhand/policies/spatial
 
@@ -84,9 +86,13 @@ study: .venv/.run
 	$(BIN)/python benchmarks/expert.py
 	$(BIN)/python benchmarks/sequences.py
 
-# One policy with 12 hands and 10 objects that it never saw, beside each hand's own expert: ten core minutes.
+# Policies with 12 hands and 10 objects that they never saw, beside each hand's own expert: on perfect knowledge, ten core
+# minutes; on real senses, undisturbed and at field, along four directions and both turns, an hour of a core in all.
+SOME := --directions Out,Right,In-Left,"Out'-Left'",twist --new
 family: .venv/.dev
-	$(BIN)/python studies/family.py
+	$(BIN)/python studies/family.py --policy rl-family-privileged
+	$(BIN)/python studies/family.py $(SOME) --out results/family-sensed
+	$(BIN)/python studies/family.py $(SOME) --disturb field --out results/family-sensed-field
 
 # Structured against end to end: hours.
 compare: .venv/.dev

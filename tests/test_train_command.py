@@ -247,7 +247,17 @@ def test_settings_reach_a_training_and_its_parts() -> None:
 def test_a_wrong_preset_is_told_the_presets_in_their_order(inhand: Call) -> None:
     code, _, err = inhand("train", "--preset", "foo")
     assert code == 2
-    presets = ["default", "privileged", "family", "from-family", "spatial", "thesis", "smoke", "None"]
+    presets = [
+        "default",
+        "privileged",
+        "family",
+        "family-privileged",
+        "from-family",
+        "spatial",
+        "thesis",
+        "smoke",
+        "None",
+    ]
     assert re.findall(r"'([\w-]+)'", err.partition("Expected")[2]) == presets
 
 

@@ -385,7 +385,8 @@ def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
     assert (numbers.look_ahead, numbers.batch, numbers.critics, numbers.imitation, given.imitate) == (5, 10, 1, 0.0, 0)
     assert preset("privileged").learning.critics == 2
     with pytest.raises(
-        InputError, match="unknown preset 'best'; allowed are default, privileged, family, from-family, spatial, thesis"
+        InputError,
+        match="unknown preset 'best'; allowed are default, privileged, family, family-privileged, from-family, spatial",
     ):
         preset("best")
 

@@ -16,9 +16,10 @@ from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
-from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.catalogue import CONTROLLERS
 from inhand.control.draws import disturbance_notes
 from inhand.control.loop import Told
+from inhand.control.notes import notes_of
 from inhand.control.spatial_catalogue import notes_in_space
 from inhand.control.trial import AnyTrial
 from inhand.errors import InputError

@@ -21,7 +21,7 @@ from inhand.asterisk_test.scenes import (
     trial_path,
     turn_series,
 )
-from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, with_beside
 from inhand.asterisk_test.tested import FRAME_STEPS, Tested, farthest_trial
 from inhand.control.scenes import scene_at, start_scene
 from inhand.control.trial import Trial, file_name
@@ -38,8 +38,8 @@ from inhand.tasks.primitives import twisted_name
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
-ASIDE = 0.75
-"""Share of the paths that is drawn aside: the replay and the asterisks take as long as the others."""
+ASIDE = 0.875
+"""Share of the paths that is drawn aside: replay, asterisks, radar and the others take as long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def _drawn(run: Run, folder: Path, aside: Aside) -> list[Part]:
 
 
 def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
-    config, table = run.config, shown_columns(table_rows(run.results, run.people))
+    config, table = run.config, shown_columns(run.rows)
     passport = run.trials[0].passport
     return [
         f"# Asterisk Test: {run.subject}",

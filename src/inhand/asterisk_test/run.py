@@ -65,7 +65,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
         raise InputError(f"--trials {config.trials}: give at least one trial for each direction")
     check_draws(config)
     hand, spec = load_hand(config.hand), load_object(config.object)
-    entry = find_controller(config.controller)
+    entry = find_controller(config.controller, Held(hand, spec))
     primitives = parse_directions(config.directions, config.twist)
     count = config.trials * len(primitives)
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")

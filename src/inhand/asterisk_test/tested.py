@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, summary_of, tidy
+from inhand.asterisk_test.table import table_rows
 from inhand.control.trial import write_json, write_trials
 from inhand.pages import Part, page_of
 from inhand.repeats import write_repeat
@@ -65,6 +67,11 @@ class Tested(Shown):
     def parts(self, pictures: Sequence[Part] = ()) -> list[Part]:
         """Return the parts of its page, the figures before the last."""
         raise NotImplementedError
+
+    @cached_property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Rows of the table that people read, under `inhand.asterisk_test.table.HEADER`, a direction each."""
+        return table_rows(self.results, self.people)
 
     def table(self) -> DataFrame:
         """Return a row for each trial: `settings`, what its controller reads, direction, outcome, every metric."""

@@ -5,7 +5,7 @@ from inhand.asterisk_test.asterisk import finish, ready, run_setup
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import Setup
 from inhand.asterisk_test.spatial.run import SpatialSetup
-from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.table import failures, shown_columns, with_beside
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import trials_shown
 from inhand.control.trial import AnyTrial
@@ -27,7 +27,7 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
             compile_aside(aside, config.engine)
         run = finish(config, known, simulated)
         run.write(folder, aside)
-    header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
+    header, rows = with_beside(*shown_columns(run.rows), run.name, run.beside)
     sentences = (*failures(run.results), *run.notes, f"Report: {config.out / 'report.html'}")
     return of_run(run, config.out, [Listing(run.subject, header, rows, spare=SPARE)], sentences)
 

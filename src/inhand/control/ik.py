@@ -150,7 +150,10 @@ class IkController(Expert[IkConfig]):
         """Start from the grip that holds the object now, and plan how far it can go."""
         config = self.config
         known = self._task.distance
-        self._set_off(follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known)
+        if known is None or np.isnan(known).any():
+            end = follow_limit(self._task, state, config.friction_share, config.margin)
+            known = end if known is None else np.where(np.isnan(known), end, known)
+        self._set_off(known)
         n = state.n_worlds
         way = self._task.path.poses[:, -1, :2]
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)

@@ -184,7 +184,7 @@ class PolicyController:
         self._task, self._policy, self._period = task, policy, task.control_period
         self._layout = find_layout(policy.observation)
         self._turn: Array | float = 0.0
-        if self._layout.slotted:
+        if self._layout.columns:
             self._angle, self._turn = aims_of(task.path.poses)
         else:
             self._angle = straight_angles(task.path.poses)
@@ -210,7 +210,7 @@ class PolicyController:
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, state, self._aim, self._scene))
-        if self._layout.slotted:
+        if self._layout.columns:
             action = action[:, slots_of(self._task.hand)]
         return targets_of(action, self._policy.actions, self._task.hand, state)
 

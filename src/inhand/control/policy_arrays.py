@@ -50,9 +50,10 @@ def layers_of(
         if arrays[name].dtype.kind != "f" or not np.isfinite(arrays[name]).all():
             raise InputError(f"{name} holds {arrays[name].dtype}, not finite throughout; it must hold finite numbers")
     layout, interface = seen
-    slotted = find_layout(layout).slotted
+    columns = find_layout(layout).columns
+    slotted = columns > 0
     if network == "joints":
-        _check_joints(arrays, count, interface, slotted=slotted)
+        _check_joints(arrays, count, interface, columns)
     else:
         fingers = 0 if hand is None else len(hand.fingers)
         _check_plain(arrays, count, (interface, fingers), joints=SLOTS if slotted else None)
@@ -80,13 +81,13 @@ def _check_plain(
         )
 
 
-def _check_joints(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, *, slotted: bool) -> None:
-    if not slotted or count < 2:
+def _check_joints(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, columns: int) -> None:
+    if columns == 0 or count < 2:
         raise InputError(
-            f"a network over joints has two layers or more and sees layout joints; this has {count} and sees"
-            f" {interface.layout}"
+            f"a network over joints has two layers or more and sees a layout with slots for joints; this has {count}"
+            f" and sees {interface.layout}"
         )
-    sizes = joint_sizes(interface.size(0), [len(arrays["0.bias"])] * (count - 1))
+    sizes = joint_sizes(interface.size(0), columns, [len(arrays["0.bias"])] * (count - 1))
     shapes: dict[str, tuple[str | int, ...]] = {}
     for k, (inputs, outputs) in enumerate(sizes):
         shapes |= {f"{k}.weight": (inputs, outputs), f"{k}.bias": (outputs,)}

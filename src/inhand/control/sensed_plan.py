@@ -107,6 +107,8 @@ class Carrier:
     shares: tuple[float, ...] = ()
     """Shares of the way that is found to which it is then carried and held, of which the best is told: a policy may
     lose where it is to stay what it carries farther. Without any what is found is told."""
+    rounds: tuple[tuple[int, int], ...] = ()
+    """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     engine: str = ENGINE
 
 
@@ -130,7 +132,7 @@ def sensed_grasp(
     found = [
         cached(
             "sensed-plan",
-            (hand, spec, part, by.digest, engine, by.shares),
+            (hand, spec, part, by.digest, engine, by.shares, by.rounds or ROUNDS),
             by.module,
             partial(_planned, Held(hand, spec), part, by),
         )
@@ -178,7 +180,7 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
     left, reach = candidates(held, poses)
     whole, first = way_along(poses)[:, -1], 0
-    for best, worlds in ROUNDS:
+    for best, worlds in by.rounds or ROUNDS:
         left = [each for path in range(len(poses)) for each in _best(left, path, whole[path])[:best]]
         left = _tried(held, (poses, reach), left, by, range(first, first + worlds))
         first += worlds

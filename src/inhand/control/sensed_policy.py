@@ -15,6 +15,7 @@ from inhand.control.seen import SENSED, Seen
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.tasks.decisions import targets_of
+from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
 from inhand.tasks.past import Past
@@ -138,6 +139,8 @@ class Deciding:
     def __call__(self, past: Past, aim: Aim) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, past, aim, self._scene))
+        if self._layout.columns:
+            action = action[..., slots_of(self._scene.hand)]
         return targets_of(action, self._policy.actions, self._scene.hand, past)
 
 

@@ -189,17 +189,7 @@ def default() -> Training:
         preset="default",
         disturb="field",
         interface=Interface("senses", "steps", "progress", horizon=180, truth="truth"),
-        recipe=Recipe(
-            1536,
-            "soft-teacher",
-            push=0.012,
-            midway=0.25,
-            whole=0.5,
-            grip_spread=8.0,
-            grasp="sensed",
-            turns=0.15,
-            legs=0.35,
-        ),
+        recipe=Recipe(1536, "soft-teacher", 0.012, 0.25, "sensed", whole=0.5, grip_spread=8.0, turns=0.15, legs=0.35),
         imitate=10000,
         rounds=4,
         episodes=250,
@@ -238,19 +228,29 @@ def privileged() -> Training:
 
 
 def family() -> Training:
-    """Return the training of one controller for every hand and object of the family (docs/family.md)."""
-    base = privileged()
+    """Return the training of one controller on real senses for every hand and object of a family (docs/family.md)."""
+    base = default()
     return replace(
         base,
         preset="family",
         pairs=96,
-        interface=Interface("joints", "steps", "progress", horizon=180),
-        recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
+        interface=replace(base.interface, observation="joint-senses", truth="joints"),
+        recipe=replace(base.recipe, turns=0.0, legs=0.0),
         imitate=6000,
         rounds=3,
         refit=3000,
-        episodes=250,
-        learning=replace(base.learning, network="joints", hidden=(64, 64), imitation=4.0),
+        learning=replace(base.learning, network="joints", hidden=(64, 64)),
+    )
+
+
+def privileged_family() -> Training:
+    """Return the same on perfect knowledge, which goes farther."""
+    return replace(
+        family(),
+        preset="family-privileged",
+        disturb="none",
+        interface=Interface("joints", "steps", "progress", horizon=180),
+        recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
     )
 
 
@@ -274,9 +274,9 @@ def spatial() -> Training:
     )
 
 
-def hand_of_family() -> Training:
-    """Return the training that fits the policy of the family to one hand and object, from few demonstrations."""
-    base = family()
+def hand_of_family(given: Training | None = None) -> Training:
+    """Return the training that fits a policy of the family to one hand and object, from few demonstrations."""
+    base = given or family()
     return replace(
         base,
         preset="from-family",
@@ -320,6 +320,7 @@ PRESETS = {
     "default": default,
     "privileged": privileged,
     "family": family,
+    "family-privileged": privileged_family,
     "from-family": hand_of_family,
     "spatial": spatial,
     "thesis": thesis,

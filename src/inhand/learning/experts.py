@@ -14,7 +14,6 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
-from inhand.learning.pairs import Pairs
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.state import select
@@ -37,7 +36,7 @@ def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorl
         in_space = SpatialTeacher(*held)
         return lambda: in_space.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
     if name in TEACHERS and starts.pairs is not None:
-        return _teachers(starts.pairs, worlds, TEACHERS[name])
+        return _teachers(starts, worlds, TEACHERS[name])
     if name in TEACHERS:
         teacher = Teacher(*held, starts.disturbed, len(starts), TEACHERS[name])
         return lambda: teacher.act(worlds.state, worlds.asked)
@@ -49,10 +48,11 @@ def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorl
     return lambda: expert.act(loop.sense(worlds.state, worlds.between, reads))
 
 
-def _teachers(pairs: Pairs, worlds: ManipulationWorlds, config: TeacherConfig) -> Callable[[], Array]:
+def _teachers(starts: Starts, worlds: ManipulationWorlds, config: TeacherConfig) -> Callable[[], Array]:
     """Return what gives the joint targets of worlds whose hands differ, each pair's by a teacher of its own."""
-    each = [(np.flatnonzero(pairs.of == k), held) for k, held in enumerate(pairs.held) if (pairs.of == k).any()]
-    teachers = [(rows, Teacher(*held, None, len(rows), config)) for rows, held in each]
+    each = [] if starts.pairs is None else starts.pairs.apart()
+    drawn = [None if starts.disturbed is None else [starts.disturbed[row] for row in rows] for _, rows in each]
+    teachers = [(rows, Teacher(*held, own, len(rows), config)) for (held, rows), own in zip(each, drawn, strict=True)]
 
     def act() -> Array:
         state, aim = worlds.state, worlds.asked
@@ -73,7 +73,7 @@ def taught_reach(held: Held, starts: Starts, rng: np.random.Generator, teacher: 
     teach = expert_of(teacher, held, far, worlds)
     going, best = np.ones(len(far), dtype=bool), np.zeros(len(far))
     for _ in range(LONGEST - 1):
-        step = worlds.step(actions_of(teach(), interface.actions, held.hand, worlds.seen))
+        step = worlds.step(actions_of(teach(), interface.actions, worlds.limited, worlds.seen))
         going = going & ~step.terminated
         here = going & step.after.touching.all(axis=-1)
         best = np.where(here, np.maximum(best, worlds.asked.come(step.shift)), best)

@@ -177,16 +177,19 @@ def _check_pairs(config: Training) -> None:
     Raises:
         InputError: the text names what does not go together.
     """
-    slotted, network = find_layout(config.interface.observation).slotted, config.learning.network
+    slotted, network = find_layout(config.interface.observation).columns, config.learning.network
     if config.pairs < 0:
         raise InputError(f"pairs {config.pairs}: give a number of hands and objects, or 0 for one pair")
     if network == "joints" and not slotted:
-        raise InputError(f"a network over joints sees layout joints, not {config.interface.observation}")
-    taught = config.recipe.expert in TEACHERS and config.recipe.grasp == "planned" and not config.task
-    if config.pairs and not (slotted and taught and config.disturb == NONE and not config.demonstrations):
         raise InputError(
-            "a family is learned with layout joints, expert teacher and planned grasps, on primitives in worlds that"
-            " nothing disturbs, without a dataset: take preset family"
+            f"a network over joints sees layout joints or joint-senses, not {config.interface.observation}"
+        )
+    recipe = config.recipe
+    taught = recipe.expert in TEACHERS and recipe.grasp != "rough" and not (recipe.turns or recipe.legs or config.task)
+    if config.pairs and not (slotted and taught and not config.demonstrations):
+        raise InputError(
+            "a family is learned with layout joints or joint-senses, a teacher and planned grasps, on primitives, with"
+            " turns and legs at 0 and without a dataset: take preset family"
         )
     if config.start:
         policy = policy_to_start(config.start)

@@ -225,7 +225,7 @@ def columns_of(config: Training, hand: AnyHand) -> Columns:
     """Return the layout of a replay's rows."""
     layout = find_layout(config.interface.observation)
     seen = layout.size(hand)
-    return Columns(seen, layout.actions(hand), size_of(config.interface, hand) - seen)
+    return Columns(seen, layout.actions(hand), size_of(config.interface, hand) - seen, layout.columns)
 
 
 def routes_in(starts: Starts) -> Routes:

@@ -42,8 +42,10 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TURNS, primitive_at
 from inhand.tasks.routes import Routes
 
-Plans = Mapping[Any, GraspPlan | list[GraspPlan]]
-"""Grasps by direction [deg], or by the word of what has none: one, or several of which one is drawn."""
+Grips = GraspPlan | list[GraspPlan]
+"""A grasp, or several of which one is drawn."""
+Plans = Mapping[Any, Grips]
+"""Grasps by direction [deg], or by the word of what has none."""
 FAR = 0.75
 """Of several grasps those are taken that reach at least this share of the farthest."""
 GRID_DEG = 7.5
@@ -227,10 +229,17 @@ def varied_plans(held: Held, poses: Array) -> list[list[GraspPlan]]:
     return plans
 
 
+def grips_along(held: Held, poses: Array, grasp: str, engine: Engine) -> Sequence[Grips]:
+    """Return what starts of each path of poses `(P, S, 3)` are gripped by, planned as `Recipe.grasp` says."""
+    if grasp == "sensed":
+        return varied_plans(held, poses)
+    return [rough_plan(*held)] * len(poses) if grasp == "rough" else direction_plans(*held, poses, engine)
+
+
 def gripped(
     hand: HandSpec,
     spec: ObjectSpec,
-    grips: tuple[Plans | Sequence[GraspPlan], Array],
+    grips: tuple[Plans | Sequence[Grips], Array],
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
@@ -248,9 +257,9 @@ def gripped(
         InputError: in ten draws a start could not be held.
     """
     given, angles = grips
-    blind = isinstance(given, Mapping) and any(isinstance(each, list) for each in given.values())
+    blind = any(isinstance(each, list) for each in (given.values() if isinstance(given, Mapping) else given))
     noise, bench = noise or Noise(), Bench(engine, threads=threads)
-    plans = [_one_of(given[a], rng) for a in _nearest(given, angles)] if isinstance(given, Mapping) else given
+    plans = [_one_of(each, rng) for each in _offered(given, angles)]
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
         poses = hand.start_pose + noise.spread * rng.standard_normal((len(waiting), 3))
@@ -297,8 +306,13 @@ def _worlds(
     return tuple(draw(disturb, (key,), hand.n_joints) for key in rng.integers(2**62, size=count).tolist())
 
 
-def _one_of(plans: GraspPlan | list[GraspPlan], rng: np.random.Generator) -> GraspPlan:
+def _one_of(plans: Grips, rng: np.random.Generator) -> GraspPlan:
     return plans[rng.integers(len(plans))] if isinstance(plans, list) else plans
+
+
+def _offered(grips: Plans | Sequence[Grips], angles: Array) -> Sequence[Grips]:
+    """Return what each start is offered to be held by."""
+    return [grips[a] for a in _nearest(grips, angles)] if isinstance(grips, Mapping) else grips
 
 
 def _nearest(plans: Plans, angles: Array) -> list[float]:

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from inhand.control import loop
 from inhand.control.loop import control_step, dropped
-from inhand.control.memory import Memory
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.spatial.pair import AnyPair
-from inhand.learning.kinds import asked_of, kinds_of, simulator_of
+from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
+from inhand.learning.memories import Memories, memory_of
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
@@ -39,6 +39,7 @@ from inhand.tasks.observations import AnyAim, AnyHand, Scene, observe
 
 if TYPE_CHECKING:
     from inhand.control.between import Between
+    from inhand.control.memory import Memory
 
 _KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start")
 """What worlds go on from, beside their states and aims."""
@@ -111,11 +112,11 @@ class ManipulationWorlds:
         self.simulator, self._drawn = simulator_of(held, starts, count, threads)
         self.scene = Scene(self.hand, (spec,) * count)
         self._arrays = None if starts.pairs is None else arrays_of(*zip(*starts.pairs.held, strict=True))
-        self._slots = slots_of(self.hand) if self.layout.slotted else None
+        self._slots = slots_of(self.hand) if self.layout.columns else None
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts, self._held = starts, held
         self._between: Between | None = None
-        self._memory: Memory | None = None
+        self._memory: Memory | Memories | None = None
         self._pool = asked_of(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = self._pool.take(np.zeros(count, dtype=np.int64))
@@ -209,7 +210,8 @@ class ManipulationWorlds:
         self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
-            self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
+            keeps = isinstance(self._memory, Memories)
+            self._begin(ended, drawn_rows(self._starts, self._row[ended], self.rng, keeps_pair=keeps))
         return Step(self._observation, successor, value, terms, gone, truncated, shift, after)
 
     def _along(self, after: State) -> Made | None:
@@ -289,8 +291,8 @@ class ManipulationWorlds:
         if not self.layout.sensed:
             self._seen_start = put_rows(self._seen_start, worlds, self._aim.where(self.seen)[worlds])
             self._told = replace(self._aim, start=self._seen_start)
-        elif self._memory is None:
-            self._memory = Memory(Held(*self._held), self.seen)
+        elif self._memory is None or len(worlds) == self.count:
+            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
         else:
             self._memory.begin(worlds, self.seen)
 
@@ -330,6 +332,7 @@ class ManipulationWorlds:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
+            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
             self._memory.load_state_dict(kept)
         routes = self._starts.routes
         asked = {name: kept[f"aim.{name}"] for name in self._aim.KEPT}

@@ -158,8 +158,8 @@ class Layout:
     parts: tuple[Part, ...]
     sensed: bool = False
     """Whether they are of what is sensed, a `Past`, instead of a `State`."""
-    slotted: bool = False
-    """Whether observations and actions have a place for every joint that a hand may have (`tasks/hand_arrays.py`)."""
+    columns: int = 0
+    """Numbers of each joint's slot (`tasks/hand_arrays.py`), column by column at first; 0 where it has no slots."""
     space: bool = False
     """Whether they are of hands in space."""
 
@@ -169,7 +169,7 @@ class Layout:
 
     def actions(self, hand: AnyHand) -> int:
         """Return how many numbers an action has."""
-        return SLOTS if self.slotted else int(hand.n_joints)
+        return SLOTS if self.columns else int(hand.n_joints)
 
 
 def observe(layout: Layout, state: View, aim: AnyAim, scene: Scene) -> Array:

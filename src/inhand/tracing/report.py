@@ -155,12 +155,13 @@ def load_trace(folder: Path) -> TraceRun:
         told = f"it tells of {counted(len(whole.followed), 'trial')}, and {len(trials)} are there"
         raise InputError(f"{folder / MARK}: {told}; run it again")
     followed = tuple(map(_followed, trials, whole.followed))
-    first, size = trials[0], whole.size_mm
-    space = isinstance(first, SpatialTrial)
-    tasks = SPATIAL_TASKS if space else TASKS
+    held, size = _held(trials[0]), whole.size_mm
+    tasks = TASKS if isinstance(held, Held) else SPATIAL_TASKS
     setup = TraceSetup(
-        _held(first),
-        (find_spatial_controller if space else find_controller)(config.controller),
+        held,
+        find_controller(config.controller, held)
+        if isinstance(held, Held)
+        else find_spatial_controller(config.controller),
         tuple(each.plan for each in followed),
         tasks.get(config.path) or tasks.get(config.path.rpartition(":")[2]),
         None if size is None else size / 1e3,

@@ -119,7 +119,7 @@ def _in_the_plane(config: TraceConfig) -> tuple[Held, ControllerEntry]:
             " it out, or use a hand in space (3f_60.60_40_10)"
         )
     held = Held(load_hand(config.hand), load_object(config.object))
-    entry = find_controller(config.controller)
+    entry = find_controller(config.controller, held)
     check_fit(*held)
     check_engine(config.engine)
     if entry.policy is not None:

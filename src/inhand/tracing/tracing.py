@@ -6,8 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from inhand.control.catalogue import CONTROLLERS, ControllerEntry, notes_of
+from inhand.control.catalogue import CONTROLLERS, ControllerEntry
 from inhand.control.draws import disturbance_notes
+from inhand.control.notes import notes_of
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.files import name_of

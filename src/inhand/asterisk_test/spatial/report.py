@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from inhand.aside import Aside, here
 from inhand.asterisk_test.report import command
 from inhand.asterisk_test.results import Result, by_direction
-from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows
+from inhand.asterisk_test.table import endings, failures, shown_columns
 from inhand.asterisk_test.tested import FRAME_STEPS, Tested, farthest_trial
 from inhand.control.spatial_scenes import solid_frames
 from inhand.control.spatial_trial import SpatialTrial
@@ -151,7 +151,7 @@ def _parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
         " deg), Contact (share of steps with every finger touching), Gap (longest time without), Force"
         " (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are the worst"
         " trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
-        table_of(*shown_columns(table_rows(run.results, ()))),
+        table_of(*shown_columns(run.rows)),
         endings(run.results),
         errors_told(run.results),
         listed(failures(run.results), "What failed"),

@@ -15,6 +15,7 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.contract import Contract
 from inhand.control.controller import Controller, Task
+from inhand.control.grades import GRADES
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.knowing import check_held
@@ -259,11 +260,15 @@ def learned_grasp(
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts
     if isinstance(policy, Policy) and policy.grasp == "sensed":
-        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__, SHARES)
-        return sensed_grasp(hand, spec, poses, carrier=carrier, engine=engine)
+        return sensed_grasp(hand, spec, poses, carrier=carrier_of(policy), engine=engine)
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
     return closing_joints(hand, spec, plans, poses[:, 0], starts)
+
+
+def carrier_of(policy: Policy) -> Carrier:
+    """Return who carries objects where grasps are planned for a policy on real senses."""
+    return Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__, SHARES, GRADES)
 
 
 def check_known(entry: ControllerEntry, held: Held, paths: Array) -> None:
@@ -315,7 +320,7 @@ def _plain(name: str) -> str:
     return f"{plain}-policy" if plain in {*CONTROLLERS, *SHIPPED} else plain
 
 
-SHARES = (1.0, 0.95, 0.9, 0.8)
+SHARES = (1.0, 0.95, 0.9)
 """Shares of a planned way among which that of a learned policy on real senses is chosen."""
 FAMILY = "rl-family"
 """The policy of the package for hands and objects that differ."""

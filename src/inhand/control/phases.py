@@ -8,6 +8,7 @@ import numpy as np
 
 from inhand.control.checked import maker
 from inhand.control.controller import Controller, Task
+from inhand.control.grades import grade_of
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
 from inhand.control.trial import MANIPULATE, TWIST
@@ -30,6 +31,9 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
     way: Array | None = None
     """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
+    ways: Array | None = None
+    """The same for each grade of a camera `(B, G)` [m] (`control/grades.py`), where the way follows how well objects
+    are seen; `way` is then the usual one."""
     planned: Array | None = None
     """Where objects were planned to stand `(B, 3)` [m, m, rad], if the grasp follows where they are seen to stand,"""
     follows: Array | None = None
@@ -74,7 +78,8 @@ def standard_phases(
     `manipulate` makes the controller of the last, and of the twist, which follows poses on the spot `(B, S, 3)` after
     the phases `between`; None ends with the object held. Manipulation ends after `longest` [s].
     """
-    place, close = _fingers(grasp)
+    placing: list[Looking] = []
+    place, close = _fingers(grasp, placing)
     phases: tuple[Phase, ...] = (
         Phase("place", place, longest=0.5),
         Phase("grasp", close, longest=1.2, must_hold=True),
@@ -88,15 +93,26 @@ def standard_phases(
             return manipulate(replace(task, path=Path(twists), distance=None))
 
         phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
-    return (*phases, Phase(MANIPULATE, manipulate, longest=longest, keep_contact=True))
+
+    def carry(task: Task) -> Controller:
+        return manipulate(_as_far_as_seen(task, grasp, placing))
+
+    return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=True))
 
 
-def _fingers(grasp: Grasp) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:
-    """Return what makes the controllers that place the fingers of a grasp and close them."""
+def _as_far_as_seen(task: Task, grasp: Grasp, placing: Sequence[Looking]) -> Task:
+    """Return a task whose ways are those of the grade that each camera showed while fingers were placed."""
+    if grasp.ways is None or grasp.way is None or task.distance is None:
+        return task
+    ways = np.take_along_axis(grasp.ways, grade_of(placing[0].scatter)[:, None], axis=1)[:, 0]
+    return replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0))
+
+
+def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:
+    """Return what makes the controllers that place the fingers of a grasp, kept as `placing`, and close them."""
     planned, follows = grasp.planned, grasp.follows
     if planned is None or follows is None:
         return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
-    placing: list[Looking] = []
 
     def place(task: Task) -> Controller:
         placing[:] = [Looking(task, grasp.opened, planned)]

@@ -45,7 +45,8 @@ class SensedPolicyController:
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
         self._memory = Memory(Held(self._task.hand, self._task.objects[0]), seen)
-        way, arc = self._way(seen), TURN_ARM * np.abs(self._turned)
+        # It stops so much before what it is asked for.
+        way, arc = self._way(seen) + ARRIVED, TURN_ARM * np.abs(self._turned)
         self._asked = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
         self._rest = np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0)
         self._gone, self._best, self._still, self._held = np.zeros((4, seen.n_worlds))

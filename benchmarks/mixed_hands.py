@@ -68,7 +68,10 @@ def main() -> None:
         held, mixed = pair_of(each[0]), joined(each)
         both = [ManipulationWorlds(held, some, WORLDS, INTERFACE, rng, threads=1) for some in (mixed, each[0])]
         size = both[0].layout.size(held.hand)
-        layers = [(rng.standard_normal(s) / np.sqrt(s[0]), np.zeros(s[1])) for s in joint_sizes(size, (64, 64))]
+        layers = [
+            (rng.standard_normal(s) / np.sqrt(s[0]), np.zeros(s[1]))
+            for s in joint_sizes(size, both[0].layout.columns, (64, 64))
+        ]
         taken = np.array([[seconds(worlds, layers) for worlds in both] for _ in range(TURNS + 1)])[1:]
         rates = WORLDS * DECISIONS / taken.min(axis=0)
         ratios = taken[:, 0] / taken[:, 1]

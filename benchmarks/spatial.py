@@ -109,7 +109,7 @@ def bare_rollout(simulator: SpatialSimulator, state: State) -> Callable[[], None
 def decisions(simulator: SpatialSimulator, state: State) -> Callable[[], object]:
     """Return a function that decides once for every world, each carried along a direction of its own."""
     path = stacked_paths([spatial_path_of(DIRECTIONS[k % len(DIRECTIONS)]) for k in range(WORLDS)])
-    task = SpatialTask(HAND, (CUBE,) * WORLDS, path, simulator.gravity, distance=path.length)
+    task = SpatialTask(HAND, (CUBE,) * WORLDS, path, gravity=simulator.gravity, distance=path.length)
     expert = SpatialIkController(task)
     expert.begin(state)
     return lambda: expert.act(state)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from inhand.control.run_config import SpreadConfig
+
 
 @dataclass(frozen=True)
-class CompareConfig:
+class CompareConfig(SpreadConfig):
     """Compare primitives in sequence with training end to end; a study that was stopped goes on where it was."""
 
     tasks: tuple[str, ...] = ("square:60", "place", "key")

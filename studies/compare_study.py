@@ -10,31 +10,36 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from compare_config import CompareConfig
+from inhand.asterisk_test.clusters import check_spread
+from inhand.asterisk_test.cores import spread
 from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.ik import IkConfig
 from inhand.control.loop import Bench
+from inhand.control.run_config import SpreadConfig
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.learning.config import Training, privileged
-from inhand.learning.progress import JOURNAL
+from inhand.learning.progress import CHECKPOINT, JOURNAL
 from inhand.learning.runs import finished, resume, train
+from inhand.records import table_of
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tracing.follow import follow
 from inhand.tracing.plan import Plan
 from inhand.tracing.tasks import find_task, fitting_plan
 from inhand.tracing.trace import trace_of
 
+J = TypeVar("J")
 Kind = Literal["structured", "guided", "unguided"]
 """How a controller was trained."""
 LAYOUTS = {"guided": "grip", "unguided": "whole"}
@@ -100,11 +105,13 @@ def check_compare(config: CompareConfig) -> None:
         raise InputError("--episodes and every number of --adaptation must be at least 1")
     if not 0 < config.budget <= 10:
         raise InputError(f"--budget {config.budget:g}: give a share of the default's steps, more than 0, at most 10")
+    check_spread(config)
     path = config.out / "study.json"
     if config.out.is_dir() and any(config.out.iterdir()) and not path.is_file():
         raise InputError(f"--out {config.out} holds files that are no study of inhand; give another folder")
     config.out.mkdir(parents=True, exist_ok=True)
-    settings = json.loads(json.dumps(asdict(replace(config, out=Path())), default=str))
+    spread_by = {field.name for field in fields(SpreadConfig)}
+    settings = {name: value for name, value in table_of(asdict(config)).items() if name not in spread_by}
     if path.is_file() and (there := json.loads(path.read_text())) != settings:
         differing = [name for name in settings if settings[name] != there.get(name)]
         raise InputError(
@@ -158,18 +165,27 @@ def horizon_of(config: CompareConfig, task: str) -> int:
 
 def trained(config: CompareConfig, told: Told) -> None:
     """Train every contestant whose folder is not finished; one that was stopped goes on."""
-    waiting = [who for who in contestants(config) if who.kind != "expert"]
-    for number, who in enumerate(waiting):
-        folder = config.out / "runs" / who.folder
-        label = f"{who.name}, seed {who.seed}"
-        _train(training_of(config, who), folder, lambda *_, n=number, text=label: told(text, n, len(waiting)))
+    everybody = [who for who in contestants(config) if who.kind != "expert"]
+    waiting = [who for who in everybody if not finished(config.out / "runs" / who.folder)]
+    _each(partial(_trained, config), waiting, config, told)
 
 
-def _train(training: Training, folder: Path, told: Told) -> None:
+def _each(work: Callable[[J], str], jobs: Sequence[J], config: CompareConfig, told: Told) -> None:
+    """Do pieces of the study where it says, and tell each, by what it is called, as it ends."""
+    for number, name in enumerate(spread(work, jobs, config)):
+        told(name, number, len(jobs))
+
+
+def _trained(config: CompareConfig, who: Contestant) -> str:
+    _train(training_of(config, who), config.out / "runs" / who.folder)
+    return f"{who.name}, seed {who.seed}"
+
+
+def _train(training: Training, folder: Path) -> None:
+    silent = lambda *_: None, lambda _: None
     if finished(folder):
         return
-    silent = told, lambda _: None
-    if (folder / "checkpoint.npz").is_file():
+    if (folder / CHECKPOINT).is_file():
         resume(folder, silent)
     else:
         train(training, folder, silent, overwrite=True)
@@ -179,15 +195,19 @@ def evaluated(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
     """Return what every contestant reached in every episode of every task; kept files are read."""
     tasks = (*config.tasks, *config.others)
     pairs = [(who, task) for who in contestants(config) for task in tasks]
-    found = []
-    for number, (who, task) in enumerate(pairs):
-        told(f"{who.name} on {task}", number, len(pairs))
-        path = config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}.json"
-        if not path.is_file():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_json({"contestant": asdict(who), "task": task, "episodes": _episodes(config, who, task)}, path)
-        found.append(json.loads(path.read_text()))
-    return found
+    _each(partial(_tried, config), [each for each in pairs if not _result(config, *each).is_file()], config, told)
+    return [json.loads(_result(config, *each).read_text()) for each in pairs]
+
+
+def _result(config: CompareConfig, who: Contestant, task: str) -> Path:
+    return config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}.json"
+
+
+def _tried(config: CompareConfig, pair: tuple[Contestant, str]) -> str:
+    who, task = pair
+    content = {"contestant": asdict(who), "task": task, "episodes": _episodes(config, who, task)}
+    write_json(content, _result(config, who, task))
+    return f"{who.name} on {task}"
 
 
 def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[str, Any]]:
@@ -217,11 +237,13 @@ def adapted(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
     if not config.adaptation:
         return []
     every = [who for who in contestants(config) if who.task]
-    found = []
-    for number, who in enumerate(every):
-        told(f"adapting {who.name}, seed {who.seed}", number, len(every))
-        found += list(_adaptation(config, who))
-    return found
+    _each(partial(_adapted, config), every, config, told)
+    return [entry for who in every for entry in _adaptation(config, who)]
+
+
+def _adapted(config: CompareConfig, who: Contestant) -> str:
+    list(_adaptation(config, who))
+    return f"adapting {who.name}, seed {who.seed}"
 
 
 def _adaptation(config: CompareConfig, who: Contestant) -> Iterator[dict[str, Any]]:
@@ -230,7 +252,7 @@ def _adaptation(config: CompareConfig, who: Contestant) -> Iterator[dict[str, An
         if not path.is_file():
             folder = config.out / "adaptation" / f"{who.folder}_{count}"
             training = training_of(config, who, count)
-            _train(training, folder, lambda *_: None)
+            _train(training, folder)
             lines = [json.loads(line) for line in (folder / JOURNAL).read_text().splitlines()]
             first = next(line for line in lines if line["kind"] == "evaluation")
             steps = count * training.interface.horizon

@@ -15,7 +15,7 @@ from inhand.plots.heatmap import HeatMap, heatmap_figure
 from inhand.plots.save import save_picture
 from inhand.versions import versions
 
-HEADER = ("", "Cases", "Kept", "Expert keeps", "Share of the expert", "Median", "Turns")
+HEADER = ("", "Cases", "Lost", "Kept", "Expert keeps", "Share of the expert", "Median", "Turns")
 """Columns of hands and of objects."""
 Found = tuple[pd.DataFrame, pd.DataFrame | None, pd.DataFrame]
 """All cases, those of the standard pair with the policy trained alone beside, and few demonstrations."""
@@ -78,10 +78,10 @@ def _page(config: FamilyConfig, found: Found, total: dict[str, float], picture: 
 
 def _sentences(total: dict[str, float], alone: pd.DataFrame | None) -> list[str]:
     said = [
-        f"Contact kept in {100 * total['kept']:.1f} % of the cases; each hand's expert keeps it in"
-        f" {100 * total['expert_kept']:.1f} %.",
+        f"Lost {100 * total['lost']:.1f} % of the cases, kept {100 * total['kept']:.1f} %: the rest did not move. Each"
+        f" hand's expert, undisturbed, keeps {100 * total['expert_kept']:.1f} %.",
         f"Mean share of each hand's own expert {total['share']:.3f}, of the worst hand {total['worst_hand']:.3f}.",
-        f"Turns: share {total['turns']:.3f}, kept {100 * total['turns_kept']:.1f} %.",
+        f"Turns: share {total['turns']:.3f}, lost {100 * total['turns_lost']:.1f} %.",
     ]
     if alone is not None:
         mine, its = alone.reached.mean(), alone.reached_alone.mean()
@@ -99,6 +99,7 @@ def rows_of(found: pd.DataFrame) -> list[tuple[str, ...]]:
         (
             str(name),
             f"{row.cases:.0f}",
+            f"{row.lost:.0f}",
             f"{100 * row.kept:.1f} %",
             f"{100 * row.expert_kept:.1f} %",
             f"{row.share:.3f}",

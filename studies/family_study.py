@@ -13,13 +13,16 @@ from family_config import STANDARD, FamilyConfig
 from inhand.asterisk_test.spread import Compute
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import run_sweep
+from inhand.control.catalogue import find_controller
+from inhand.control.seen import PRIVILEGED, SENSED
+from inhand.control.trial import LOST
 from inhand.errors import InputError
-from inhand.learning.config import hand_of_family
+from inhand.learning.config import hand_of_family, privileged_family
 from inhand.learning.progress import BEST
 from inhand.learning.train import begin
 
-EXPERT, ALONE = "ik", "rl-privileged"
-"""Each hand's own expert, and the policy that was trained with the standard hand and cube alone."""
+EXPERT, ALONE = "ik", {SENSED: "rl", PRIVILEGED: "rl-privileged"}
+"""Each hand's own expert, and the policy that was trained with the standard hand and cube alone, by what it reads."""
 LEAST = 5.0
 """Cases in which the expert itself comes less far have no share [mm or deg]."""
 CASE = ["hand", "object", "direction"]
@@ -32,17 +35,21 @@ def measured(config: FamilyConfig, compute: Compute, told: Told) -> pd.DataFrame
     Raises:
         InputError: a hand or an object outside of the policy's family, or what a sweep refuses.
     """
-    told(f"the expert with {len(config.hands)} hands and {len(config.objects)} objects")
-    expert = cases_of(config, EXPERT, compute)
+    told(f"the expert with {len(config.hands)} hands and {len(config.objects)} objects, undisturbed")
+    expert = cases_of(replace(config, disturb="none"), EXPERT, compute)
     told(f"{config.policy} with the same")
     return joined(cases_of(config, config.policy, compute), expert)
 
 
 def joined(policy: pd.DataFrame, expert: pd.DataFrame) -> pd.DataFrame:
-    """Return cases of a policy with those of the expert beside: `reached`, `expert`, `share`, `kept`, `expert_kept`."""
+    """Return cases of a policy with those of the expert beside: `reached`, `expert`, `share`, `kept`, `expert_kept`.
+
+    A case that is `lost` had lost its object; one that is not kept may also not have moved.
+    """
     found = policy.merge(expert[[*CASE, "reached", "kept"]], on=CASE, suffixes=("", "_expert"))
     found = found.rename(columns={"reached_expert": "expert", "kept_expert": "expert_kept"})
-    return found.assign(share=(found.reached / found.expert.where(found.expert >= LEAST)))
+    lost = [any(end in why for end in LOST) for why in found.why]
+    return found.assign(share=(found.reached / found.expert.where(found.expert >= LEAST)), lost=lost)
 
 
 def cases_of(
@@ -59,6 +66,7 @@ def cases_of(
     hands, objects = held or (config.hands, config.objects)
     place = Path(controller).resolve()
     name = controller if not place.is_dir() else f"{place.parent.name}-{place.name}"
+    name = name if config.disturb == "none" else f"{name}-{config.disturb}"
     asked = SweepConfig(
         hands=tuple(hands),
         objects=tuple(objects),
@@ -73,10 +81,11 @@ def cases_of(
 
 
 def standard(config: FamilyConfig, cases: pd.DataFrame, compute: Compute, told: Told) -> pd.DataFrame:
-    """Return the standard hand and cube in the sixteen directions: the policy, and the one trained with them alone."""
+    """Return the standard hand and cube along the directions: the policy, and the one trained with them alone."""
     told("the policy of the standard pair alone")
-    alone = cases_of(config, ALONE, compute, ((STANDARD,), ("cube_39",)), "all")
-    mine = cases[(cases.hand == STANDARD) & (cases.object == "cube_39")]
+    mine = cases[(cases.hand == STANDARD) & (cases.object == "cube_39") & ~cases.rotates]
+    known = ALONE[find_controller(config.policy).reads]
+    alone = cases_of(config, known, compute, ((STANDARD,), ("cube_39",)), ",".join(mine.direction))
     return mine.merge(alone[["direction", "reached", "kept"]], on="direction", suffixes=("", "_alone"))
 
 
@@ -102,7 +111,8 @@ def _fit(config: FamilyConfig, hand: str, count: int) -> Path:
     """Return the folder of the policy that so many demonstrations of a hand make of the family's, trained once."""
     out = config.out / "new" / f"{config.new.index(hand)}-{count}"
     if not (out / "report.md").is_file():
-        training = hand_of_family()
+        sensed = find_controller(config.policy).reads == SENSED
+        training = hand_of_family(None if sensed else privileged_family())
         training = replace(training, hand=hand, object=config.new_object, start=config.policy, rounds=0)
         begin(replace(training, recipe=replace(training.recipe, episodes=count)), out, overwrite=out.exists())
     return out / BEST
@@ -123,6 +133,7 @@ def _grouped(cases: pd.DataFrame, key: str) -> pd.DataFrame:
     found = straight.agg(
         cases=("kept", "size"),
         kept=("kept", "mean"),
+        lost=("lost", "sum"),
         expert_kept=("expert_kept", "mean"),
         share=("share", "mean"),
         median=("share", "median"),
@@ -136,10 +147,12 @@ def overall(cases: pd.DataFrame) -> dict[str, float]:
     straight, turns = cases[~cases.rotates], cases[cases.rotates]
     return {
         "kept": float(straight.kept.mean()),
+        "lost": float(straight.lost.mean()),
         "expert_kept": float(straight.expert_kept.mean()),
         "share": float(straight.share.mean()),
         "worst_hand": float(straight.groupby("hand").share.mean().min()),
         "turns": float(turns.share.mean()) if len(turns) else float("nan"),
+        "turns_lost": float(turns.lost.mean()) if len(turns) else float("nan"),
         "turns_kept": float(turns.kept.mean()) if len(turns) else float("nan"),
     }
 
@@ -164,5 +177,5 @@ def shares(cases: pd.DataFrame) -> tuple[tuple[str, ...], tuple[str, ...], np.nd
     grid = pd.MultiIndex.from_product([hands, objects])
     pairs = cases[~cases.rotates].groupby(["hand", "object"], sort=False)
     share = pairs.share.mean().reindex(grid).to_numpy().reshape(len(hands), len(objects))
-    lost = (pairs.kept.size() - pairs.kept.sum()).reindex(grid).fillna(0).to_numpy().reshape(share.shape)
+    lost = pairs.lost.sum().reindex(grid).fillna(0).to_numpy().reshape(share.shape)
     return hands, objects, share, [[f"{count:.0f} lost" if count else "" for count in row] for row in lost]

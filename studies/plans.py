@@ -12,10 +12,11 @@ import numpy as np
 
 import inhand.policies
 from inhand.control import shipped_plans
-from inhand.control.catalogue import carrier_of, find_controller
+from inhand.control.catalogue import find_controller
 from inhand.control.policy import load_policy
 from inhand.control.run_config import HeldConfig
 from inhand.control.sensed_plan import PLAN, plan_keys
+from inhand.control.sensed_policy import carrier_of
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.tasks.paths import path_of, stacked, whole_path

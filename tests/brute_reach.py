@@ -32,22 +32,26 @@ def near(first: Array, second: Array, steps: Array) -> Mask:
     for an instant, or round a corner that meets a corner. Where the other finger holds before and after, it holds in
     between as well: the lines and normals there lie between those of the two ends. So only its joints count.
     """
-    leaps = (first[:, None, 5] == 0) & (second[:, 5] == 0)
-    mask = (np.abs(first[:, None, 2] - second[None, :, 2]) <= steps[2]) | leaps
+    ours, theirs = first.T.copy(), second.T.copy()
+    mask = np.abs(ours[0][:, None] - theirs[0]) <= steps[0]
     i, j = np.nonzero(mask)
-    away = np.abs(first[i] - second[j])[:, :5]
-    away[:, 4] = np.minimum(away[:, 4], 2 * np.pi - away[:, 4])
-    away[leaps[i, j], 2:] = 0
-    mask[i, j] = (away <= steps).all(axis=1)
+    for column in range(1, 5):
+        away = np.abs(ours[column][i] - theirs[column][j])
+        kept = (np.minimum(away, 2 * np.pi - away) if column == 4 else away) <= steps[column]
+        if column > 1:
+            kept |= (ours[5][i] == 0) & (theirs[5][j] == 0)
+        i, j = i[kept], j[kept]
+    mask[:] = False
+    mask[i, j] = True
     return np.asarray(mask)
 
 
 def closed(friction: float, left: Array, right: Array) -> Mask:
     """Return between which places `(L, 6)` and `(R, 6)` the line lies in both friction cones."""
-    line = right[None, :, 2:4] - left[:, None, 2:4]
-    least = np.cos(np.arctan(friction)) * np.sqrt((line**2).sum(-1))
-    ours = -(line @ np.stack([np.cos(left[:, 4]), np.sin(left[:, 4])], axis=-1)[..., None])[..., 0]
-    theirs = (line * np.stack([np.cos(right[:, 4]), np.sin(right[:, 4])], axis=-1)).sum(-1)
+    x, y = (right[:, c] - left[:, c, None] for c in (2, 3))
+    least = np.cos(np.arctan(friction)) * np.hypot(x, y)
+    ours = -(x * np.cos(left[:, 4, None]) + y * np.sin(left[:, 4, None]))
+    theirs = x * np.cos(right[:, 4]) + y * np.sin(right[:, 4])
     return np.asarray((ours >= least) & (theirs >= least) & (least > 0))
 
 

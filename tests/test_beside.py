@@ -12,7 +12,7 @@ from matplotlib.text import Text
 import inhand
 from inhand.asterisk_test.beside import MOST, load_beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.report import Run, both_radars, command, side_by_side, write_report
+from inhand.asterisk_test.report import Run, both_radars, command, side_by_side
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, shown_columns, table_rows, with_beside
@@ -103,7 +103,7 @@ def test_table_panels_radar_and_report_have_the_names(
     assert rows[0][1] == rows[0][2]
     for figure in (side_by_side(run, ""), both_radars(run)):
         assert {"new", "old"} <= {text.get_text() for text in figure.findobj(Text)}
-    write_report(run, tmp_path / "new")
+    run.write_report(tmp_path / "new")
     assert (tmp_path / "new" / "figures" / "panels.png").is_file()
     text = (tmp_path / "new" / "report.md").read_text(encoding="utf-8")
     assert "| new [mm] | old [mm] |" in text

@@ -97,7 +97,7 @@ def test_a_run_prints_its_table_and_where_the_report_is(run: Path) -> None:
 def test_a_second_run_is_refused_and_overwriting_replaces(
     tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.asterisk_test.report.write_report", lambda *_: None)
+    monkeypatch.setattr("inhand.asterisk_test.tested.Tested.write_report", lambda *_: None)
     out = tmp_path / "run"
     words = ("asterisk", "--controller", "thesis-ik", "--trials", 1, "--out", out, "--directions")
     assert inhand(*words, "Out")[0] == 0
@@ -127,8 +127,11 @@ def test_trials_and_recordings_are_measured_alone(run: Path, tmp_path: Path, inh
     assert "right_1.npz" in out
     assert csv.name in out
     simulated, human = json.loads(numbers.read_text())["trials"]
-    made = json.loads((run / "metrics.json").read_text())["trials"][0]
-    assert simulated == made
+    made = json.loads((run / "metrics.json").read_text())["trials"]
+    assert simulated == made[0]
+    for place in (run, run / "trials"):
+        found = json.loads(inhand("metrics", place, "--json")[1])["table"]
+        assert sorted(each["direction"] for each in found) == sorted(each["direction"] for each in made)
     assert (human["direction"], human["outcome"], human["contact_fraction"]) == ("Right", "recorded", None)
     assert human["distance_mm"] == pytest.approx(30, abs=0.5)
     again = inhand("metrics", csv, "--out", numbers)
@@ -167,6 +170,34 @@ def test_the_viewer_is_an_extra(run: Path) -> None:
     trial = load_trial(run / "trials" / "right_1.npz")
     with pytest.raises(InputError, match=r"the viewer \(.*needs the extra `viewer`: pip install 'inhand\[viewer\]'"):
         play(trial.passport.hand, trial.passport.object, trial.joint_angles, trial.object_pose, trial.time)
+
+
+def test_a_recording_for_rerun_is_refused_before_anything_is_written(run: Path, inhand: Call, tmp_path: Path) -> None:
+    trial = run / "trials" / "right_1.npz"
+    cases: list[tuple[tuple[object, ...], str]] = [
+        (("--browser",), "--rerun and --browser are two ways to show a trial: give one of them"),
+        (("--out", tmp_path / "a.html"), "a.html: a recording for Rerun is a .rrd file"),
+    ]
+    if importlib.util.find_spec("rerun") is None:
+        told = "a recording for Rerun needs the extra `rerun`: pip install 'inhand[rerun]'"
+        cases.append((("--out", tmp_path / "a.rrd"), told))
+    for words, told in cases:
+        code, _, err = inhand("view", trial, "--rerun", *words)
+        assert code == 2
+        assert told in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_rerun_has_every_row_of_bodies_contacts_forces_and_signals(run: Path, inhand: Call, tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="the extra `rerun` is not installed")
+    trial, out = run / "trials" / "right_1.npz", tmp_path / "a.rrd"
+    code, told, _ = inhand("view", trial, "--rerun", "--out", out)
+    assert (code, told.splitlines()[0].startswith(f"Recording: {out}; look at it with: rerun")) == (0, True)
+    printed = in_a_process(sys.executable, "-m", "rerun", "rrd", "print", out)[1]
+    rows = len(load_trial(trial).time)
+    for place in ("hand/object", "hand/left/0", "hand/contacts/right", "hand/forces/left", "signals/force_n"):
+        assert re.search(rf"with {rows} rows .* /{place} ", printed), place
+    assert re.search(r"with 1 rows .* /hand/palm ", printed)
 
 
 def test_hands_and_objects_are_listed_by_their_whole_names(inhand: Call) -> None:
@@ -256,7 +287,7 @@ def test_stopping_is_no_crash(tmp_path: Path, inhand: Call, monkeypatch: pytest.
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("inhand.cli.asterisk.simulate", stopped)
+    monkeypatch.setattr("inhand.cli.asterisk.run_setup", stopped)
     code, _, err = inhand("asterisk", "--trials", 1, "--directions", "Out", "--out", tmp_path / "a")
     assert (code, err) == (130, "inhand: stopped; nothing was overwritten\n")
     assert not list(tmp_path.iterdir())

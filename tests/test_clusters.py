@@ -105,11 +105,11 @@ def test_a_dask_cluster_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatc
         (("--backend", "spark"), "invalid choice 'spark'"),
     ],
 )
-@pytest.mark.parametrize("command", ["sweep", "robustness", "design"])
+@pytest.mark.parametrize("command", ["sweep", "robustness", "design", "train --seeds 0 1"])
 def test_what_cannot_be_spread_is_refused(
     command: str, words: tuple[str, ...], told: str, inhand: Call, tmp_path: Path
 ) -> None:
-    code, _, err = inhand(command, *words, "--out", tmp_path / "out")
+    code, _, err = inhand(*command.split(), *words, "--out", tmp_path / "out")
     assert code == 2
     assert told in " ".join(err.split())
     assert not list(tmp_path.iterdir())

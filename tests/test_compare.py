@@ -19,7 +19,7 @@ from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.learning.config import Training
 
-SMALL = CompareConfig(tasks=("key",), others=(), seeds=(0,), episodes=3, budget=0.02, adaptation=(4,))
+SMALL = CompareConfig(tasks=("key",), others=(), seeds=(0,), episodes=3, budget=0.02, adaptation=(4,), jobs=1)
 
 
 def quiet(text: str, done: int, total: int) -> None:
@@ -109,6 +109,7 @@ def test_adaptation_is_the_fewest_steps_that_were_enough() -> None:
         (replace(SMALL, tasks=("square:x",)), "is no size"),
         (replace(SMALL, episodes=0), "at least 1"),
         (replace(SMALL, budget=0.0), "--budget 0"),
+        (replace(SMALL, address="auto"), "--address is of a cluster"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_before_anything_is_written(
@@ -122,7 +123,7 @@ def test_what_cannot_be_compared_is_refused_before_anything_is_written(
 
 def test_a_folder_of_other_settings_or_of_something_else_is_refused(tmp_path: Path) -> None:
     check_compare(replace(SMALL, out=tmp_path / "study"))
-    check_compare(replace(SMALL, out=tmp_path / "study"))
+    check_compare(replace(SMALL, out=tmp_path / "study", jobs=2))  # where it is computed is no part of a study
     with pytest.raises(InputError, match="other settings \\(episodes\\)"):
         check_compare(replace(SMALL, out=tmp_path / "study", episodes=4))
     (tmp_path / "other").mkdir()

@@ -10,12 +10,13 @@ import pytest
 from numpy.typing import NDArray
 
 import inhand
-from inhand.asterisk_test.report import Run, page
+from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.control.catalogue import CONTROLLERS
 from inhand.control.controller import Task
+from inhand.control.episode import SHAPES
 from inhand.control.seen import NotSensedError, Seen
-from inhand.control.trial import SHAPES, Trial, load_trial, save_trial
+from inhand.control.trial import Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.learning.batch import Batch
@@ -102,7 +103,7 @@ def test_a_trial_says_how_it_was_disturbed_and_what_its_controller_read(run: Run
     (note,) = [note for note in run.notes if note.startswith("Disturbed")]
     assert "differs.friction 0.6 to 1.6" in note
     assert "reads what is privileged" in note
-    assert note in page(run, [])
+    assert note in run.page()
     run.save(tmp_path / "run")
     told = json.loads((tmp_path / "run" / "metrics.json").read_text(encoding="utf-8"))
     assert told["reads"] == "privileged"

@@ -17,7 +17,7 @@ from inhand.control.ik import IkController
 from inhand.control.loop import Recording, run_episodes
 from inhand.control.phases import standard_phases
 from inhand.control.recording import cut_trials
-from inhand.control.trial import DIVERGED, REACHED, Passport, Trial
+from inhand.control.trial import DIVERGED, REACHED, Trial
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -31,6 +31,7 @@ from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import LARGEST, State, ran_away, select
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
+from made import passport
 from test_simulator import BOXES, CUBE, HAND, assert_same, run, shaken, start_pose
 
 WORLDS = BOXES[:4]
@@ -176,8 +177,8 @@ def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:
     grasp = planned_grasp(HAND, CUBE, origin[:, None] + task.path.poses)
     phases = standard_phases(grasp, IkController)
     recording = run_episodes(simulator, task, phases, simulator.reset(origin, grasp.opened))
-    passports = [Passport(HAND, CUBE, "ik", "Out", 90.0, 0.0, "Out", k + 1, 0, 5, 0.004, {}) for k in range(count)]
-    return recording, cut_trials(recording, passports, task.path.poses)
+    passports = [passport(trial=k + 1) for k in range(count)]
+    return recording, cut_trials(Trial, recording, passports, task.path.poses)
 
 
 @pytest.mark.parametrize("step", [1, 20, 100])

@@ -1,6 +1,7 @@
 """The environments keep Gymnasium's contract, alone and as a batch."""
 
 import asyncio
+import importlib.util
 import math
 import re
 import sys
@@ -35,6 +36,8 @@ from inhand.plots.live import ABOVE
 from inhand.sim.scene import SUBSTEPS
 from inhand.tasks.goals import goal_reached, goal_reward
 
+PLANAR = [name for name in IDS if "Spatial" not in name]
+"""Ids whose hands are in the plane; those in space have tests of their own."""
 QUICK: dict[str, Any] = {"directions": [0, 90], "starts": 8, "threads": 1}
 """Keywords of small environments, which share one pool."""
 Nested: TypeAlias = Any
@@ -86,7 +89,7 @@ def shape_of(value: Nested) -> Nested:
 # Gymnasium's own checks.
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", PLANAR)
 @pytest.mark.parametrize("keywords", [{}, {"observation": "grip", "actions": "steps", "stop": True}])
 def test_gymnasium_finds_nothing_wrong(name: str, keywords: dict[str, Any]) -> None:
     env = gymnasium.make(name, **QUICK | keywords)
@@ -105,7 +108,7 @@ async def ran(code: str) -> tuple[int | None, str]:
 def test_a_process_that_imports_nothing_of_ours_makes_them_by_module_and_id() -> None:
     keywords = "directions='Out', grasp='rough', starts=2, threads=1"
     code = (
-        f"import gymnasium\nfor name in {list(IDS)}:\n"
+        f"import gymnasium\nfor name in {PLANAR}:\n"
         "    id = f'inhand.learning.environments:{name}'\n"
         f"    gymnasium.make(id, {keywords}).reset(seed=0); gymnasium.make_vec(id, 2, {keywords}).reset(seed=0)"
     )
@@ -408,7 +411,7 @@ def cube(shown: NDArray[np.uint8]) -> Array:
     return 1e3 * (hand.palm_depth + ABOVE * hand.finger_length) / len(shown) * np.array([column, -row])
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", PLANAR)
 def test_batches_give_a_picture_of_each(name: str) -> None:
     envs = gymnasium.make_vec(name, num_envs=2, render_mode="rgb_array", **QUICK)
     envs.reset(seed=0, options={"direction": [0, 90]})
@@ -426,8 +429,24 @@ def test_no_library_for_pictures_is_loaded_without_them() -> None:
     assert asyncio.run(ran(code)) == (0, "")
 
 
+def test_pictures_of_mujoco_are_an_extra() -> None:
+    env = plain(render_mode="rgb_array", pictures="mujoco")
+    env.reset(seed=0)
+    if importlib.util.find_spec("glfw") is None:
+        with pytest.raises(InputError, match=r'pictures="mujoco" \(.*\) needs the extra `viewer`: pip install'):
+            env.render()
+        return
+    try:
+        shown = picture(env)
+    except InputError as error:
+        pytest.skip(f"there is no GL here: {error}")
+    assert (str(shown.dtype), shown.shape) == ("uint8", (400, 400, 3))
+    orange = (shown[..., 0] > 1.5 * shown[..., 2]).mean()
+    assert 0.01 < orange < 0.1
+
+
 def test_gymnasium_records_a_film(tmp_path: Path) -> None:
-    pytest.importorskip("moviepy", reason="Gymnasium's recorder needs moviepy: pip install moviepy")
+    pytest.importorskip("moviepy", reason="the extra `video` is not installed")
     env = gymnasium.make("inhand/Asterisk-v0", render_mode="rgb_array", horizon=5, actions="steps", **QUICK)
     films: Nested = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "films"))
     films.reset(seed=0)
@@ -466,7 +485,7 @@ def test_in_the_easy_setting_chance_holds_the_object_and_holding_costs_nothing()
 # Many environments.
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize("name", PLANAR)
 def test_gymnasium_makes_batches(name: str) -> None:
     envs = gymnasium.make_vec(name, num_envs=3, **QUICK)
     assert isinstance(envs, AsteriskGoalVectorEnv if "Goal" in name else AsteriskVectorEnv)

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from inhand.control.catalogue import planned_grasp
 from inhand.control.controller import Controller, Task
+from inhand.control.episode import MANIPULATE
 from inhand.control.ik import IkController
 from inhand.control.joint import JointPid, PidConfig
 from inhand.control.loop import LOST_AFTER, Recording, control_step, dropped, lost_steps, run_episodes
 from inhand.control.phases import SPREAD, Grasp, Phase, placed_joints, standard_phases
 from inhand.control.recording import cut_trials
-from inhand.control.trial import DIVERGED, LOST_CONTACT, MANIPULATE, NO_GRASP, REACHED, TIME_OUT, Passport, Trial
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT, Trial
 from inhand.geometry import Array, Path, spatial
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
@@ -24,6 +25,7 @@ from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN
+from made import passport
 
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 CUBE = OBJECTS["cube_39"]
@@ -297,16 +299,12 @@ def test_episodes_of_some_worlds_leave_the_others_alone() -> None:
     assert recording.outcomes[1:] == (REACHED, REACHED)
 
 
-def passport(trial: int) -> Passport:
-    return Passport(HAND, CUBE, "ik", "Out", 90.0, 0.0, "Out", trial, 0, 5, 0.004, {})
-
-
 def test_each_trial_is_cut_at_its_own_last_row() -> None:
     contacts = np.ones((30, 2, 2), dtype=bool)
     contacts[4:, 0, 1] = False
     phases = [Phase("grasp", lambda _: Counting((2, 2)), 1.0, must_hold=True), carrying(20, 20)]
     recording = run_script(contacts, phases)
-    short, long = cut_trials(recording, [passport(1), passport(2)], np.zeros((2, 3, 3)))
+    short, long = cut_trials(Trial, recording, [passport(trial=1), passport(trial=2)], np.zeros((2, 3, 3)))
     assert (short.outcome, long.outcome) == (LOST_CONTACT, REACHED)
     assert (len(short.time), len(long.time)) == (10, 23)
     assert (short.passport.trial, long.passport.trial) == (1, 2)
@@ -363,7 +361,7 @@ def test_a_finger_pulled_away_ends_only_its_own_world() -> None:
     simulator, task, grasp, start = grasped(2)
     phases = standard_phases(grasp, lambda _: LetGo(world=1, decision=4))
     recording = run_episodes(simulator, task, phases, start)
-    held, dropped = cut_trials(recording, [passport(1), passport(2)], task.path.poses)
+    held, dropped = cut_trials(Trial, recording, [passport(trial=1), passport(trial=2)], task.path.poses)
     assert (held.outcome, dropped.outcome) == (REACHED, LOST_CONTACT)
     touching = dropped.manipulated_path()[2]
     assert touching[:4].all()
@@ -447,7 +445,7 @@ def test_a_user_adds_a_phase_and_switches_a_controller() -> None:
     assert changed.outcomes == usual.outcomes == (REACHED,)
     assert (changed.phase == 2).sum() == 5
     assert (changed.phase == 1).sum() > 1.5 * (usual.phase == 1).sum()
-    trial: Trial = cut_trials(changed, [passport(1)], task.path.poses)[0]
+    trial: Trial = cut_trials(Trial, changed, [passport()], task.path.poses)[0]
     assert trial.phases == ("place", "grasp", "wait", MANIPULATE)
     assert trial.manipulated_path()[0][-1, 1] > 40
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sys
 import tomllib
 from pathlib import Path
@@ -13,6 +14,7 @@ from commands import Call, in_a_process
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.cli.asked import asked
 from inhand.cli.commands import COMMANDS, MetricsConfig
+from inhand.cli.terminal import say
 from inhand.errors import InputError
 from inhand.learning import train
 from inhand.learning.config import preset
@@ -159,6 +161,46 @@ def test_again_tells_what_differs(reach: Path, tmp_path: Path, inhand: Call) -> 
     assert f"{old} holds no run.toml: give the folder of a finished run" in inhand("again", old)[2]
 
 
+def test_again_finds_the_files_of_a_run_from_another_folder(
+    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home, other = tmp_path / "home", tmp_path / "other"
+    home.mkdir()
+    other.mkdir()
+    (home / "mine.toml").write_text(
+        'name = "mine"\npalm_width_mm = 53\n[left]\nlinks_mm = [72, 72]\n[right]\nlinks_mm = [72, 72]\n'
+    )
+    monkeypatch.chdir(home)
+    words = ("reach", "--hand", "mine.toml", "--directions", "Right", "--resolution-mm", 6, "--out", "results/r")
+    assert inhand(*words)[0] == 0
+    monkeypatch.chdir(other)
+    code, out, _ = inhand("again", "../home/results/r", "--out", "new")
+    assert (code, (other / "new" / NAME).is_file()) == (0, True)
+    assert out.splitlines()[-1].endswith("hold what those of ../home/results/r hold, to the last bit")
+    shutil.copytree(home / "results" / "r", other / "moved")
+    code, _, err = inhand("again", "moved")
+    assert code == 2
+    assert f"(files that moved/run.toml names are looked for from here, {other})" in err
+
+
+def test_a_file_may_begin_with_the_mark_of_its_bytes(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("trials = 7\n", encoding="utf-8-sig")
+    assert asked(["asterisk", "--config", str(tmp_path / "mine.toml")]).config == AsteriskConfig(trials=7)
+
+
+def test_long_names_are_told_shortly(inhand: Call) -> None:
+    for words in (("--hand", "x" * 5000), ("--hand", "3f_60.60_" + "9" * 400), ("--object", "cube_" + "9" * 400)):
+        code, _, err = inhand("asterisk", *words)
+        assert code == 2
+        assert "[...]" in err
+        assert len(err) < 700
+
+
+def test_what_is_said_is_not_read_as_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    say("direction 1:100:2 [b]")
+    assert capsys.readouterr().out == "direction 1:100:2 [b]\n"
+
+
 def test_files_of_one_run_alone_differ(reach: Path, tmp_path: Path) -> None:
     (tmp_path / "more.csv").write_text("a\n")
     assert compared(reach, tmp_path).differ == ("limits.csv", "more.csv", "reach.json")
@@ -197,8 +239,10 @@ def test_the_doctor_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch, inhan
 
 
 def test_a_shell_completes_commands_and_options(inhand: Call) -> None:
-    code, script, _ = inhand("completion", "bash")
-    assert code == 0
+    code, script, err = inhand("completion", "bash")
+    assert (code, err) == (0, "")
+    code, told, err = inhand("completion", "bash", "--json")
+    assert (code, err, json.loads(told)["told"]) == (0, "", [script.rstrip("\n")])
     ask = "COMP_WORDS=(inhand {}); COMP_CWORD={}; _tyro_inhand; echo ${{COMPREPLY[@]}}\n"
     asks = ask.format("ast", 1) + ask.format("trace --sca", 2)
     code, out, err = in_a_process("bash", "-c", script + asks)

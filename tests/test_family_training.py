@@ -20,12 +20,13 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.pair_family import PairFamily
 from inhand.hands.sides import rough_plan
-from inhand.learning import pair_pools, setup, training
+from inhand.learning import experts, pair_pools, setup, training
 from inhand.learning.beginning import begun
 from inhand.learning.config import family, hand_of_family
 from inhand.learning.experts import expert_of
 from inhand.learning.networks import act, layers_of, new_actor
 from inhand.learning.pair_pools import DIRECTIONS, SIXTEEN, TURNS_TOO, Planned, pools_of
+from inhand.learning.recipe import Recording
 from inhand.learning.run_cards import check
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.starts import Starts
@@ -76,6 +77,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found, patch = tmp_path_factory.mktemp("family"), pytest.MonkeyPatch()
     tests = [planned(HELD[0], SIXTEEN, ())]
     patch.setattr(setup, "planned_pairs", lambda *_: (PAIRS, tests))
+    patch.setattr(experts, "LONGEST", 30)
     save_ready(make_ready(SMALL, found, lambda *_: None), found / "ready.npz")
     patch.undo()
     return found
@@ -86,8 +88,12 @@ def ready(folder: Path) -> Ready:
     return load_ready(SMALL, folder / "ready.npz")
 
 
-def pools() -> list[Starts]:
-    return pools_of(SMALL, PAIRS, np.random.default_rng(0), lambda *_: None)
+@pytest.fixture(scope="module")
+def mixed() -> Starts:
+    """Return starts of two pairs of one form, which nothing disturbs."""
+    found = pools_of(replace(SMALL, disturb="none"), PAIRS, np.random.default_rng(0), lambda *_: None)[0]
+    assert found.pairs is not None
+    return found
 
 
 def test_hands_of_one_form_are_one_pool_and_each_start_knows_its_own(ready: Ready) -> None:
@@ -104,9 +110,8 @@ def test_hands_of_one_form_are_one_pool_and_each_start_knows_its_own(ready: Read
     assert len(ready.angle_deg) == 16
 
 
-def test_worlds_of_different_hands_go_as_each_hands_own_do() -> None:
-    """In one batch, byte for byte, also after they have changed places."""
-    mixed = pools()[0]
+def test_worlds_of_different_hands_go_as_each_hands_own_do(mixed: Starts) -> None:
+    """In one batch, byte for byte, what they remember too, also after they have changed places or been written down."""
     assert mixed.pairs is not None
     worlds = ManipulationWorlds(HELD[0], mixed, len(mixed), SMALL.interface, np.random.default_rng(0), threads=1)
     rows = np.arange(len(mixed))[::-1].copy()
@@ -114,27 +119,39 @@ def test_worlds_of_different_hands_go_as_each_hands_own_do() -> None:
     rng = np.random.default_rng(1)
     actions = 0.2 * rng.uniform(-1, 1, (6, len(mixed), 6))
     for action in actions:
+        kept = worlds.state_dict()
         step = worlds.step(action)
+    other = ManipulationWorlds(HELD[0], mixed, len(mixed), SMALL.interface, np.random.default_rng(0), threads=1)
+    other.load_state_dict(kept)
+    assert np.array_equal(other.step(actions[-1]).successor, step.successor)
     for number, held in enumerate(mixed.pairs.held):
         mine = np.flatnonzero(mixed.pairs.of[rows] == number)
         own = replace(mixed.rows(rows[mine]), pairs=None)
         alone = ManipulationWorlds(held, own, len(mine), SMALL.interface, rng, threads=1)
         assert np.array_equal(alone.reset(np.arange(len(mine))), seen[mine])
         for action in actions:
-            other = alone.step(action[mine])
-        assert np.array_equal(other.successor, step.successor[mine])
-        assert np.array_equal(other.after.joint_angles, step.after.joint_angles[mine])
+            own_step = alone.step(action[mine])
+        assert np.array_equal(own_step.successor, step.successor[mine])
+        assert np.array_equal(own_step.after.joint_angles, step.after.joint_angles[mine])
 
 
-def test_each_pair_is_shown_by_its_own_teacher() -> None:
-    mixed = pools()[0]
+def test_a_world_that_begins_anew_keeps_its_hand(mixed: Starts) -> None:
     assert mixed.pairs is not None
-    worlds = ManipulationWorlds(HELD[0], mixed, len(mixed), SMALL.interface, np.random.default_rng(0), threads=1)
-    worlds.reset(np.arange(len(mixed)))
-    targets = expert_of("teacher", HELD[0], mixed, worlds)()
-    for number, held in enumerate(mixed.pairs.held):
-        mine = np.flatnonzero(mixed.pairs.of == number)
-        teacher = Teacher(*held, None, len(mine))
+    rows, rng = np.arange(len(mixed)), np.random.default_rng(0)
+    again = np.stack([mixed.pairs.again(rows, rng) for _ in range(40)])
+    assert (mixed.pairs.of[again] == mixed.pairs.of).all()
+    assert set(again.ravel().tolist()) == set(rows.tolist())
+
+
+def test_each_pair_is_shown_by_its_own_teacher(mixed: Starts, ready: Ready) -> None:
+    drawn = ready.starts[0]
+    assert drawn.pairs is not None
+    assert drawn.disturbed is not None
+    worlds = ManipulationWorlds(HELD[0], drawn, len(drawn), SMALL.interface, np.random.default_rng(0), threads=1)
+    worlds.reset(np.arange(len(drawn)))
+    targets = expert_of("teacher", HELD[0], drawn, worlds)()
+    for held, mine in drawn.pairs.apart():
+        teacher = Teacher(*held, [drawn.disturbed[row] for row in mine], len(mine))
         assert np.array_equal(targets[mine], teacher.act(select(worlds.state, mine), worlds.asked.take(mine)))
     with pytest.raises(InputError, match="expert 'ik' knows one hand: hands that differ are shown by 'teacher'"):
         expert_of("ik", HELD[0], mixed, worlds)
@@ -154,7 +171,7 @@ def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(
     check(own)
     learner = begun(own, ready.columns)
     assert np.allclose(layers_of(learner.actor)[0].weight, best.weights[0])
-    with pytest.raises(InputError, match=r"start .* sees joints by a joints network, and what is to be trained"):
+    with pytest.raises(InputError, match=r"start .* sees joint-senses by a joints network, and what is to be trained"):
         begun(replace(own, learning=replace(own.learning, hidden=(16, 16))), ready.columns)
     with pytest.raises(InputError, match=r"palm width is 90 mm, the family's 40 to 80 mm: train without start"):
         check(replace(own, hand="2v2_50.50_50.50_1.1_90"))
@@ -171,8 +188,14 @@ def test_every_layer_of_a_network_over_joints_learns(ready: Ready) -> None:
     ("change", "text"),
     [
         ({"pairs": -1}, "pairs -1: give a number of hands and objects"),
-        ({"disturb": "field"}, "a family is learned with layout joints, expert teacher and planned grasps"),
-        ({"interface": replace(SMALL.interface, observation="grip")}, "a network over joints sees layout joints, not"),
+        (
+            {"recipe": replace(SMALL.recipe, turns=0.1)},
+            "a family is learned with layout joints or joint-senses, a teacher and planned grasps, on primitives",
+        ),
+        (
+            {"interface": replace(SMALL.interface, observation="grip")},
+            "a network over joints sees layout joints or joint-senses, not",
+        ),
         ({"start": "ik"}, "start 'ik' is no learned policy: give rl-family or the folder of a run"),
     ],
 )
@@ -185,7 +208,7 @@ def test_pairs_are_drawn_and_planned_by_seeds_of_their_own(monkeypatch: pytest.M
     """A pair that no grasp holds is passed over; those that are tested with come after those that are learned with."""
     asked = []
 
-    def plan(held: Held, angles: np.ndarray, sides: tuple[float, ...], _engine: str) -> Planned:
+    def plan(held: Held, angles: np.ndarray, sides: tuple[float, ...], _recording: Recording) -> Planned:
         asked.append(held)
         if len(asked) == 2:
             raise InputError("no grasp")

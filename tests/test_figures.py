@@ -9,10 +9,10 @@ import pytest
 from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
+from figure_reader import NAMES, SIXTEEN, dashed, drawn, legend_texts, texts, xy
 from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array, unit
@@ -26,10 +26,6 @@ from inhand.plots.save import save_figure
 from inhand.plots.shapes import SceneOutline, draw_scene, extent_of, move_scene
 from inhand.plots.sheet import new_figure
 from inhand.plots.style import DIRECTION_WHEEL, INK, MUTED, direction_colour, series_look
-
-NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
-NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}
-SIXTEEN = NAMES | {angle - 22.5: f"{name}'" for angle, name in NAMES.items()}
 
 
 def square(x: float, y: float, side: float) -> Array:
@@ -54,24 +50,6 @@ def star(names: dict[float, str], lengths: Sequence[float]) -> list[PathCurve]:
     return [straight(a, n, lengths[i % len(lengths)]) for i, (a, n) in enumerate(names.items())]
 
 
-def drawn(figure: Figure) -> Figure:
-    """Return the figure after a draw, so that texts and axes know where they are."""
-    figure.canvas.draw()
-    return figure
-
-
-def xy(line: Line2D) -> Array:
-    return np.asarray(line.get_xydata(), dtype=float)
-
-
-def texts(ax: Axes) -> list[str]:
-    return [text.get_text() for text in ax.texts]
-
-
-def legend_texts(figure: Figure) -> list[str]:
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-
-
 def boxes_of(ax: Axes) -> list[Bbox]:
     return [text.get_window_extent() for text in ax.texts]
 
@@ -79,10 +57,6 @@ def boxes_of(ax: Axes) -> list[Bbox]:
 def solid(ax: Axes) -> list[Line2D]:
     """Return the drawn paths: solid lines of the width that only paths have."""
     return [line for line in ax.lines if line.get_linestyle() == "-" and line.get_linewidth() == 2.0]
-
-
-def dashed(ax: Axes) -> list[Line2D]:
-    return [line for line in ax.lines if line.get_linestyle() == "--"]
 
 
 def test_thesis_directions_have_the_colours_of_the_public_software() -> None:

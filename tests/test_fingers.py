@@ -56,7 +56,7 @@ def test_a_simulator_measures_every_finger(stepped: tuple[State, State]) -> None
     np.testing.assert_allclose(state.gaps[:, 2], middle, atol=1e-3)
 
 
-@pytest.mark.parametrize("name", [name for name, layout in LAYOUTS.items() if not (layout.sensed or layout.slotted)])
+@pytest.mark.parametrize("name", [name for name, layout in LAYOUTS.items() if not (layout.sensed or layout.columns)])
 def test_every_layout_sees_every_finger(name: str, stepped: tuple[State, State]) -> None:
     layout, state = LAYOUTS[name], replace(stepped[1], gaps=np.zeros((2, 3)), link_gaps=np.zeros((2, 6)))
     aim = Aim(np.zeros(2), state.pose, np.full(2, 0.05), 0.0, state.pose)
@@ -74,7 +74,9 @@ def test_what_is_sensed_of_every_finger_is_seen(name: str) -> None:
     lags, poses = len(LAGS), np.zeros((2, 3))
     joints, frames = np.zeros((lags, 2, HAND.n_joints)), np.zeros((lags, 2, 3))
     grips = np.zeros((2, 3, 2)), np.zeros((2, 3))
-    past = Past(joints, joints, frames, np.zeros((lags, 2)), joints[0], poses, np.ones(2, bool), poses, poses, *grips)
+    past = Past(
+        joints, joints, frames, np.zeros((lags, 2)), joints[0], poses, np.ones(2, bool), poses, poses, poses, *grips
+    )
     layout, aim, scene = LAYOUTS["senses"], Aim(np.zeros(2), poses, np.full(2, 0.05)), Scene(HAND, (CUBE, CUBE))
     seen = observe(layout, past, aim, scene)
     assert seen.shape == (2, layout.size(HAND))

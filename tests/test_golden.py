@@ -23,12 +23,22 @@ import pytest
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.trial import Trial
+from inhand.control import loop
+from inhand.control.controller import SpatialTask
+from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_rehearsal import closed_at
+from inhand.control.trial import AnyTrial
 from inhand.hands.files import load_object
 from inhand.hands.names import parse_hand_name
+from inhand.hands.spatial.grasp_search import SpatialSearchConfig, search_grasps
+from inhand.hands.spatial.gravity import gravity_of
+from inhand.hands.spatial.names import STANDARD, parse_spatial_name
+from inhand.hands.spatial.objects import parse_solid_name
 from inhand.sim.names import Engine
 from inhand.tasks.primitives import parse_directions
 from inhand.tasks.reach import limits
+from inhand.tasks.spatial.paths import hold_path, spatial_path_of, stacked_paths, whole_spatial_path
+from inhand.tasks.spatial.primitives import parse_spatial_directions
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.run import prepare_trace, simulate_trace
 
@@ -46,7 +56,7 @@ def _digest(arrays: Iterable[np.ndarray]) -> str:
     return found.hexdigest()
 
 
-def _trial_arrays(trials: Iterable[Trial]) -> list[np.ndarray]:
+def _trial_arrays(trials: Iterable[AnyTrial]) -> list[np.ndarray]:
     """Return what a trial's motion is; of points the planar view."""
     plain = ("phase", "time", "object_pose", "joint_angles", "targets", "gaps", "contact_links")
     found = []
@@ -72,6 +82,24 @@ def _trace(engine: Engine) -> Golden:
 def _reach() -> Golden:
     found = limits(parse_hand_name(HAND), load_object(OBJECT), parse_directions("Out,In,Right',In-Left,cw"))
     return _digest([np.array([limit.distance for limit in found])]), [limit.distance for limit in found]
+
+
+def _space() -> Golden:
+    """Search, grip, carry and judge in space: one palm, one object, few contacts; a move, a turn, a held rotation."""
+    hand, cube, gravity = parse_spatial_name(STANDARD), parse_solid_name("cube_50"), np.array([gravity_of("down")])
+    paths = [spatial_path_of(each) for each in parse_spatial_directions("Up,turn+x,Right@+z@10")]
+    config = SpatialSearchConfig(spacing=0.016, keep=1)
+    found = search_grasps((hand, cube), hand.start_pose, list(map(whole_spatial_path, paths)), gravity, config=config)
+    starts, path = np.tile(hand.start_pose, (3, 1)), stacked_paths(paths)
+    task = SpatialTask(hand, (cube,) * 3, path, gravity=np.tile(gravity, (3, 1)), distance=np.full(3, 0.01))
+    twists = stacked_paths([hold_path(each) for each in paths])
+    grasp = closed_at(hand, [each[0] for each in found], starts)
+    _, left = loop.simulate(task, grasp, starts, SpatialIkController, loop.Bench("mujoco", threads=1), twists=twists)
+    arrays = [
+        getattr(state, name) for state in left.states for name in ("object_pose", "joint_angles", "targets", "gaps")
+    ]
+    moved = left.states[-1].object_pose[:, :3] - starts[:, :3]
+    return _digest(arrays), (1e3 * np.linalg.norm(moved, axis=-1)).tolist()
 
 
 def _actor(engine: Engine) -> Golden:
@@ -106,6 +134,7 @@ def _actor(engine: Engine) -> Golden:
 
 MADE: dict[str, Callable[[], Golden]] = {
     "reach": _reach,
+    "space": _space,
     "trials": partial(_trials, "planar"),
     "trace": partial(_trace, "planar"),
     "actor": partial(_actor, "planar"),
@@ -113,7 +142,7 @@ MADE: dict[str, Callable[[], Golden]] = {
     "trace, mujoco": partial(_trace, "mujoco"),
     "actor, mujoco": partial(_actor, "mujoco"),
 }
-TOLERANCE = {"trials": 1.5, "trace": 0.1, "reach": 1e-6, "actor": 2.0}
+TOLERANCE = {"trials": 1.5, "trace": 0.1, "reach": 1e-6, "space": 0.5, "actor": 2.0}
 """How far the numbers may be from the recorded ones on another machine, in their own units (mm, m, sum of rewards)."""
 
 

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from inhand.control import loop, sensed_plan, shipped_plans
-from inhand.control.catalogue import carrier_of, find_controller, rough_grasp
+from inhand.control.catalogue import find_controller, rough_grasp
 from inhand.control.controller import Task
 from inhand.control.grades import GRADES, USUAL, grade_of
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import plan_keys, told_way
+from inhand.control.sensed_policy import carrier_of
 from inhand.geometry import Array, Path
 from inhand.hands.files import load_object
 from inhand.hands.fit import Held

@@ -23,18 +23,8 @@ from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.state import State, select
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, UNSEEN, primitive_at
+from test_averages import ONE_PERSON_MM
 
-PEOPLE_MM = {
-    "Out": 49.5,
-    "Out-Right": 60.9,
-    "Right": 72.7,
-    "In-Right": 52.5,
-    "In": 44.3,
-    "In-Left": 48.7,
-    "Left": 78.4,
-    "Out-Left": 59.9,
-}
-"""Mean distance of one person's three trials with the 2v2 hand [mm] (asterisk-test.md)."""
 HAND = parse_hand_name("2v2_50.50_50.50_1.1_53")
 
 
@@ -45,9 +35,9 @@ def expert() -> dict[str, Result]:
     return {trial.passport.primitive: result_of_trial(trial) for trial in simulate(config, prepare(config))}
 
 
-@pytest.mark.parametrize("name", PEOPLE_MM)
+@pytest.mark.parametrize("name", ONE_PERSON_MM)
 def test_it_carries_as_far_as_a_person(name: str, expert: dict[str, Result]) -> None:
-    assert expert[name].metrics.distance_mm >= PEOPLE_MM[name]
+    assert expert[name].metrics.distance_mm >= ONE_PERSON_MM[name]
 
 
 @pytest.mark.parametrize("name", [primitive.name for primitive in TRAIN + UNSEEN])

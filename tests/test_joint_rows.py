@@ -16,17 +16,20 @@ from inhand.control.joint_network import actions_of_joints, joint_sizes
 from inhand.control.knowing import check_held
 from inhand.control.policy import Policy, PolicyController, load_policy, save_policy
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, rotate, unit
+from inhand.geometry import TURN_ARM, Array, inverse_transform, rotate, unit
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import hand_positions
 from inhand.hands.pair_family import PairFamily
 from inhand.hands.sides import side_joints
 from inhand.sim.engines import make_simulator
+from inhand.sim.scene import DECISION_S
 from inhand.sim.state import State
 from inhand.tasks.hand_arrays import RAYS, SLOTS, arrays_of, ray_lengths, slots_of
 from inhand.tasks.joint_rows import COLUMNS, JOINTS
+from inhand.tasks.joint_senses import JOINT_SENSES
 from inhand.tasks.observations import Aim, Scene, observe
+from inhand.tasks.past import LAGS, Past
 from inhand.tasks.paths import stacked, straight_path
 from inhand.tasks.primitives import TURNS, primitive_at
 
@@ -98,6 +101,33 @@ def test_the_grip_angle_presses_each_finger_on_the_object() -> None:
     assert (after - before)[2, 0] > 0 > (after - before)[5, 0]
 
 
+@pytest.mark.parametrize("hand", [TWO, THREE])
+def test_what_is_believed_is_told_as_what_is_so_and_what_was_before_beside_it(hand: HandSpec) -> None:
+    """Where the belief is true and fingers touch without a gap the rows are those of the state."""
+    state, places = touched(hand, 2), slots_of(hand)
+    state = replace(state, gaps=np.zeros((2, 2)), object_points=state.finger_points)
+    before = state.joint_angles - 0.01 * np.arange(len(LAGS))[:, None, None]
+    commands = np.stack([state.targets, *[before[k] + 0.02 * k for k in range(1, len(LAGS))]])
+    velocity = np.array([[0.03, -0.01, 0.2], [0.0, 0.02, -0.1]])
+    points = inverse_transform(state.pose[:, None], state.finger_xy)
+    frames, none = np.repeat(state.pose[None], len(LAGS), axis=0), np.zeros((len(LAGS), 2))
+    still = before[0], state.pose, np.zeros(2, bool), state.pose, state.pose
+    past = Past(before, commands, frames, none, *still, velocity, points, np.zeros((2, 2)))
+    scene, aim = Scene(hand, (CUBE, CUBE)), Aim(np.array([0.7, 0.0]), state.pose, 0.05, turn=np.array([0.0, 1.0]))
+    speed = (before[0] - before[2]) / (LAGS[2] * DECISION_S)
+    linear = np.pad(velocity[:, :2], ((0, 0), (0, 3)))
+    true = replace(state, joint_velocities=speed, object_velocity=np.hstack([linear, velocity[:, 2:]]))
+    seen, told = observe(JOINT_SENSES, past, aim, scene), observe(JOINTS, true, aim, scene)
+    count = len(COLUMNS) * SLOTS
+    assert np.allclose(seen[:, :count], told[:, :count], atol=1e-9)
+    whole = told.shape[1] - count
+    start = JOINT_SENSES.columns * SLOTS
+    assert np.allclose(seen[:, start : start + whole], told[:, count:], atol=1e-9)
+    own = seen[:, count:start].reshape(2, -1, SLOTS)[:, :, places]
+    assert np.allclose(own[:, :4], np.clip(30 * 0.01 * np.arange(1, 5), -1, 1)[:, None])
+    assert np.allclose(own[:, 4:], 5 * 0.02 * np.arange(1, 5)[:, None])
+
+
 def test_outlines_are_distances_over_angles() -> None:
     rays = ray_lengths(CUBE)
     assert np.allclose(rays[[0, 2, 4]], [0.0195, 0.0195 * np.sqrt(2), 0.0195])
@@ -110,7 +140,10 @@ def test_outlines_are_distances_over_angles() -> None:
 
 def layers(seed: int = 3) -> list[tuple[Array, Array]]:
     rng, size = np.random.default_rng(seed), JOINTS.size(TWO)
-    return [(rng.standard_normal(s) / np.sqrt(s[0]), rng.standard_normal(s[1])) for s in joint_sizes(size, (8, 8))]
+    return [
+        (rng.standard_normal(s) / np.sqrt(s[0]), rng.standard_normal(s[1]))
+        for s in joint_sizes(size, len(COLUMNS), (8, 8))
+    ]
 
 
 def test_the_network_says_the_same_of_joints_in_another_order_and_nothing_of_empty_slots() -> None:
@@ -174,7 +207,7 @@ def test_hands_and_objects_outside_the_family_are_refused_with_the_range() -> No
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"observation": "grip"}, "a network over joints has two layers or more and sees layout joints"),
+        ({"observation": "grip"}, "a network over joints has two layers or more and sees a layout with slots"),
         ({"weights": tuple(w[:-1] if k == 1 else w for k, (w, _) in enumerate(layers()))}, "1.weight has the shape"),
     ],
 )
@@ -186,4 +219,4 @@ def test_weights_that_fit_no_network_over_joints_are_refused(change: dict[str, A
 
 def test_hidden_layers_of_a_network_over_joints_have_one_size() -> None:
     with pytest.raises(InputError, match=r"hidden layers of \(8, 16\) units: a network over joints has one size"):
-        joint_sizes(JOINTS.size(TWO), (8, 16))
+        joint_sizes(JOINTS.size(TWO), len(COLUMNS), (8, 16))

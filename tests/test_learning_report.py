@@ -11,6 +11,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from figure_reader import legend_texts
 from inhand.asterisk_test.comparison import HEADER, ControllerTrials, lost, rows, with_more
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.failures import Failure, failure_of, failures_figure
@@ -72,10 +73,6 @@ def data(ax: Axes, number: int) -> Array:
 
 def titles(figure: Figure) -> list[str]:
     return [ax.get_title(loc="left") for ax in figure.axes]
-
-
-def legend_texts(figure: Figure) -> list[str]:
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
 def test_a_record_is_read_and_a_line_that_was_cut_off_is_not(record: Learned) -> None:

@@ -27,7 +27,8 @@ from inhand.tasks.decisions import (
     reward,
     targets_of,
 )
-from inhand.tasks.joint_rows import COLUMNS
+from inhand.tasks.joint_rows import COLUMNS, ROWS
+from inhand.tasks.joint_senses import BEFORE, WIDTH
 from inhand.tasks.layouts import LAYOUTS, find_layout
 from inhand.tasks.observations import LARGEST_SIZE, THESIS, Aim, Layout, Scene, by_rank, observe
 from inhand.tasks.past import Past
@@ -226,8 +227,11 @@ def mirrored(state: State) -> State:
     )
 
 
+ROW_SIGNS = (*[1.0] * 3, *[-1.0] * 12, *[1.0] * 3)
+BELIEVED_SIGNS = (*ROW_SIGNS, *[-1.0] * len(BEFORE))
 MIRRORED: tuple[tuple[str, tuple[int, ...], int | None, Any], ...] = (
-    ("for each joint's slot", (len(COLUMNS), 2, 3), 2, np.array([*[1.0] * 3, *[-1.0] * 12, *[1.0] * 3])[:, None, None]),
+    (f"{ROWS}, ", (WIDTH, 2, 3), 2, np.array(BELIEVED_SIGNS)[:, None, None]),
+    ("for each joint's slot", (len(COLUMNS), 2, 3), 2, np.array(ROW_SIGNS)[:, None, None]),
     ("line between the contacts", (2,), None, (-1.0, 1.0)),
     ("object position from its start", (3,), None, (-1.0, 1.0, -1.0)),
     ("encoders", (-1, 2), 2, -1.0),

@@ -15,14 +15,10 @@ from inhand.hands.touch import touch
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
+from test_outlines import area, inside
 
 SPECS = list(CATALOGUE.values())
 by_name = pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.name)
-
-
-def area(corners: Array) -> float:
-    """Signed area of a polygon, positive where its corners run counter-clockwise."""
-    return float(cross(corners, np.roll(corners, -1, axis=0)).sum() / 2)
 
 
 def from_edges(points: Array, corners: Array) -> Array:
@@ -31,15 +27,6 @@ def from_edges(points: Array, corners: Array) -> Array:
     share = ((points[:, None] - corners) * ways).sum(-1) / (ways * ways).sum(-1)
     nearest = corners + np.clip(share, 0, 1)[..., None] * ways
     return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=-1).min(axis=1))
-
-
-def inside(points: Array, corners: Array) -> Array:
-    """Whether points `(N, 2)` lie in a polygon `(K, 2)`: a ray to the right crosses an odd number of edges."""
-    (x0, y0), (x1, y1) = corners.T, np.roll(corners, -1, axis=0).T
-    x, y = points.T[..., None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ahead = ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-    return np.asarray(ahead.sum(axis=-1) % 2 == 1)
 
 
 @by_name

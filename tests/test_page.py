@@ -14,8 +14,8 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.control.episode import SHAPES
 from inhand.control.replays import MOST_TRIALS, Shown, player_of
-from inhand.control.trial import SHAPES
 from inhand.geometry import Array, planar
 from inhand.pages import again, listed, table_of
 from inhand.plots.page.document import SCRIPTS, WebPart, html_of, settings_of
@@ -140,7 +140,7 @@ def test_the_same_run_gives_the_same_bytes(finished: Run, page: str) -> None:
 
 def test_a_page_is_written_beside_the_report(finished: Run, page: str, tmp_path: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inhand.asterisk_test.report.write_report", lambda *_: None)
+        patch.setattr("inhand.asterisk_test.tested.Tested.write_report", lambda *_: None)
         finished.write(tmp_path)
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
 

@@ -19,10 +19,11 @@ from inhand import geometry
 from inhand.asterisk_test.cells import job_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.catalogue import find_controller, learned, notes_of, policy_of
+from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.contract import ANGLES, check_senses, contract_of
 from inhand.control.controller import Task
 from inhand.control.draws import disturbance_notes
+from inhand.control.notes import notes_of
 from inhand.control.policy import (
     CARD,
     STILL_TIME,
@@ -34,8 +35,10 @@ from inhand.control.policy import (
 )
 from inhand.control.policy_arrays import ACTOR
 from inhand.control.run_config import RunConfig
+from inhand.control.seen import SENSED
 from inhand.errors import InputError
 from inhand.hands.files import assumed
+from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import parse_object_name
 from inhand.records import table_of
@@ -140,7 +143,7 @@ CARDS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda card: card["interface"]["parts"][7].update(scale=[2.5]), "spin [rad/s]: scale 2.5 there, 2 here"),
     (lambda card: card["interface"]["parts"][7].update(middle=[1]), "spin [rad/s]: middle 1 there, 0 here"),
     (lambda card: card["interface"]["parts"][7].update(fixed=2), "spin [rad/s]: fixed 2 there, 1 here"),
-    (lambda card: card["interface"]["parts"][7].update(fixed=10**12), "has 1000000000000 numbers and 0 for each joint"),
+    (lambda card: card["interface"]["parts"][7].update(fixed=10**12), "has 1000000000000 numbers, 0 for each joint"),
     (lambda card: card["interface"]["parts"].pop(), "gaps of the fingers [m]: here alone"),
     (lambda card: card["interface"]["parts"].reverse(), "the order of the observation's parts"),
     (lambda card: card["interface"].update(largest_step=0.1), "largest step: 0.1 there, 0.04 here"),
@@ -345,7 +348,10 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
     (folder.parent / "empty").mkdir()
     with pytest.raises(InputError, match=r"no trained policy in .*empty"):
         find_controller(str(folder.parent / "empty"))
-    with pytest.raises(InputError, match=r"allowed are ik, ik-cautious, .*rl, rl-privileged, rl-family, the folder of"):
+    with pytest.raises(
+        InputError,
+        match=r"allowed are ik, ik-cautious, .*rl, rl-privileged, rl-family, rl-family-privileged, the folder of",
+    ):
         find_controller(str(folder / "nothing"))
 
 
@@ -366,6 +372,20 @@ def test_a_run_says_what_the_policy_was_trained_with() -> None:
         *free,
         f"The policy mine was trained with cube_39 and {HAND.name}; here it moves cylinder_40 with {HAND.name}.",
     )
+
+
+def test_rl_runs_hands_and_objects_that_differ_by_the_policy_of_the_family() -> None:
+    own, other = Held(HAND, CUBE), Held(parse_hand_name(LARGER), CUBE)
+    asked = (("rl", None), ("rl-family", None), ("rl", own), ("rl", Held(HAND, parse_object_name("cylinder_40"))))
+    found = [find_controller(name, held) for name, held in (*asked, ("rl", other), ("rl-family", own))]
+    assert [entry.name for entry in found] == ["rl", "rl-family", "rl", "rl", "rl", "rl-family"]
+    assert {entry.reads for entry in found} == {SENSED}
+    alone, family, *others = (entry.policy.digest for entry in found if entry.policy)
+    assert others == [alone, family, family, family]
+    told = f"rl moves cube_39 with {LARGER} by the policy for hands and objects that differ, rl-family"
+    assert notes_of(find_controller("rl", other), LARGER, CUBE.name)[-1] == told
+    with pytest.raises(InputError, match=r"palm width is 90 mm, the family's 40 to 80 mm; use a hand within, or train"):
+        prepare(AsteriskConfig(controller="rl", hand="2v2_50.50_50.50_1.1_90"))
 
 
 @pytest.mark.parametrize("grasp", ["planned", "rough"])

@@ -16,7 +16,8 @@ from inhand.asterisk_test.results import as_entry, by_direction, result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.table import HEADER, table_rows
 from inhand.cli.reach import run_reach
-from inhand.control.trial import TWIST, Trial, load_trial, save_trial
+from inhand.control.episode import TWIST
+from inhand.control.trial import Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE

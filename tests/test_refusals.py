@@ -36,7 +36,7 @@ CASES = [
     ("robustness --disturbances field frction-0.6", "unknown disturbance 'frction-0.6'; did you mean friction-0.6"),
     ("robustness --disturbances levls", "or levels and singles, all of a kind; did you mean levels"),
     (
-        "robustness --disturbances none --curves size-0.95 --strengths 9 --object box_2x2",
+        "robustness --controllers ik --disturbances none --curves size-0.95 --strengths 9 --object box_2x2",
         "disturbance 'size-0.95@9' cannot be drawn:",
     ),
     ("robustness --controllers ik ikk --out file", "unknown controller 'ikk'; did you mean ik"),

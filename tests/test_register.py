@@ -1,8 +1,9 @@
 """What users register from their own files runs as itself, or is refused with what was given and what is needed."""
 
 import math
+import re
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.learning.starts import straight_task
+from inhand.loading import LOADERS
 from inhand.registry import Registry, load_file, load_packages
 from inhand.tasks.decisions import find_reward
 from inhand.tasks.layouts import find_layout
@@ -96,6 +98,7 @@ def test_a_folder_that_holds_no_run_is_refused_with_what_it_holds(tmp_path: Path
         front.load(cast("str", None))
     with pytest.raises(InputError, match=f"is empty: {marks}"):
         front.load(tmp_path)
+
     (tmp_path / "notes.txt").touch()
     with pytest.raises(InputError, match=f"holds notes.txt: {marks}"):
         front.load(tmp_path)
@@ -104,6 +107,18 @@ def test_a_folder_that_holds_no_run_is_refused_with_what_it_holds(tmp_path: Path
     (tmp_path / "trace.json").write_text("{}")
     with pytest.raises(InputError, match=r"trace.json: config is None; it must be a table"):
         front.load(tmp_path)
+
+
+def test_a_run_that_cannot_be_read_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(folder: Path) -> NoReturn:
+        raise InputError("unknown hand 'nonsense'" if folder == tmp_path else f"{folder / 'x.json'}: no")
+
+    monkeypatch.setitem(LOADERS, "sweep.json", ("inhand sweep", refuse))
+    (tmp_path / "deep").mkdir()
+    for place, told in ((tmp_path, "sweep.json: unknown hand 'nonsense'"), (tmp_path / "deep", "x.json: no")):
+        (place / "sweep.json").write_text("{}")
+        with pytest.raises(InputError, match=f"^{re.escape(str(place / told))}$"):
+            front.load(place)
 
 
 def test_a_word_runs_along_its_own_path(own: Path) -> None:

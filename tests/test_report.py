@@ -11,7 +11,7 @@ from PIL import Image
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import read_human_folder
-from inhand.asterisk_test.report import Run, command, page, write_report
+from inhand.asterisk_test.report import Run, command
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.scenes import average_curve, compatible_curve, counted_rows, trial_path
@@ -36,7 +36,7 @@ def finished() -> Run:
 def written(finished: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of its report."""
     folder = tmp_path_factory.mktemp("report")
-    write_report(finished, folder)
+    finished.write_report(folder)
     return folder
 
 
@@ -82,7 +82,7 @@ def test_people_stand_beside_the_controller(
 ) -> None:
     monkeypatch.setattr("inhand.asterisk_test.report.write_replay", lambda *_, **__: None)
     folder = read_human_folder(asterisk_data / "human")
-    write_report(replace(finished, people=folder.trials, notes=folder.notes), tmp_path)
+    replace(finished, people=folder.trials, notes=folder.notes).write_report(tmp_path)
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
     assert "figures/panels.png" in text
     assert opened(tmp_path / "figures" / "panels.png")[0] > 400
@@ -95,7 +95,7 @@ def test_people_stand_beside_the_controller(
 def test_a_run_that_only_turns_has_a_report(tmp_path: Path) -> None:
     config = replace(CONFIG, controller="ik", directions="cw,ccw", trials=1)
     trials = simulate(config, prepare(config))
-    write_report(Run(config, trials, tuple(result_of_trial(trial) for trial in trials)), tmp_path)
+    Run(config, trials, tuple(result_of_trial(trial) for trial in trials)).write_report(tmp_path)
     assert all(opened(path) for path in linked(tmp_path))
     assert "| cw | " in (tmp_path / "report.md").read_text()
 
@@ -105,21 +105,21 @@ def test_a_run_without_any_grasp_has_a_report(finished: Run, tmp_path: Path) -> 
         replace(trial, outcome="no grasp", phase=np.zeros_like(trial.phase)) for trial in finished.trials
     )  # fmt: skip
     run = replace(finished, trials=trials, results=tuple(result_of_trial(trial) for trial in trials))
-    write_report(run, tmp_path)
+    run.write_report(tmp_path)
     assert "2/2 no grasp" in (tmp_path / "report.md").read_text()
     assert all(opened(path) for path in linked(tmp_path))
 
 
 def test_a_run_in_which_all_was_kept_says_so(finished: Run) -> None:
     kept = [replace(result, outcome="reached") for result in finished.results]
-    text = page(replace(finished, results=tuple(kept)), [])
+    text = replace(finished, results=tuple(kept)).page()
     assert "All 4 trials kept the object: 4 came to the end of their path. They came " in text
     assert "## What failed" not in text
 
 
 def test_a_file_is_named_by_its_name_and_not_by_its_path(finished: Run) -> None:
     run = replace(finished, config=replace(CONFIG, hand="my folder/hand.toml", object="my folder/object.toml"))
-    title, told = page(run, []).splitlines()[0], [text.get_text() for text in run.figure().texts]
+    title, told = run.page().splitlines()[0], [text.get_text() for text in run.figure().texts]
     assert title == "# Asterisk Test: thesis-ik on cube_39 with 2v2_50.50_50.50_1.1_53"
     assert told[1] == "2v2_50.50_50.50_1.1_53, cube_39; mean of 2 trials a direction"
 

@@ -16,7 +16,8 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.asterisk_test.spatial.report import SpatialRun
 from inhand.comparing import compared
-from inhand.control.trial import MANIPULATE, load_trial
+from inhand.control.episode import MANIPULATE
+from inhand.control.trial import load_trial
 from inhand.errors import InputError
 from inhand.learning.config import smoke
 from inhand.learning.progress import Evaluated, Learned, Reached
@@ -37,7 +38,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     trials = simulate(CONFIG, prepare(CONFIG))
     run = Run(CONFIG, trials, tuple(map(result_of_trial, trials)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inhand.asterisk_test.report.write_report", lambda *_: None)
+        patch.setattr("inhand.asterisk_test.tested.Tested.write_report", lambda *_: None)
         return run.save(tmp_path_factory.mktemp("runs") / "one")
 
 

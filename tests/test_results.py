@@ -23,23 +23,21 @@ from inhand.asterisk_test.results import (
 )
 from inhand.asterisk_test.scenes import trial_path
 from inhand.asterisk_test.table import HEADER, endings, failures, table_rows
+from inhand.control.episode import MANIPULATE
 from inhand.control.trial import (
     DIVERGED,
     GRIP_END,
     LOST_CONTACT,
-    MANIPULATE,
     NO_GRASP,
     NO_MOVEMENT,
     REACHED,
     TIME_OUT,
-    Passport,
     Trial,
     write_json,
 )
 from inhand.geometry import spatial
-from inhand.hands.names import parse_hand_name
-from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.tasks.primitives import primitive_at
+from made import passport, trial_at
 
 REQUIRED = (
     "direction",
@@ -74,25 +72,13 @@ def straight(
     gaps = np.zeros((rows, 2))
     if lost is not None:
         gaps[2:][lost, 1] = 0.002
-    passport = Passport(
-        parse_hand_name(STANDARD), OBJECTS["cube_39"], "ik", primitive.name, angle_deg, 0.0, "line", number, 0, 5,
-        0.004, {},
-    )  # fmt: skip
-    return Trial(
-        passport=passport,
+    return trial_at(
+        pose,
+        passport(primitive=primitive.name, angle_deg=angle_deg, trial=number),
         outcome=outcome,
         phases=("grasp", MANIPULATE),
         phase=(np.arange(rows) >= 2).astype(np.int64),
-        time=0.02 * np.arange(rows, dtype=float),
-        object_pose=spatial(pose, 0.05),
-        joint_angles=np.zeros((rows, 4)),
-        targets=np.zeros((rows, 4)),
         gaps=gaps,
-        contact_links=np.ones((rows, 2), dtype=np.int64),
-        finger_points=np.zeros((rows, 2, 3)),
-        object_points=np.zeros((rows, 2, 3)),
-        forces=np.zeros((rows, 2, 3)),
-        penetration=np.zeros(rows),
         reference=np.column_stack([1e-3 * np.arange(60)[:, None] * primitive.unit, np.zeros(60)]),
     )
 

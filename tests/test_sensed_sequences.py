@@ -15,7 +15,7 @@ from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
 from inhand.control.seen import Seen
-from inhand.control.trial import LOST_CONTACT, REACHED
+from inhand.control.trial import LOST_CONTACT, REACHED, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array, planar, way_along
 from inhand.hands.hand import HandSpec
@@ -91,6 +91,7 @@ def test_a_sequence_decides_on_what_is_believed_and_metrics_on_what_is_true() ->
     away = Disturbance("biased", camera=Camera(rate_hz=50.0, bias_mm=4.0))
     run = inhand.trace("square", size=24.0, trials=2, controller="ik-sensed", disturb=away)
     for followed, trace in zip(run.followed, run.traces, strict=True):
+        assert isinstance(followed.trial, Trial)
         assert followed.trial.passport.disturbed is not None
         bias = 1e3 * np.array(followed.trial.passport.disturbed.drawn.bias[:2])
         ends = followed.trial.object_pose[-1, :2] - np.array(followed.plan.legs[-1].end[:2])

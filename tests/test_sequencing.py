@@ -26,11 +26,12 @@ from inhand.tracing.config import TraceConfig
 from inhand.tracing.fit import Fit, carried, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow
 from inhand.tracing.plan import STEP, TOLERANCE, Leg, Plan, plan_along
+from inhand.tracing.poses import Pose
 from inhand.tracing.run import prepare_trace, simulate_trace
 from inhand.tracing.sequencer import Sequencer
 from inhand.tracing.tasks import DRAWS, SHARE, TASKS, SequenceTask, draw_points
 from inhand.tracing.trace import PUSHED, trace_of
-from inhand.tracing.walk import Pose, Request, SequenceConfig, Walk
+from inhand.tracing.walk import Request, SequenceConfig, Walk
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = Held(HAND, CUBE)

@@ -13,20 +13,22 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import SHIPPED
 from inhand.control.policy import load_policy
-from inhand.records import table_of
-from inhand.tasks.cards import interface_card
+from inhand.control.spatial_catalogue import SHIPPED_FOLDER
+from inhand.records import read_record
+from inhand.tasks.cards import InterfaceCard, interface_card
 from inhand.tasks.layouts import find_layout
 
 PLACE = Path(inhand.policies.__file__).parent
 
 
-@pytest.mark.parametrize("name", SHIPPED.values())
+@pytest.mark.parametrize("name", [*SHIPPED.values(), SHIPPED_FOLDER])
 def test_they_are_small_and_say_how_they_were_made(name: str) -> None:
     folder = PLACE / name
     assert sum(path.stat().st_size for path in folder.iterdir()) < 1_000_000
     card = json.loads((folder / "config.json").read_text())
     made = card["config"]
-    assert card["interface"] == table_of(interface_card(find_layout(made["interface"]["observation"])))
+    seen = read_record(card["interface"], InterfaceCard)
+    assert seen == interface_card(find_layout(made["interface"]["observation"]))
     trained = load_policy(folder).trained
     disturb = {"disturb": made["disturb"]} if made["disturb"] != "none" else {}
     pairs = {"pairs": made["pairs"]} if made.get("pairs") else {}

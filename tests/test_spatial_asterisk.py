@@ -14,14 +14,15 @@ from PIL import Image
 import inhand
 from commands import Call
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.endings import ended_in_space
+from inhand.asterisk_test.endings import ended
+from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spatial.report import SpatialRun, drawn, errors_told
-from inhand.asterisk_test.spatial.results import result_of_spatial
-from inhand.asterisk_test.spatial.run import SpatialAssignment, prepare_in_space, start_noise_in_space
-from inhand.control.spatial_scenes import box_faces, faces_of, rods_at
-from inhand.control.spatial_trial import SpatialTrial, load_all, load_any
-from inhand.control.trial import GRIP_END, NO_MOVEMENT, REACHED, SHAPES, load_trial, save_trial
+from inhand.asterisk_test.spatial.run import SpatialAssignment, prepare_in_space, starts_of
+from inhand.control.episode import SHAPES
+from inhand.control.spatial_scenes import box_faces, faces_of, rods_at, solid_frames
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import GRIP_END, NO_MOVEMENT, REACHED, load_all, load_any, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.hands.spatial.grasp_search import SpatialSearchConfig
@@ -51,7 +52,7 @@ def run() -> SpatialRun:
     """A move and a turn, the palm looking down, from a search that is quick: few contacts and grasps."""
     quick = SpatialSearchConfig(spacing=0.012, keep=2)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("inhand.control.spatial_rehearsal._search", lambda *_: quick)
+        patch.setattr("inhand.control.spatial_rehearsal.search_of", lambda *_: quick)
         patch.setattr("inhand.asterisk_test.spatial.run.limits_in_space", limited)
         made = inhand.asterisk(STANDARD, "cube_50", directions="Down,turn+z", trials=1, gravity="down")
     assert isinstance(made, SpatialRun)
@@ -128,7 +129,7 @@ def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path
 def test_the_command_prints_the_same_table_and_metrics_measure_its_trials(
     inhand: Call, run: SpatialRun, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("inhand.cli.asterisk.simulate_asterisk_in_space", lambda *_: run.trials)
+    monkeypatch.setattr("inhand.asterisk_test.asterisk.simulate_asterisk_in_space", lambda *_: run.trials)
     monkeypatch.setattr("inhand.asterisk_test.spatial.report._pictures", lambda *_: [])
     monkeypatch.setattr("inhand.asterisk_test.spatial.report.draw_replay", lambda *_: "")
     code, out, err = inhand("asterisk", *WORDS, "--out", tmp_path / "run")
@@ -149,7 +150,7 @@ def test_the_same_trial_starts_alike_whatever_runs_beside_it() -> None:
             for each in parse_spatial_directions(directions)
             for k in range(trials)
         ]
-        moved, turned = start_noise_in_space(config, whose)
+        moved, turned = starts_of(config, whose)
         return {(each.primitive.name, each.trial): [*m, *t] for each, m, t in zip(whose, moved, turned, strict=True)}
 
     few, many = noise("Up,turn-x", 1), noise("all,turns", 3)
@@ -161,15 +162,15 @@ def test_the_same_trial_starts_alike_whatever_runs_beside_it() -> None:
 
 def test_short_of_the_path_a_trial_ends_with_its_grip_or_has_not_moved(run: SpatialRun) -> None:
     trial = replace(run.trials[0], outcome=REACHED)
-    assert ended_in_space(trial).outcome == GRIP_END
+    assert ended(trial).outcome == GRIP_END
     still = trial.object_pose.copy()
     still[trial.manipulation] = still[trial.manipulation.start]
-    assert ended_in_space(replace(trial, object_pose=still)).outcome == NO_MOVEMENT
+    assert ended(replace(trial, object_pose=still)).outcome == NO_MOVEMENT
     path, _, _ = trial.manipulated()
     near = replace(trial, reference=np.vstack([np.zeros(6), [*(path[-1] / 1e3), 0.0, 0.0, 0.0]]))
-    assert ended_in_space(near).outcome == REACHED
-    stopped = replace(trial, passport=replace(trial.passport, limit=1.9 * result_of_spatial(trial).reached / 1e3))
-    assert ended_in_space(stopped).outcome == GRIP_END
+    assert ended(near).outcome == REACHED
+    stopped = replace(trial, passport=replace(trial.passport, limit=1.9 * result_of_trial(trial).reached / 1e3))
+    assert ended(stopped).outcome == GRIP_END
 
 
 def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -> None:
@@ -188,7 +189,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
-        ({"controller": "rl"}, "controller 'rl' with a hand in space; allowed are ik"),
+        ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, rl and"),
         ({"controller": "ik-sensed"}, "controller 'ik-sensed' with a hand in space"),
         ({"disturb": "field"}, "--disturb with 3f_60.60_40_10, a hand in space"),
         ({"paths": "human"}, "--paths human with 3f_60.60_40_10, a hand in space"),
@@ -305,8 +306,6 @@ def test_faces_look_outwards_and_enclose_the_solid(spec: SolidSpec) -> None:
 
 
 def test_a_ball_is_drawn_as_a_circle_and_hidden_faces_are_not(run: SpatialRun) -> None:
-    from inhand.control.spatial_scenes import solid_frames
-
     frame = solid_frames(run.trials[0], [0], np.array(HAND.start_position))[0]
     outlines, colours, edges = painted(frame)
     assert len(outlines) == len(colours) == len(edges)

@@ -62,6 +62,8 @@ def test_rows_of_fingers_face_each_other() -> None:
         ("3f_60.60_40_ten", "is not the radius of the fingertips"),
         ("3f_6000.60_40_10", "too large"),
         ("3f_9.9.9.9.9.9_40_10", "at most 5"),
+        ("3f_60.60_40.60.120.120_10", "places fingers 2 and 3 0.0 mm apart; links are 14 mm thick"),
+        ("3f_60.60_2v1.13.80_10", "places fingers 1 and 2 13.0 mm apart"),
     ],
 )
 def test_names_that_are_no_hand_in_space_are_refused(name: str, text: str) -> None:
@@ -79,6 +81,8 @@ def test_what_no_hand_has_is_refused() -> None:
     finger = hand.fingers[0]
     refused("two or more", fingers=(finger,))
     refused("two fingers of one name", fingers=(finger, finger))
+    again = replace(finger, name="another")
+    refused("all begin at one place", fingers=(finger, again))
     refused("stiffness is 0", stiffness=0.0)
     bent = replace(finger, links=(replace(finger.links[0], axis=(1.0, 1.0, 0.0)), *finger.links[1:]))
     refused("not of length 1", fingers=(bent, hand.fingers[1]))

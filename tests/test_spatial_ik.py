@@ -8,17 +8,17 @@ import pytest
 
 from inhand.control import spatial_rehearsal
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench, Recording
-from inhand.control.phases import Grasp
-from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, carried, grip_for
-from inhand.control.spatial_phases import LIFT, PRESS, simulate_in_space, spatial_phases, still
-from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, tried_out
-from inhand.control.trial import MANIPULATE, NO_GRASP, REACHED, TWIST
+from inhand.control.episode import MANIPULATE, TWIST
+from inhand.control.loop import Bench, Recording, simulate
+from inhand.control.phases import LIFT, PRESS, Grasp, standard_phases
+from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, grip_for
+from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, Worlds, tried_out
+from inhand.control.trial import NO_GRASP, REACHED
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.grasp_search import SpatialGrasp
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.kinematics import inverse
-from inhand.rotations import SpatialPath, placed, pose_from, quaternion_of, rotation_between
+from inhand.rotations import SpatialPath, carried, placed, pose_from, quaternion_of, rotation_between
 from inhand.sim.state import State, select
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions
@@ -51,7 +51,7 @@ def plain_grasp(starts: Array) -> Grasp:
 def task_of(palm: str, count: int = len(ASKED)) -> SpatialTask:
     paths = stacked_paths([spatial_path_of(each) for each in ASKED[:count]])
     gravity = np.tile(gravity_of(palm), (count, 1))
-    return SpatialTask(HAND, (CUBE,) * count, paths, gravity, distance=np.full(count, WAY))
+    return SpatialTask(HAND, (CUBE,) * count, paths, gravity=gravity, distance=np.full(count, WAY))
 
 
 @pytest.fixture(scope="module", params=PALMS)
@@ -60,9 +60,7 @@ def moved(request: pytest.FixtureRequest) -> tuple[SpatialTask, Recording]:
     task, rng = task_of(request.param), np.random.default_rng(3)
     noise = 1e-3 * rng.standard_normal((len(ASKED), 3)), np.deg2rad(rng.standard_normal((len(ASKED), 3)))
     starts = pose_from(HAND.start_pose, *noise)
-    return task, simulate_in_space(task, plain_grasp(starts), starts, SpatialIkController, Bench("mujoco", threads=1))[
-        1
-    ]
+    return task, simulate(task, plain_grasp(starts), starts, SpatialIkController, Bench("mujoco", threads=1))[1]
 
 
 def first_and_last(recording: Recording) -> tuple[State, State, Array]:
@@ -138,7 +136,9 @@ def test_the_servos_hold_what_carries_the_weight() -> None:
     """At rest on the set point the targets lie off the joints by J' f / stiffness alone, and these forces balance."""
     state = gripped(worlds(), settle=2)
     count = state.n_worlds
-    task = SpatialTask(HAND, (CUBE,) * count, still(count), worlds().gravity, distance=np.zeros(count))
+    task = SpatialTask(
+        HAND, (CUBE,) * count, SpatialPath.still(count), gravity=worlds().gravity, distance=np.zeros(count)
+    )
     expert = SpatialIkController(task)
     expert.begin(state)
     closed = replace(state, gaps=np.zeros_like(state.gaps))
@@ -161,7 +161,7 @@ def test_a_point_is_carried_as_the_object_moves_and_turns() -> None:
 def test_fingers_that_close_on_nothing_have_no_grasp() -> None:
     starts = pose_from(HAND.start_pose, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]), np.zeros((2, 3)))
     grasp = plain_grasp(np.tile(HAND.start_pose, (2, 1)))
-    _, recording = simulate_in_space(task_of("up", 2), grasp, starts, None, Bench("mujoco", threads=1))
+    _, recording = simulate(task_of("up", 2), grasp, starts, None, Bench("mujoco", threads=1))
     assert recording.outcomes == (REACHED, NO_GRASP)
 
 
@@ -176,7 +176,7 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
         return [Tried(grasp, 0.05, 0.04 if margin == WIDE or grasp else -0.95) for (grasp,) in groups]
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
-    worlds_of, paths = (np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
+    worlds_of, paths = Worlds(np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
     groups: list[list[Any]] = [[True], [False], [True]]
     found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
     assert asked == [(3, SpatialIkConfig().margin), (1, WIDE)]
@@ -185,20 +185,20 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
 
 def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:
     grasp = SpatialGrasp(CONTACTS + 0.2, NORMALS, fingers_at(0.0), 0.05, 0.05)
-    world = np.array([gravity_of("up")]), HAND.start_pose[None]
+    world = Worlds(np.array([gravity_of("up")]), HAND.start_pose[None])
     (tried,) = tried_out((HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, Bench("mujoco", threads=1))
     assert tried.worth < LOST
 
 
 def test_phases_press_before_they_lift_and_turn_before_they_carry() -> None:
     grasp = plain_grasp(HAND.start_pose[None])
-    names = [phase.name for phase in spatial_phases(grasp, SpatialIkController)]
+    names = [phase.name for phase in standard_phases(grasp, SpatialIkController, held=True)]
     assert names == ["place", "grasp", PRESS, LIFT, MANIPULATE]
     twists = SpatialPath(np.zeros((1, 2, 3)), np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]]))
-    phases = spatial_phases(grasp, SpatialIkController, twists)
+    phases = standard_phases(grasp, SpatialIkController, twists, held=True)
     assert [phase.name for phase in phases][-2:] == [TWIST, MANIPULATE]
     assert [phase.lets_go for phase in phases] == [False, False, False, True, False, False]
-    assert len(spatial_phases(grasp, None)) == 2
+    assert len(standard_phases(grasp, None, held=True)) == 2
 
 
 def test_a_part_of_the_worlds_is_a_state_of_its_own(moved: tuple[SpatialTask, Recording]) -> None:

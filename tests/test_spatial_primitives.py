@@ -104,6 +104,12 @@ def test_words_that_are_no_direction_are_refused(word: str, text: str) -> None:
         parse_spatial_directions(word)
 
 
+def test_one_motion_counts_once_whatever_it_is_called() -> None:
+    words = "1:2:0,2:4:0,Out,0:3:0,turn+x,turn@2:0:0,90,Up@+z@15,Up@0:0:2@15,turn@1:1:0"
+    names = [each.name for each in parse_spatial_directions(words)]
+    assert names == ["1:2:0", "Out", "turn+x", "Up@+z@15", "turn@1:1:0"]
+
+
 def test_turns_go_on_past_half_a_turn() -> None:
     path = spatial_path_of(TURNS[0])
     np.testing.assert_allclose(path.length, TURN_ARM * TURN)

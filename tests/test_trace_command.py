@@ -342,7 +342,7 @@ def test_a_shape_that_is_too_large_is_refused_with_the_largest_that_fits(
     setup = prepare_trace(config)
     assert setup.size == pytest.approx(most / 1e3)
     assert setup.notes == (f"Scaled from 200 to {most} mm, the largest that fits.",)
-    assert carried(Held(setup.hand, setup.object), setup.plans[0]) == pytest.approx(setup.plans[0].way[-1])
+    assert carried(setup.held, setup.plans[0]) == pytest.approx(setup.plans[0].way[-1])
 
 
 def test_a_drawing_beyond_the_fingers_is_refused_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -379,7 +379,7 @@ def test_a_drawing_without_a_size_gets_a_share_of_the_reachable_one(monkeypatch:
     assert setup.notes == ("Size 30 mm is 60 % of the reachable 50 mm.",)
     assert setup.plans[0] is setup.plans[1]
     assert larger_side(scaled(find_path("star"), 0.03)) == pytest.approx(0.03)
-    assert setup.plans[0].legs == plan_of(Held(setup.hand, setup.object), scaled(find_path("star"), 0.03)).legs
+    assert setup.plans[0].legs == plan_of(setup.held, scaled(find_path("star"), 0.03)).legs
     monkeypatch.setattr(trace_run, "largest", lambda *_: 0.0)
     with pytest.raises(InputError, match=r"no size of star lies inside the reach of hand '2v2.*'; use another hand"):
         prepare_trace(TraceConfig(path="star"))

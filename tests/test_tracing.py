@@ -10,9 +10,9 @@ from PIL import Image
 
 from inhand.control.catalogue import find_controller
 from inhand.control.scenes import scene_at
-from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Passport, Trial
+from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, STOPPED, Trial
 from inhand.errors import InputError
-from inhand.geometry import TURN_ARM, Array, spatial
+from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE
@@ -26,6 +26,7 @@ from inhand.tracing.table import COLUMNS, faults, trace_entry, trace_rows, what_
 from inhand.tracing.tasks import TASKS, WALL_WAY, the_wall
 from inhand.tracing.trace import PUSHED, Trace, deviations, measured_rows, trace_of
 from inhand.tracing.walk import Event
+from made import passport, trial_at
 
 HAND, CUBE = parse_hand_name("2v2_50.50_50.50_1.1_53"), CATALOGUE["cube_39"]
 HELD = Held(HAND, CUBE)
@@ -60,21 +61,15 @@ def followed_of(
     gaps = np.zeros((rows, 2))
     if touching is not None:
         gaps[BEFORE:] = np.where(touching, 0.0, 0.01)
-    made = Trial(
-        passport=Passport(HAND, CUBE, "ik", plan.name, None, 0.0, plan.name, trial, 0, 5, PERIOD / 5, {"inhand": "0"}),
+    told = {"primitive": plan.name, "path": plan.name, "angle_deg": None, "trial": trial, "timestep": PERIOD / 5}
+    made = trial_at(
+        every,
+        passport(**told),
         outcome=outcome,
         phases=("grasp", "manipulate"),
         phase=(np.arange(rows) >= BEFORE).astype(np.int64),
-        time=PERIOD * np.arange(rows, dtype=float),
-        object_pose=spatial(every, 0.05),
         joint_angles=np.tile([1.2, -0.6, -1.2, 0.6], (rows, 1)),
-        targets=np.zeros((rows, 4)),
         gaps=gaps,
-        contact_links=np.ones((rows, 2), dtype=np.int64),
-        finger_points=np.zeros((rows, 2, 3)),
-        object_points=np.zeros((rows, 2, 3)),
-        forces=np.zeros((rows, 2, 3)),
-        penetration=np.zeros(rows),
         reference=plan.path.poses - START,
     )
     way = float(plan.way[-1]) if come is None else come
@@ -83,7 +78,7 @@ def followed_of(
 
 def setup_of(*plans: Plan, task: str | None = None) -> TraceSetup:
     known = None if task is None else TASKS[task]
-    return TraceSetup(HAND, CUBE, find_controller("ik"), plans, known, None if task else 0.1, ())
+    return TraceSetup(HELD, find_controller("ik"), plans, known, None if task else 0.1, ())
 
 
 def test_a_path_on_its_plan_has_no_error() -> None:
@@ -370,6 +365,7 @@ def test_a_wall_is_drawn_and_nothing_to_measure_is_said() -> None:
 
 def test_a_replay_shows_a_wall_and_says_what_it_is_told(tmp_path: Path) -> None:
     found = followed_of(LINE, *along(LINE, 4))
+    assert isinstance(found.trial, Trial)
     frames = [scene_at(found.trial, row, START[:2]) for row in range(4)]
     trail = np.column_stack([np.arange(4.0), np.zeros(4)])
     wall = 1e3 * (the_wall(HELD).outline - START[:2])

@@ -6,11 +6,14 @@ import importlib.util
 import json
 import re
 import sys
+import tomllib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+import pandas as pd
 import pytest
 from PIL import Image
 
@@ -20,11 +23,14 @@ from inhand.cli import train as command
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.trial import file_name
 from inhand.errors import InputError
+from inhand.learning import seeds
 from inhand.learning import train as trains
-from inhand.learning.config import preset
+from inhand.learning.config import Training, preset
+from inhand.learning.progress import Reached
 from inhand.learning.report import Compared
-from inhand.learning.run_cards import read_config
+from inhand.learning.run_cards import card_of, read_config
 from inhand.learning.train import Trained
+from inhand.records import text_of
 from page_reader import Read
 
 if TYPE_CHECKING:
@@ -82,6 +88,54 @@ def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call)
     assert "Objects lost in 18 episodes: my_run " in out
     check_evaluation(tmp_path / "evaluated")
     check_loaded(run, tmp_path)
+
+
+@learns
+def test_several_seeds_are_trained_side_by_side_and_gone_on_with(
+    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "seeds"
+    begun: list[tuple[int, str]] = []
+
+    def begin(config: Training, folder: Path, **_: object) -> None:
+        """Leave what a training leaves, as far as it is read."""
+        begun.append((config.seed, folder.name))
+        reached = asdict(Reached(0.1 * config.seed, 1, 2, 0.003, 0.1, 5.0, 6.0))
+        angles = {f"{angle:g}": reached for angle in np.arange(0.0, 360.0, 22.5)}
+        folder.mkdir()
+        (folder / "config.json").write_text(text_of(card_of(config)))
+        (folder / "metrics.jsonl").write_text(
+            json.dumps({"kind": "evaluation", "step": 30, "score": 1.0, "directions": angles}) + "\n"
+        )
+        (folder / "report.md").touch()
+
+    monkeypatch.setattr(seeds, "begin", begin)
+    words = ("train", "--preset", "smoke", "--episodes", 30, "--jobs", 1, "--out", out)
+    assert inhand(*words, "--seeds", 3)[0] == 0
+    code, printed, _ = inhand(*words, "--seeds", 3, 4, "--json")
+    assert (code, begun) == (0, [(3, "seed-3"), (4, "seed-4")])  # the one that is there is not trained again
+    told = json.loads(printed)
+    assert [row["seed"] for row in told["table"]] == [3, 4]
+    assert told["table"][0] == pytest.approx(
+        {"seed": 3, "trained": 0.3, "unseen": 0.3, "lost": 16, "trials": 32, "across_mm": 3.0, "turned_deg": 5.7296},
+        abs=1e-4,
+    )
+    assert told["told"][-1].endswith(f"inhand report {out / 'seed-3'} {out / 'seed-4'}")
+    assert tomllib.loads((out / "run.toml").read_text())["seeds"] == [3, 4]
+    mean = seeds.rows(pd.read_csv(out / "seeds.csv"))[-1]
+    assert mean == ("mean", "0.350 ± 0.071", "0.350 ± 0.071", "32 of 64", "3.0 ± 0.0", "5.7 ± 0.0")
+    for more, text in (
+        (("--seeds", 3, "--hand", "2v2_65.35_65.35_1.1_53"), "holds a training of other settings in seed-3"),
+        (("--seeds", 3, 3), "--seeds 3 3: give each seed once"),
+        (("--seeds", 3, "--seed", 4), "--seed beside --seeds: leave it out"),
+        (("--seeds", 3, "--resume"), "--resume beside --seeds: leave it out"),
+        ((), "--jobs, --backend and --address are for several trainings: give --seeds"),
+    ):
+        code, _, err = inhand(*words, *more)
+        assert code == 2
+        assert text in err
+    (out / "notes.txt").write_text("mine")
+    assert "holds notes.txt, which --seeds has not made" in inhand(*words, "--seeds", 3)[2]
 
 
 def check_loaded(run: Path, folder: Path) -> None:
@@ -193,7 +247,17 @@ def test_settings_reach_a_training_and_its_parts() -> None:
 def test_a_wrong_preset_is_told_the_presets_in_their_order(inhand: Call) -> None:
     code, _, err = inhand("train", "--preset", "foo")
     assert code == 2
-    presets = ["default", "privileged", "family", "from-family", "thesis", "smoke", "None"]
+    presets = [
+        "default",
+        "privileged",
+        "family",
+        "family-privileged",
+        "from-family",
+        "spatial",
+        "thesis",
+        "smoke",
+        "None",
+    ]
     assert re.findall(r"'([\w-]+)'", err.partition("Expected")[2]) == presets
 
 

@@ -22,6 +22,7 @@ from inhand.control.policy import load_policy
 from inhand.control.policy_arrays import ACTOR
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
+from inhand.hands.fit import Held
 from inhand.hands.sides import rough_plan
 from inhand.learning import kinds
 from inhand.learning.ahead import compile_ahead
@@ -384,7 +385,8 @@ def test_presets_have_names_and_the_thesis_has_its_own_numbers() -> None:
     assert (numbers.look_ahead, numbers.batch, numbers.critics, numbers.imitation, given.imitate) == (5, 10, 1, 0.0, 0)
     assert preset("privileged").learning.critics == 2
     with pytest.raises(
-        InputError, match="unknown preset 'best'; allowed are default, privileged, family, from-family, thesis, smoke"
+        InputError,
+        match="unknown preset 'best'; allowed are default, privileged, family, family-privileged, from-family, spatial",
     ):
         preset("best")
 
@@ -397,8 +399,9 @@ def test_an_agent_learns_in_the_engine_of_its_starts(
     shutil.copytree(prepared, tmp_path / "run")
     ready = load_ready(SMALL, prepared / "ready.npz")
     few = np.array([0, 8])
-    grips = [rough_plan(*ready.held)] * len(few), ready.angle_deg[few]
-    starts = gripped(*ready.held, grips, np.random.default_rng(0), engine="bullet")
+    held = Held(*ready.held)
+    grips = [rough_plan(*held)] * len(few), ready.angle_deg[few]
+    starts = gripped(*held, grips, np.random.default_rng(0), engine="bullet")
     starts = replace(starts, distance=ready.tests[0].distance[few])
     expert = {name: getattr(ready, name)[few] for name in ("limit", "expert_total", "expert_fraction")}
     engines = []

@@ -2,6 +2,8 @@
 
 import importlib.util
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +70,17 @@ def test_trials_become_recordings_and_come_back(run: Path, tmp_path: Path, inhan
     assert len(read_human_folder(out).trials) == 2
 
 
+def test_a_trial_that_hardly_moves_is_no_recording(run: Path, tmp_path: Path, inhand: Call) -> None:
+    trial = trials_of(run)["Right"]
+    pose = trial.object_pose.copy()
+    pose[:, :2] = pose[0, :2] + 1e-3 * (pose[:, :2] - pose[0, :2])
+    write_trials([replace(trial, object_pose=pose)], tmp_path)
+    code, _, err = inhand("export", tmp_path / "trials" / "right_1.npz", "--as", "csv", "--out", tmp_path / "csv")
+    assert code == 2
+    assert re.search(r"Right, trial 1, moves 0\.\d+ mm: of a recording that never leaves 1 mm nobody could tell", err)
+    assert not (tmp_path / "csv").exists()
+
+
 def test_a_recording_is_measured_like_its_trial(run: Path, tmp_path: Path, inhand: Call) -> None:
     assert inhand("export", run / "trials" / "right_1.npz", "--as", "csv", "--out", tmp_path / "csv")[0] == 0
     rows = json.loads(inhand("metrics", tmp_path / "csv", run / "trials" / "right_1.npz", "--json")[1])["table"]
@@ -96,6 +109,10 @@ def test_trials_become_minari_episodes(run: Path, tmp_path: Path, inhand: Call) 
         assert bits(episode.actions) == bits(trial.targets[1:].astype(np.float32))
         assert not episode.rewards.any()
         assert episode.terminations[-1] != episode.truncations[-1]
+    code, _, err = inhand("import", out, "--out", tmp_path / "back")
+    assert code == 2
+    assert f"{out} holds trials as `inhand export` writes them: joint angles, poses and targets, without" in err
+    assert not (tmp_path / "back").exists()
 
 
 @lerobot

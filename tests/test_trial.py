@@ -14,23 +14,15 @@ import pytest
 from numpy.lib.format import write_array_header_1_0
 from numpy.typing import NDArray
 
-from inhand.control.trial import (
-    FORMAT,
-    LOST_CONTACT,
-    MANIPULATE,
-    NO_GRASP,
-    TWIST,
-    Passport,
-    Trial,
-    load_trial,
-    save_trial,
-)
+from inhand.control.episode import MANIPULATE, TWIST
+from inhand.control.trial import FORMAT, LOST_CONTACT, NO_GRASP, Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import planar, spatial
 from inhand.hands.names import CATALOGUE as HANDS
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.sim.state import CONTACT_TOLERANCE
+from made import passport, trial_at
 
 PHASES = ("place", "grasp", MANIPULATE)
 
@@ -41,27 +33,20 @@ def made_trial(hand: str = HANDS[0], thing: str = "cube_39", rows: int = 12) -> 
     rng = np.random.default_rng(rows)
     along = 1e-3 * np.arange(rows)
     pose = np.column_stack([np.full(rows, 0.01), 0.09 + along, np.linspace(2.85, 3.2, rows)])
-    passport = Passport(
+    signed = passport(
         hand=spec,
         object=OBJECTS[thing],
-        controller="ik",
-        primitive="Out",
-        angle_deg=90.0,
-        rotation_deg=0.0,
-        path="straight line, 1 mm",
         trial=2,
         seed=7,
-        substeps=5,
-        timestep=0.004,
+        path="straight line, 1 mm",
         versions={"inhand": "0", "numpy": "2"},
     )
-    return Trial(
-        passport=passport,
+    return trial_at(
+        pose,
+        signed,
         outcome=LOST_CONTACT,
         phases=PHASES,
         phase=np.arange(rows) // 4,
-        time=0.02 * np.arange(rows, dtype=float),
-        object_pose=spatial(pose, 0.05),
         joint_angles=rng.normal(size=(rows, spec.n_joints)),
         targets=rng.normal(size=(rows, spec.n_joints)),
         gaps=np.tile([0.0, 2 * CONTACT_TOLERANCE], (rows, 1)),

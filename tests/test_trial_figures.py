@@ -4,13 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Wedge
 
+from figure_reader import NAMES, SIXTEEN, dashed, drawn, legend_texts, texts, xy
 from inhand.errors import InputError
-from inhand.geometry import Array, unit
+from inhand.geometry import unit
 from inhand.plots.donut import DonutSeries, donut_figure
 from inhand.plots.path import TrialPath, orientation_ticks, path_figure
 from inhand.plots.radar import RadarSeries, draw_radar, radar_figure
@@ -18,10 +16,6 @@ from inhand.plots.save import save_figure
 from inhand.plots.shapes import SceneOutline
 from inhand.plots.sheet import new_figure
 from inhand.plots.style import INK
-
-NAMES = {90.0: "Out", 45.0: "Out-Right", 0.0: "Right", -45.0: "In-Right"}
-NAMES |= {-90.0: "In", -135.0: "In-Left", 180.0: "Left", 135.0: "Out-Left"}
-SIXTEEN = NAMES | {angle - 22.5: f"{name}'" for angle, name in NAMES.items()}
 
 
 @pytest.fixture
@@ -31,28 +25,6 @@ def outline() -> SceneOutline:
     palm = corners * 53.0 - np.array([0.0, 26.5])
     middle = np.array([0.0, 93.6])
     return SceneOutline((), palm, corners * 39.0 + middle, np.empty((0, 2)), middle)
-
-
-def drawn(figure: Figure) -> Figure:
-    """Return the figure after a draw, so that texts and axes know where they are."""
-    figure.canvas.draw()
-    return figure
-
-
-def xy(line: Line2D) -> Array:
-    return np.asarray(line.get_xydata(), dtype=float)
-
-
-def texts(ax: Axes) -> list[str]:
-    return [text.get_text() for text in ax.texts]
-
-
-def legend_texts(figure: Figure) -> list[str]:
-    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-
-
-def dashed(ax: Axes) -> list[Line2D]:
-    return [line for line in ax.lines if line.get_linestyle() == "--"]
 
 
 def directions(names: dict[float, str]) -> list[tuple[str, float]]:

@@ -6,17 +6,22 @@ from typing import Any
 import numpy as np
 
 from inhand.environment_ids import IDS
-from inhand.hands.hand import HandSpec
 from inhand.hands.names import parse_hand_name
+from inhand.hands.spatial.names import parse_spatial_name
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
 from inhand.learning.make import WORDS
+from inhand.learning.spatial_environment import SpatialEnvironmentConfig
 from inhand.tasks.decisions import REWARDS, largest_step
 from inhand.tasks.layouts import LAYOUTS
-from inhand.tasks.observations import Layout, OfHand, numbers_for
+from inhand.tasks.observations import AnyHand, Layout, OfHand, numbers_for
 
 from . import fields
 
-KINDS = {"Asterisk": EnvironmentConfig, "AsteriskGoal": GoalConfig}
+KINDS: dict[str, type[Any]] = {
+    "Asterisk": EnvironmentConfig,
+    "AsteriskGoal": GoalConfig,
+    "SpatialAsterisk": SpatialEnvironmentConfig,
+}
 """What reads the keywords of each of the environments' classes."""
 FINAL = 4
 """Significant digits of a scale."""
@@ -24,15 +29,22 @@ FINAL = 4
 
 def page() -> str:
     """Return everything about the environments."""
-    hand = parse_hand_name(EnvironmentConfig().hand)
-    parts = [_ids(hand), _layouts(hand), _actions(), _rewards(), _keywords()]
+    parts = [_ids(), _layouts(), _actions(), _rewards(), _keywords()]
     return "\n\n".join(parts)
 
 
-def _ids(hand: HandSpec) -> str:
+def _hand(*, space: bool) -> AnyHand:
+    """Return the hand of environments in the plane or in space where none is asked for."""
+    if space:
+        return parse_spatial_name(SpatialEnvironmentConfig.hand)
+    return parse_hand_name(EnvironmentConfig.hand)
+
+
+def _ids() -> str:
     rows = []
     for name, (kind, keywords) in IDS.items():
         config = KINDS[kind](**keywords)
+        hand = _hand(space=kind == "SpatialAsterisk")
         word = next(word for word, id_ in WORDS.items() if id_ == name)
         size, reward = LAYOUTS[config.observation].size(hand), config.reward
         seen = f"Box(-1, 1, ({size},))"
@@ -45,13 +57,15 @@ def _ids(hand: HandSpec) -> str:
     return "## Ids and spaces\n\n" + _table(head, rows)
 
 
-def _layouts(hand: HandSpec) -> str:
+def _layouts() -> str:
+    plane, space = _hand(space=False), _hand(space=True)
     texts = [
         "## What an observation holds",
-        f"Rows and scales with the hand `{hand.name}`. A number of the layout is"
+        f"Rows and scales with the hand `{plane.name}`, of `space` with `{space.name}`. A number of the layout is"
         " (what is measured - middle) / half, cut to [-1, 1].",
     ]
     for name, layout in LAYOUTS.items():
+        hand = space if layout.space else plane
         texts += [
             f"### `{name}`",
             f"{layout.size(hand)} numbers, of what is {_source(layout)}; its version is `{layout.name}`.",
@@ -64,7 +78,7 @@ def _source(layout: Layout) -> str:
     return "sensed" if layout.sensed else "true (privileged)"
 
 
-def _rows(layout: Layout, hand: HandSpec) -> Iterable[Sequence[object]]:
+def _rows(layout: Layout, hand: AnyHand) -> Iterable[Sequence[object]]:
     first = 0
     for part in layout.parts:
         last = first + part.size(hand) - 1
@@ -77,7 +91,7 @@ def _rows(layout: Layout, hand: HandSpec) -> Iterable[Sequence[object]]:
         first = last + 1
 
 
-def _number(given: OfHand, hand: HandSpec) -> str:
+def _number(given: OfHand, hand: AnyHand) -> str:
     values = list(dict.fromkeys(f"{value:.{FINAL}g}" for value in np.ravel(numbers_for(given, hand))))
     return ", ".join(values)
 
@@ -106,7 +120,7 @@ def _rewards() -> str:
 
 
 def _keywords() -> str:
-    own = fields.of(EnvironmentConfig)
+    own, space = fields.of(EnvironmentConfig), fields.of(SpatialEnvironmentConfig)
     more = {name: told for name, told in fields.of(GoalConfig).items() if told != own.get(name)}
     head = ("Keyword", "Default", "What it is")
     return "\n\n".join(
@@ -115,6 +129,8 @@ def _keywords() -> str:
             _table(head, _told(own)),
             "Those of `inhand/AsteriskGoal-v0` that differ, or are its own:",
             _table(head, _told(more)),
+            "Those of `inhand/SpatialAsterisk-v0`:",
+            _table(head, _told(space)),
         ]
     )
 

@@ -30,9 +30,11 @@ GIVES = {
     "lerobot": "LeRobotDatasets in and out",
     "onnx": "policies as ONNX models",
     "ray": "studies on a Ray cluster",
+    "rerun": "`inhand view --rerun`",
     "rl": "`inhand record`, `train` and environments",
     "slurm": "studies as arrays of SLURM's jobs",
     "sb3": "training with Stable-Baselines3",
+    "video": "films of environments (Gymnasium's RecordVideo)",
 }
 """What an extra is for."""
 

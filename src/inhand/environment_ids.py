@@ -14,6 +14,7 @@ from types import ModuleType
 IDS: dict[str, tuple[str, dict[str, object]]] = {
     "inhand/Asterisk-v0": ("Asterisk", {}),
     "inhand/AsteriskGoal-v0": ("AsteriskGoal", {}),
+    "inhand/SpatialAsterisk-v0": ("SpatialAsterisk", {}),
     "inhand/AsteriskEasy-v0": (
         "Asterisk",
         {"observation": "grip", "actions": "fine", "reward": "gain", "horizon": 200, "stop": True},

@@ -26,7 +26,7 @@ class Path:
     """Poses that objects are carried along, one path or one for each of B worlds: to be followed, not timed."""
 
     poses: Array
-    """Poses in their order `(..., S, 3)` [m, m, rad]."""
+    """Poses in their order `(..., S, 3)` [m, m, rad], or in space `(..., S, 6)`: places and rotation vectors."""
 
     @cached_property
     def way(self) -> Array:
@@ -39,7 +39,7 @@ class Path:
         return self.way[..., -1]
 
     def at(self, way: ArrayLike) -> Array:
-        """Return poses `(..., 3)` at ways `(...)` [m], one along each of many paths or any along one.
+        """Return poses `(..., k)` at ways `(...)` [m], one along each of many paths or any along one.
 
         They are linear between two poses of the path; before its start and beyond its end they are those.
         """
@@ -63,9 +63,16 @@ def fixed(numbers: ArrayLike) -> Array:
 
 
 def way_along(poses: Array) -> Array:
-    """Return the way `(..., S)` [m] from the first of poses `(..., S, 3)`; a turn counts as an arc at `TURN_ARM`."""
-    moved = np.linalg.norm(np.diff(poses[..., :2], axis=-2), axis=-1)
-    steps = moved + TURN_ARM * np.abs(np.diff(poses[..., 2], axis=-1))
+    """Return the way `(..., S)` [m] from the first of poses `(..., S, k)`; a turn counts as an arc at `TURN_ARM`.
+
+    Poses are of the plane, `(..., 3)`, or of space, places and rotation vectors `(..., 6)`.
+    """
+    steps = np.diff(poses, axis=-2)
+    if poses.shape[-1] > 3:
+        moved, turned = (np.linalg.norm(part, axis=-1) for part in (steps[..., :3], steps[..., 3:]))
+    else:
+        moved, turned = np.linalg.norm(steps[..., :2], axis=-1), np.abs(steps[..., 2])
+    steps = moved + TURN_ARM * turned
     return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
 
 

@@ -17,11 +17,10 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness import run as robust
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.spatial.report import SpatialRun
-from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import SweepRun, read_sweep
-from inhand.control.spatial_trial import AnyTrial, SpatialTrial, load_all, load_any
-from inhand.control.trial import Trial
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import AnyTrial, Trial, load_all, load_any
 from inhand.errors import InputError
 from inhand.learning.evaluate import load_evaluation
 from inhand.learning.record import load_dataset
@@ -54,7 +53,7 @@ def load(place: str | os.PathLike[str]) -> Shown:
         return _one(path)
     for mark, (_, loaded) in LOADERS.items():
         if (path / mark).is_file():
-            return loaded(path)
+            return _named(path, mark, loaded)
     there = sorted(each.name for each in path.iterdir()) if path.is_dir() else []
     part = path.with_name(f"{path.name}.part") if path.name else path
     if UNFINISHED & set(there) or (not there and part.is_dir()):
@@ -65,6 +64,14 @@ def load(place: str | os.PathLike[str]) -> Shown:
     holds = f"holds {found}" if there else ("is empty" if path.is_dir() else "is not there")
     kinds = ", ".join(f"{mark} ({by})" for mark, (by, _) in LOADERS.items())
     raise InputError(f"{path} {holds}: give a trial's .npz file, or a folder with one of {kinds}")
+
+
+def _named(path: Path, mark: str, loaded: Callable[[Path], Shown]) -> Shown:
+    """Return what is loaded from a folder; an error that names no file of it names the one that it is known by."""
+    try:
+        return loaded(path)
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path / mark}: {error}") from error
 
 
 def _tested(folder: Path) -> Shown:
@@ -78,7 +85,7 @@ def _in_space(config: AsteriskConfig, found: Sequence[AnyTrial], notes: tuple[st
     order = [each.name for each in parse_spatial_directions(config.directions, config.twist)]
     trials = [trial for trial in found if isinstance(trial, SpatialTrial)]
     trials.sort(key=lambda trial: (_place(trial, order), trial.passport.trial))
-    return SpatialRun(config, tuple(trials), tuple(result_of_spatial(trial) for trial in trials), notes)
+    return SpatialRun(config, tuple(trials), tuple(result_of_trial(trial) for trial in trials), notes=notes)
 
 
 def _run(folder: Path) -> Run | SpatialRun:

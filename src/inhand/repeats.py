@@ -43,7 +43,7 @@ def read_repeat(file: Path) -> dict[str, Any]:
         InputError: no such file, or no TOML.
     """
     try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except FileNotFoundError as error:
         raise InputError(f"there is no file {file}: give a TOML file, such as {NAME} in the folder of a run") from error
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

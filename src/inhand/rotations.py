@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from inhand.geometry import TURN_ARM, Array, inverse_quaternion, turn
+from inhand.geometry import Array, Path, inverse_quaternion, turn
 
 SMALL = 1e-12
 """Half angles below this are none [rad]."""
@@ -95,34 +95,30 @@ class SpatialPath:
     turns: Array
     """Rotation vectors from the start `(..., S, 3)` [rad]."""
 
+    @classmethod
+    def still(cls, count: int) -> SpatialPath:
+        """Return paths that stay on the spot."""
+        return cls(np.zeros((count, 2, 3)), np.zeros((count, 2, 3)))
+
     @cached_property
+    def path(self) -> Path:
+        """The same with places and rotation vectors in one array `(..., S, 6)`."""
+        return Path(np.concatenate([self.moves, self.turns], axis=-1))
+
+    @property
     def way(self) -> Array:
         """Way from the first pose to each of them `(..., S)` [m]; a turn counts as an arc at `TURN_ARM`."""
-        moved = np.linalg.norm(np.diff(self.moves, axis=-2), axis=-1)
-        turned = np.linalg.norm(np.diff(self.turns, axis=-2), axis=-1)
-        steps = moved + TURN_ARM * turned
-        return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+        return self.path.way
 
     @property
     def length(self) -> Array:
         """Way from the first pose to the last `(...)` [m]."""
-        return self.way[..., -1]
+        return self.path.length
 
     def at(self, way: ArrayLike) -> tuple[Array, Array]:
-        """Return positions and rotation vectors `(..., 3)` at ways `(...)` [m], one along each path or any along one.
-
-        They are linear between two poses of the path; before its start and beyond its end they are those.
-        """
-        wanted, paths = np.asarray(way, dtype=float), tuple(np.indices(self.way.shape[:-1]))
-        above = np.minimum((self.way < wanted[..., None]).sum(axis=-1), self.way.shape[-1] - 1)
-        below = np.maximum(above - 1, 0)
-        low, high = self.way[(*paths, below)], self.way[(*paths, above)]
-        share = np.clip((wanted - low) / np.maximum(high - low, SMALL), 0.0, 1.0)[..., None]
-        moves, turns = (
-            np.asarray((1 - share) * each[(*paths, below)] + share * each[(*paths, above)])
-            for each in (self.moves, self.turns)
-        )
-        return moves, turns
+        """Return positions and rotation vectors `(..., 3)` at ways `(...)` [m], as `Path.at` has them."""
+        pose = self.path.at(way)
+        return pose[..., :3], pose[..., 3:]
 
     def poses(self, start: Array) -> Array:
         """Return the poses `(..., S, 7)` of objects that start at poses `(..., 7)`."""
@@ -134,3 +130,10 @@ def pose_from(start: Array, move: Array, turned: Array) -> Array:
     quaternion = multiply(quaternion_of(turned), start[..., 3:])
     position = np.broadcast_to(start[..., :3] + move, (*quaternion.shape[:-1], 3))
     return np.concatenate([position, quaternion], axis=-1)
+
+
+def carried(motion: Array, arm: Array) -> Array:
+    """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
+    u, v, w = motion[:, 3:].T
+    x, y, z = arm.T
+    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))

@@ -13,17 +13,19 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
-from inhand.asterisk_test.spatial.asterisk import finish_in_space
-from inhand.asterisk_test.spatial.names import name_of
 from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
-from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.catalogue import CONTROLLERS
 from inhand.control.draws import disturbance_notes
+from inhand.control.loop import Told
+from inhand.control.notes import notes_of
+from inhand.control.spatial_catalogue import notes_in_space
+from inhand.control.trial import AnyTrial
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.files import is_spatial_hand, name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
@@ -120,11 +122,24 @@ def ready(config: AsteriskConfig) -> Ready:
     return Ready(setup, people, beside, name)
 
 
-def finish(config: AsteriskConfig, known: Ready, run: Simulate | None = None) -> Run | SpatialRun:
+def run_setup(
+    config: AsteriskConfig, setup: Setup | SpatialSetup, progress: Told | None = None
+) -> tuple[AnyTrial, ...]:
+    """Run every trial of a setup, in the plane or in space."""
+    if isinstance(setup, SpatialSetup):
+        return simulate_asterisk_in_space(config, setup, progress)
+    return simulate(config, setup, progress)
+
+
+def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> Run | SpatialRun:
     """Simulate, measure, and return the finished run."""
     setup = known.setup
+    trials = run(config, setup)
+    results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     if isinstance(setup, SpatialSetup):
-        return finish_in_space(config, setup, run or simulate_asterisk_in_space)
+        from inhand.asterisk_test.spatial.report import SpatialRun
+
+        return SpatialRun(config, trials, results, notes=notes_in_space(setup.controller, setup.hand, setup.object))
     from inhand.asterisk_test.report import Run
 
     entry = setup.controller
@@ -133,8 +148,6 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate | None = None) ->
         *notes_of(entry, config.hand, config.object),
         *disturbance_notes(config, entry.reads, entry.contract),
     )
-    trials = (run or simulate)(config, setup)
-    results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
     for sentence in metric_faults(results):
         logging.getLogger("inhand").warning(sentence)
     return Run(config, trials, results, known.people.trials, notes, known.beside, known.name)

@@ -15,6 +15,7 @@ from inhand.control.catalogue import find_controller
 from inhand.control.run_config import TrialsConfig
 from inhand.control.trial import LOST, Trial, file_name, save_trial, write_json
 from inhand.errors import InputError
+from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
@@ -78,7 +79,7 @@ def job_of(
         "disturb": load_disturbance(config.disturb),
         "versions": dict(versions),
     }
-    policy = find_controller(config.controller).policy
+    policy = find_controller(config.controller, Held(hand, spec)).policy
     if policy is not None:
         settings["policy"] = policy.digest
     return Job(config, " ".join(names), table_of(settings), cell_path(folder, names[0], names[2]))

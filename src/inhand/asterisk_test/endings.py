@@ -1,6 +1,7 @@
 """How a trial ended whose controller had done what it could: at the end of its path, of its grip, or where it began."""
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import GRIP_END, NO_MOVEMENT, REACHED, Trial
 from inhand.geometry import planar, wrap_angle
 from inhand.rotations import quaternion_of, rotation_between
+
+T = TypeVar("T", Trial, SpatialTrial)
 
 ARRIVED = 0.003, float(np.deg2rad(5.0))
 """An object this near to the end of its path [m, rad] has come to it: guessed, thrice the tracking error."""
@@ -21,39 +24,39 @@ STILL_OF_LIMIT = 0.5
 """A hand that can go no farther than twice the lengths above has moved its object from this share of its limit on."""
 
 
-def ended(trial: Trial) -> Trial:
+def ended(trial: T) -> T:
     """Return a trial whose outcome tells apart what the loop calls reached: that the controller had finished.
 
     The end of the path stays `reached`. Short of it a controller stops where the grip is predicted to end (`end of
     grip`), unless the object has hardly moved although the hand could have moved it (`no movement`).
     """
-    path, rotation, _ = trial.manipulated_path()
-    passport = trial.passport
     if trial.outcome != REACHED:
         return trial
+    left, moved = _gone_in_space(trial) if isinstance(trial, SpatialTrial) else _gone(trial)
+    if left[0] <= ARRIVED[0] and left[1] <= ARRIVED[1]:
+        return trial
+    passport = trial.passport
+    return replace(trial, outcome=_short(moved, passport.hand.finger_length, passport.limit, turns=passport.turns))
+
+
+def _gone(trial: Trial) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return how far an object is from the end of its path, and how far it was moved [m] and turned [rad]."""
+    path, rotation, _ = trial.manipulated_path()
     pose = planar(trial.object_pose[trial.manipulation])
     gone = pose[-1] - pose[0]
     x, y, theta = trial.reference[-1] - (gone[0], gone[1], np.unwrap(pose[:, 2])[-1] - pose[0, 2])
-    if np.hypot(x, y) <= ARRIVED[0] and abs(wrap_angle(theta)) <= ARRIVED[1]:
-        return trial
-    moved = float(np.linalg.norm(path, axis=-1).max()) / 1e3, abs(np.deg2rad(rotation[-1]))
-    turns = passport.angle_deg is None
-    return replace(trial, outcome=_short(moved, passport.hand.finger_length, passport.limit, turns=turns))
+    moved = float(np.linalg.norm(path, axis=-1).max()) / 1e3, float(abs(np.deg2rad(rotation[-1])))
+    return (float(np.hypot(x, y)), float(abs(wrap_angle(theta)))), moved
 
 
-def ended_in_space(trial: SpatialTrial) -> SpatialTrial:
-    """Return a trial in space with its outcome told apart in the same way."""
-    if trial.outcome != REACHED:
-        return trial
+def _gone_in_space(trial: SpatialTrial) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the same of an object in space."""
     path, rotation, _ = trial.manipulated()
-    passport, end = trial.passport, trial.reference[-1]
-    left = np.linalg.norm(path[-1] / 1e3 - end[:3])
-    aside = np.linalg.norm(rotation_between(rotation[-1], quaternion_of(end[3:])))
-    if left <= ARRIVED[0] and aside <= ARRIVED[1]:
-        return trial
-    turned = 0.0 if passport.about is None else twist_and_swing(rotation, np.array(passport.about))[0][-1]
-    moved = float(np.linalg.norm(path, axis=-1).max()) / 1e3, float(turned)
-    return replace(trial, outcome=_short(moved, passport.hand.finger_length, passport.limit, turns=passport.turns))
+    about, end = trial.passport.about, trial.reference[-1]
+    left = float(np.linalg.norm(path[-1] / 1e3 - end[:3]))
+    aside = float(np.linalg.norm(rotation_between(rotation[-1], quaternion_of(end[3:]))))
+    turned = 0.0 if about is None else float(twist_and_swing(rotation, np.array(about))[0][-1])
+    return (left, aside), (float(np.linalg.norm(path, axis=-1).max()) / 1e3, turned)
 
 
 def _short(moved: tuple[float, float], finger_length: float, limit: float | None, *, turns: bool) -> str:

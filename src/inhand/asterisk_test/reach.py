@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
-from inhand.asterisk_test.spatial.names import name_of
 from inhand.asterisk_test.spatial.reach import (
     SpatialAsked,
     SpatialReach,
@@ -25,7 +24,7 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
-from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.files import is_spatial_hand, name_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record

@@ -2,18 +2,16 @@
 
 import shlex
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 
 from inhand.aside import Aside, here
 from inhand.asterisk_test.beside import SETTINGS, Beside, settings_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.results import Result, as_entry, by_direction, result_of_human, summary_of, tidy
+from inhand.asterisk_test.results import Result, by_direction, result_of_human
 from inhand.asterisk_test.scenes import (
     compatible_curve,
     direction_curves,
@@ -23,10 +21,11 @@ from inhand.asterisk_test.scenes import (
     trial_path,
     turn_series,
 )
-from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.table import endings, failures, metric_faults, shown_columns, with_beside
+from inhand.asterisk_test.tested import FRAME_STEPS, Tested, farthest_trial
 from inhand.control.scenes import scene_at, start_scene
-from inhand.control.trial import Trial, file_name, write_json, write_trials
-from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
+from inhand.control.trial import Trial, file_name
+from inhand.pages import Part, Picture, again, counted, listed, options, table_of
 from inhand.plots.asterisk import asterisk_figure
 from inhand.plots.donut import donut_figure
 from inhand.plots.panels import Panel, panels_figure
@@ -34,45 +33,30 @@ from inhand.plots.path import path_figure
 from inhand.plots.radar import radar_figure
 from inhand.plots.replay import write_replay
 from inhand.plots.save import save_picture
-from inhand.repeats import write_repeat
-from inhand.shown import HTML, Shown
 from inhand.tasks.primitives import twisted_name
-from inhand.versions import versions
 
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
-ASIDE = 0.75
-"""Share of the paths that is drawn aside: the replay and the asterisks take as long as the others."""
-FRAME_STEPS = 2
-"""Rows of a trial from one frame of the replay to the next (25 frames a second at 0.02 s a row)."""
+ASIDE = 0.875
+"""Share of the paths that is drawn aside: replay, asterisks, radar and the others take as long."""
 
 
 @dataclass(frozen=True, eq=False)
-class Run(Shown):
-    """A finished run."""
+class Run(Tested):
+    """A finished run of a hand in the plane."""
 
-    config: AsteriskConfig
     trials: tuple[Trial, ...]
-    results: tuple[Result, ...]
-    """Their results, in the same order."""
-    people: tuple[HumanTrial, ...] = ()
-    """Human trials to set beside them."""
-    notes: tuple[str, ...] = ()
-    """What a reader should know, a sentence each."""
-    beside: tuple[Beside, ...] = ()
-    """Earlier runs to set beside it."""
-    label: str = ""
-    """What tells it from them; without it its controller."""
 
-    def table(self) -> pd.DataFrame:
-        """Return a row for each trial: hand, object, controller, engine, disturbance, direction, outcome, every metric.
+    @property
+    def settings(self) -> dict[str, object]:
+        """Hand, object, controller, engine and disturbance."""
+        return dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
 
-        `reads` says what its controller reads: privileged or sensed.
-        """
-        passport = self.trials[0].passport
-        same = dict(zip(SETTINGS, settings_of(passport), strict=True)) | {"reads": passport.reads}
-        return tidy(same | as_entry(result) for result in self.results)
+    @property
+    def disturbances(self) -> dict[str, object]:
+        """How each trial's world was disturbed."""
+        return {"disturbed": [trial.passport.disturbed for trial in self.trials]}
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
@@ -85,50 +69,23 @@ class Run(Shown):
             direction_curves(part.trials, part.results), outline=outline, title=_title(part), subtitle=_subtitle(part)
         )
 
-    def write(self, folder: Path, aside: Aside = here) -> None:
-        """Write everything into a folder that is there; pictures may be drawn aside."""
-        write_trials(self.trials, folder)
-        write_report(self, folder, aside)
-        (folder / HTML).write_text(self.html(), encoding="utf-8")
-        content = {
-            "trials": [as_entry(result) for result in self.results],
-            "directions": summary_of(self.results),
-            "notes": self.notes,
-            "config": asdict(self.config),
-            "versions": versions(),
-            "seed": self.config.seed,
-            "reads": self.trials[0].passport.reads,
-            "disturbed": [trial.passport.disturbed for trial in self.trials],
-        }
-        write_json(content, folder / "metrics.json")
-        self.table().to_csv(folder / "trials.csv", index=False)
-        write_repeat(folder, "asterisk", self.config)
-
-    def draw(self, folder: Path) -> None:
-        """Draw figures and replay into `figures` of a folder."""
-        write_report(self, folder)
+    def pictures(self, folder: Path, aside: Aside = here) -> list[Part]:
+        """Draw figures and a replay into `figures` of a folder, some aside, and return their parts of the page."""
+        return _drawn(self, folder, aside)
 
     def html(self) -> str:
         """Return its page for a browser."""
         from inhand.asterisk_test.browser import run_page
 
         own = Beside(self.name, self.trials, self.results, f"{self.config.paths} paths")
-        return run_page(parts(self, []), [*self.beside, own], self.people, self.config)
+        return run_page(self.parts(), [*self.beside, own], self.people, self.config)
 
-    @property
-    def name(self) -> str:
-        """What tells it from the runs beside it."""
-        return self.label or self.trials[0].passport.controller
-
-    @property
-    def subject(self) -> str:
-        """Its controller, object and hand by their names, which are shorter than files and folders."""
-        passport = self.trials[0].passport
-        return f"{passport.controller} on {passport.object.name} with {passport.hand.name}"
+    def parts(self, pictures: Sequence[Part] = ()) -> list[Part]:
+        """Return the parts of its page: what was run, the table, what failed, the figures, how to run it again."""
+        return _parts(self, pictures)
 
 
-def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
-    """Write figures, replay and `report.md` of a run into its folder; pictures may be drawn aside."""
+def _drawn(run: Run, folder: Path, aside: Aside) -> list[Part]:
     first = [i for i, result in enumerate(run.results) if result.trial == 1 and result.angle_deg is not None]
     cut = round(ASIDE * len(first))
     before, after = ([(run.trials[i], run.results[i]) for i in part] for part in (first[:cut], first[cut:]))
@@ -143,18 +100,11 @@ def write_report(run: Run, folder: Path, aside: Aside = here) -> None:
         pictures.append(save_picture(_turns(run), folder, "donut.png", text))
     pictures.append(_replay(run, folder))
     own = _paths(after, folder)
-    told = page(run, [*pictures, "## First trial of every direction", *paths(), *own])
-    (folder / "report.md").write_text(told, encoding="utf-8")
+    return [*pictures, "## First trial of every direction", *paths(), *own]
 
 
-def page(run: Run, pictures: Sequence[Part]) -> str:
-    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
-    return page_of(*parts(run, ["## Figures", *pictures]))
-
-
-def parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
-    """Return the parts of the page, the figures before the last."""
-    config, table = run.config, shown_columns(table_rows(run.results, run.people))
+def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
+    config, table = run.config, shown_columns(run.rows)
     passport = run.trials[0].passport
     return [
         f"# Asterisk Test: {run.subject}",
@@ -302,10 +252,7 @@ def both_radars(run: Run) -> Figure:
 
 
 def _replay(run: Run, folder: Path) -> Picture:
-    best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
-    trial, result = run.trials[best], run.results[best]
-    rows = list(range(0, len(trial.time), FRAME_STEPS))
-    first = min(trial.manipulation.start, len(trial.time) - 1)
+    trial, result, rows, first = farthest_trial(run)
     origin = trial.object_pose[first, :2]
     write_replay(
         [scene_at(trial, row, origin) for row in rows],

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.asterisk_test.averages import summarise
 from inhand.asterisk_test.compatible import AsteriskMetrics, measure_asterisk
@@ -16,8 +17,10 @@ from inhand.asterisk_test.metrics import Metrics, measure, measure_human, progre
 from inhand.asterisk_test.people.hand_sizes import HAND_SIZES_MM, normalise
 from inhand.asterisk_test.people.human_rows import ALL_SEEN, Unseen
 from inhand.asterisk_test.people.human_trial import HumanTrial
+from inhand.asterisk_test.spatial.metrics import measure_in_space
 from inhand.asterisk_test.user_metrics import measured
-from inhand.control.trial import DIVERGED, KEPT, LOST, Passport, Trial
+from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.control.trial import DIVERGED, KEPT, LOST, AnyTrial, Passport, Trial
 from inhand.geometry import Array
 from inhand.shown import frame
 from inhand.tasks.primitives import twisted_name
@@ -109,8 +112,30 @@ class Result:
         return self.outcome in LOST
 
 
-def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence[str] = ()) -> Result:
-    """Return the result of a simulated trial, with the users' metrics of some names."""
+def result_of_trial(trial: AnyTrial, *, compatible: bool = False, metrics: Sequence[str] = ()) -> Result:
+    """Return the result of a simulated trial, in the plane with the users' metrics of some names."""
+    passport = trial.passport
+    told, touching = _in_space(trial) if isinstance(trial, SpatialTrial) else _in_plane(trial, compatible, metrics)
+    lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
+    first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
+    return Result(
+        direction=passport.primitive,
+        trial=passport.trial,
+        outcome=trial.outcome,
+        first_lost=first,
+        source=passport.controller,
+        limit=_limit(passport),
+        force_max_n=trial.force_max_n,
+        penetration_max_mm=trial.penetration_max_mm,
+        torque_max_nmm=trial.torque_max_nmm,
+        penetration_mean_mm=trial.penetration_mean_mm,
+        penetration_share=trial.penetration_share,
+        **told,
+    )
+
+
+def _in_plane(trial: Trial, compatible: bool, metrics: Sequence[str]) -> tuple[dict[str, Any], NDArray[np.bool_]]:
+    """Return what a `Result` says of a trial in the plane alone, and whether each finger touches `(T, F)`."""
     passport = trial.passport
     path, rotation, touching = trial.manipulated_path()
     target, angle, row_s = passport.rotation_deg, passport.angle_deg, passport.period
@@ -118,39 +143,37 @@ def result_of_trial(trial: Trial, *, compatible: bool = False, metrics: Sequence
     primary = measure(
         path, rotation, angle, target_rotation_deg=target, contact=touching, row_s=row_s, reference_mm=reference
     )
-    lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
-    first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
-    carried = 0.0 if angle is None else float(progress(path, angle)[:, 0].max())
-    hand = passport.hand.name.partition("_")[0]
     more, wrong = measured(trial, metrics)
-    labels, original = _normalised((path, path), rotation, (angle, target), hand, compatible)
-    return Result(
-        passport.primitive,
-        angle,
-        passport.trial,
-        trial.outcome,
-        primary,
-        carried,
-        first,
-        labels,
-        original,
-        passport.controller,
-        _limit(passport),
-        trial.force_max_n,
-        trial.penetration_max_mm,
-        trial.torque_max_nmm,
-        trial.penetration_mean_mm,
-        trial.penetration_share,
-        more=more,
-        wrong=wrong,
-        bent=angle is not None and np.abs(progress(reference, angle)[:, 1]).max() > BENT_MM,
+    labels, original = _normalised(
+        (path, path), rotation, (angle, target), passport.hand.name.partition("_")[0], compatible
     )
+    return {
+        "angle_deg": angle,
+        "metrics": primary,
+        "carried_mm": 0.0 if angle is None else float(progress(path, angle)[:, 0].max()),
+        "labels": labels,
+        "compatible": original,
+        "more": more,
+        "wrong": wrong,
+        "bent": angle is not None and np.abs(progress(reference, angle)[:, 1]).max() > BENT_MM,
+    }, touching
 
 
-def _limit(passport: Passport) -> float | None:
+def _in_space(trial: SpatialTrial) -> tuple[dict[str, Any], NDArray[np.bool_]]:
+    """Return the same of a trial in space."""
+    passport = trial.passport
+    path, rotation, touching = trial.manipulated()
+    reference, goal = 1e3 * trial.reference[:, :3], (passport.along, passport.about)
+    metrics = measure_in_space(path, rotation, goal, contact=touching, row_s=passport.period, reference_mm=reference)
+    carried = 0.0 if passport.along is None else float((path @ np.array(passport.along)).max())
+    told = {"angle_deg": None, "along": passport.along, "metrics": metrics, "carried_mm": carried}
+    return told | {"labels": None, "compatible": None}, touching
+
+
+def _limit(passport: Passport | SpatialPassport) -> float | None:
     if passport.limit is None:
         return None
-    return math.degrees(passport.limit) if passport.angle_deg is None else 1e3 * passport.limit
+    return math.degrees(passport.limit) if passport.turns else 1e3 * passport.limit
 
 
 def result_of_human(trial: HumanTrial, *, compatible: bool = False) -> Result:

@@ -16,7 +16,7 @@ from inhand.control.draws import check_count, check_draws, disturbed_worlds, sta
 from inhand.control.loop import Told
 from inhand.control.phases import PHASES
 from inhand.control.recording import cut_trials, passports
-from inhand.control.trial import Trial
+from inhand.control.trial import Passport, Trial
 from inhand.errors import InputError
 from inhand.geometry import Path
 from inhand.hands.files import load_hand, load_object
@@ -24,7 +24,7 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.drawn import check_drawn
+from inhand.sim.drawn import Disturbed, check_drawn
 from inhand.sim.engines import check_engine
 from inhand.tasks.paths import ReferencePath, path_of, stacked, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name
@@ -65,7 +65,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
         raise InputError(f"--trials {config.trials}: give at least one trial for each direction")
     check_draws(config)
     hand, spec = load_hand(config.hand), load_object(config.object)
-    entry = find_controller(config.controller)
+    entry = find_controller(config.controller, Held(hand, spec))
     primitives = parse_directions(config.directions, config.twist)
     count = config.trials * len(primitives)
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
@@ -109,16 +109,32 @@ def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None,
         start,
         setup.controller.manipulate,
         loop.Bench(config.engine, threads=threads, progress=progress),
-        twists=stacked([twist_poses(each.path) for each in assignments]),
+        twists=Path(stacked([twist_poses(each.path) for each in assignments])),
         between=[PHASES.known(name) for name in config.phases],
         disturbed=disturbed,
     )
-    signed = passports(hand, setup.object, setup.controller, seed=config.seed, engine=config.engine)
-    found = [
-        signed(each.primitive.name, *own, each.path.name, number, limit=reach[each.primitive], disturbed=world)
-        for each, (*own, number), world in zip(assignments, whose, disturbed or [None] * len(whose), strict=True)
+    found = _passports(config, setup, reach, disturbed or [None] * len(whose))
+    return tuple(ended(trial) for trial in cut_trials(Trial, recording, found, task.path.poses))
+
+
+def _passports(
+    config: AsteriskConfig, setup: Setup, reach: dict[Primitive, float], disturbed: Sequence[Disturbed | None]
+) -> list[Passport]:
+    hand, spec, entry = setup.hand, setup.object, setup.controller
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads}
+    signed = passports(Passport, **same, seed=config.seed, engine=config.engine)
+    return [
+        signed(
+            primitive=each.primitive.name,
+            angle_deg=each.primitive.angle_deg,
+            rotation_deg=each.primitive.rotation_deg,
+            path=each.path.name,
+            trial=each.trial,
+            limit=reach[each.primitive],
+            disturbed=world,
+        )
+        for each, world in zip(setup.assignments, disturbed, strict=True)
     ]
-    return tuple(ended(trial) for trial in cut_trials(recording, found, task.path.poses))
 
 
 def _paths(config: AsteriskConfig, primitive: Primitive, people: Sequence[HumanTrial]) -> list[ReferencePath]:

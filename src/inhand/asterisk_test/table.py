@@ -1,6 +1,9 @@
 """The table of a run: one row for each direction, for the terminal and the report alike."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +12,9 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, averaged, by_direction, mean_fraction, result_of_human, tidy
 from inhand.control.trial import DIVERGED, GRIP_END, LOST_CONTACT, NO_GRASP, NO_MOVEMENT, REACHED, STOPPED, TIME_OUT
 from inhand.pages import NO_VERDICT, NOTHING, spread
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 HEADER = (
     "Direction", "Distance [mm]", "Limit [mm]", "Of limit", "Human [mm]", "Lateral", "Off path", "Turn", "Eff.",
@@ -21,7 +27,11 @@ WORST_FIRST = (DIVERGED, NO_GRASP, LOST_CONTACT, NO_MOVEMENT, STOPPED, TIME_OUT,
 def table_rows(results: Sequence[Result], people: Sequence[HumanTrial]) -> list[tuple[str, ...]]:
     """Return the rows under `HEADER`; distances are mean ± SD over trials, the other values the worst trial's."""
     human = by_direction([result for result in map(result_of_human, people) if averaged(result)])
-    return [_row(name, group, human.get(name, [])) for name, group in by_direction(results).items()]
+    trials = tidy(as_entry(result) for result in results)
+    return [
+        _row(name, group, trials[(trials.direction == name).to_numpy()], human.get(name, []))
+        for name, group in by_direction(results).items()
+    ]
 
 
 def shown_columns(rows: Sequence[tuple[str, ...]]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -104,10 +114,10 @@ def endings(results: Sequence[Result]) -> str:
     return f"{whole} kept the object: {' and '.join(where)}.{told}"
 
 
-def _row(name: str, group: list[Result], human: list[Result]) -> tuple[str, ...]:
+def _row(name: str, group: list[Result], trials: DataFrame, human: list[Result]) -> tuple[str, ...]:
+    """Return the row of a direction: of a group of results, which are the rows of a table too, and of people's."""
     outcomes = [result.outcome for result in group]
     worst = min(outcomes, key=WORST_FIRST.index)
-    trials = tidy(as_entry(result) for result in group)
     off = trials.path_max_mm[[result.bent for result in group]]
     return (
         name,

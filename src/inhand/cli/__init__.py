@@ -6,28 +6,21 @@ returns what is printed at the end. `inhand help` and `inhand help trace` are ot
 that `--help` stays fast.
 """
 
+from __future__ import annotations
+
 import os
 import sys
+from typing import TYPE_CHECKING
 
-from inhand import __version__
-from inhand.cli.asked import Asked, asked
-from inhand.errors import InputError
+if TYPE_CHECKING:
+    from inhand.cli.asked import Asked
 
 
 def main() -> None:
     """Run the console command `inhand`; bad input ends with its text and exit code 2, Ctrl-C with 130."""
-    words = sys.argv[1:]
-    if words[:1] in (["--version"], ["-V"]):
-        sys.stdout.write(f"inhand {__version__}\n")
-        return
-    if words[:1] == ["help"]:
-        words = [*words[1:], "--help"]
     try:
-        if run(asked(words)):
+        if _done(sys.argv[1:]):
             sys.exit(1)
-    except InputError as error:
-        sys.stderr.write(f"inhand: {error}\n")
-        sys.exit(2)
     except BrokenPipeError:  # who read what is printed, such as `head`, has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
@@ -36,12 +29,36 @@ def main() -> None:
         sys.exit(130)
 
 
+def _done(words: list[str]) -> bool:
+    """Do what words say and return whether it found a fault.
+
+    All is imported here, so that Ctrl-C ends a command in a sentence while it is imported too.
+    """
+    if words[:1] in (["--version"], ["-V"]):
+        from inhand import __version__
+
+        sys.stdout.write(f"inhand {__version__}\n")
+        return False
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
+    from inhand.errors import InputError, shortened
+
+    try:
+        from inhand.cli.asked import asked
+
+        return run(asked(words))
+    except InputError as error:
+        sys.stderr.write(f"inhand: {shortened(str(error))}\n")
+        sys.exit(2)
+
+
 def run(wanted: Asked) -> bool:
     """Do what is asked for, print what comes out, and return whether it found a fault."""
     from inhand.cli.answer import tell, working
-    from inhand.cli.work import worker
+    from inhand.cli.work import check_names, worker
 
     with working(wanted.printing):
+        check_names(wanted.config)
         answer = worker(wanted.command)(wanted.config)
     tell(wanted.command, answer, wanted.printing)
     return answer.failed

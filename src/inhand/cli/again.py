@@ -1,5 +1,8 @@
 """`inhand again`: a run repeated from its folder, and whether the numbers are the same."""
 
+from contextlib import chdir, nullcontext
+from pathlib import Path
+
 from inhand.cli.answer import Answer
 from inhand.cli.commands import COMMANDS, AgainConfig
 from inhand.cli.work import worker
@@ -29,10 +32,27 @@ def run_again(config: AgainConfig) -> Answer:
     if place in (place_of(out), *place_of(out).parents):
         raise InputError(f"--out {out} is in the run's own folder: give another, so that both can be compared")
     kind = COMMANDS[command]
-    settings = settings_in(file, command, kind) | {"out": out, "overwrite": config.overwrite}
-    done = worker(command)(kind(**settings))
+    settings = settings_in(file, command, kind)
+    given_in = _given_in(place, settings.get("out"))
+    here = given_in is None or given_in == Path.cwd()
+    settings |= {"out": out if here else out.resolve(), "overwrite": config.overwrite}
+    try:
+        with nullcontext() if here else chdir(given_in or place):
+            done = worker(command)(kind(**settings))
+    except InputError as error:
+        hint = f" (files that {file} names are looked for from here, {Path.cwd()})" if given_in is None else ""
+        raise InputError(f"{error}{hint}") from error
     from inhand.sameness import compared
 
     found = compared(config.run, out)
     sentences = (*done.sentences, *found.sentences(config.run))
     return Answer(done.tables, sentences, done.entries, out, failed=bool(found.differ))
+
+
+def _given_in(place: Path, out: Path | None) -> Path | None:
+    """Return the folder that a run's command was given in, of the run's place and its `--out`; None if they don't tell.
+
+    Files that the command named are looked for from there.
+    """
+    parts = () if out is None or out.is_absolute() or ".." in out.parts else out.parts
+    return place.parents[len(parts) - 1] if parts and place.parts[-len(parts) :] == parts else None

@@ -1,14 +1,14 @@
 """`inhand asterisk`: run the Asterisk Test, write its report and print its table."""
 
 from inhand.aside import second_process
-from inhand.asterisk_test.asterisk import finish, ready
+from inhand.asterisk_test.asterisk import finish, ready, run_setup
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.run import Setup, simulate
-from inhand.asterisk_test.spatial.run import SpatialSetup, simulate_asterisk_in_space
-from inhand.asterisk_test.table import failures, shown_columns, table_rows, with_beside
+from inhand.asterisk_test.run import Setup
+from inhand.asterisk_test.spatial.run import SpatialSetup
+from inhand.asterisk_test.table import failures, shown_columns, with_beside
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import trials_shown
-from inhand.control.spatial_trial import AnyTrial
+from inhand.control.trial import AnyTrial
 from inhand.folders import run_folder
 from inhand.sim.engines import compile_aside
 
@@ -27,7 +27,7 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
             compile_aside(aside, config.engine)
         run = finish(config, known, simulated)
         run.write(folder, aside)
-    header, rows = with_beside(*shown_columns(table_rows(run.results, run.people)), run.name, run.beside)
+    header, rows = with_beside(*shown_columns(run.rows), run.name, run.beside)
     sentences = (*failures(run.results), *run.notes, f"Report: {config.out / 'report.html'}")
     return of_run(run, config.out, [Listing(run.subject, header, rows, spare=SPARE)], sentences)
 
@@ -35,6 +35,4 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
 def simulated(config: AsteriskConfig, setup: Setup | SpatialSetup) -> tuple[AnyTrial, ...]:
     """Run every trial of a setup and show how far it is."""
     with trials_shown(len(setup.assignments)) as show:
-        if isinstance(setup, SpatialSetup):
-            return simulate_asterisk_in_space(config, setup, show)
-        return simulate(config, setup, show)
+        return run_setup(config, setup, show)

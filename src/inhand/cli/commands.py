@@ -32,7 +32,7 @@ class MetricsConfig(Config):
     """Measure recorded trials (.npz of a run) or human files (.csv) alone."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """Trial files, human files, folders of runs, or folders of human files."""
+    """Trial files, human files, folders of runs or of their trials, or folders of human files."""
     out: Path | None = None
     """Write the numbers to this JSON file too; it holds the same `trials` list as a run's metrics.json."""
     gaps: Literal["refuse", "drop", "fill"] = "refuse"
@@ -104,8 +104,11 @@ class ViewConfig(Config):
     """Speed of the replay in the viewer; 1 is real time. A browser's page has a choice of its own."""
     browser: bool = False
     """Show it in a browser in any case."""
+    rerun: bool = False
+    """Write it as a recording for Rerun's viewer, with contacts, forces and signals (extra `rerun`), and show it there
+    if there is a display."""
     out: Path | None = None
-    """File for the page of the browser; without it one in a temporary folder."""
+    """File for the page of the browser, or for Rerun's recording (.rrd); without it one in a temporary folder."""
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,10 @@ from pathlib import Path
 from inhand.asterisk_test.people.human import read_human_file, read_human_folder
 from inhand.asterisk_test.people.human_rows import Gaps
 from inhand.asterisk_test.results import Result, as_entry, result_of_human, result_of_trial
-from inhand.asterisk_test.spatial.results import result_of_spatial
 from inhand.cli.answer import Answer, Listing
 from inhand.cli.commands import MetricsConfig
 from inhand.cli.terminal import say
-from inhand.control.spatial_trial import AnyTrial, SpatialTrial, load_any
-from inhand.control.trial import write_json
+from inhand.control.trial import AnyTrial, Trial, load_any, write_json
 from inhand.errors import InputError
 from inhand.versions import versions
 
@@ -44,18 +42,17 @@ def run_metrics(config: MetricsConfig) -> Answer:
 
 
 def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
-    if (path / "trials").is_dir():
-        return [found for trial in sorted((path / "trials").glob("*.npz")) for found in _measured(trial, gaps)]
+    path = path / "trials" if (path / "trials").is_dir() else path
+    trials = sorted(path.glob("*.npz")) if path.is_dir() else []
+    if trials:
+        return [found for trial in trials for found in _measured(trial, gaps)]
     if path.is_dir():
         folder = read_human_folder(path, gaps)
         for note in folder.notes:
             say(note)
         return [(trial.source, result_of_human(trial, compatible=True)) for trial in folder.trials]
     if path.suffix == ".npz":
-        trial = _of_primitive(path)
-        if isinstance(trial, SpatialTrial):
-            return [(path.name, result_of_spatial(trial))]
-        return [(path.name, result_of_trial(trial, compatible=True))]
+        return [(path.name, result_of_trial(_of_primitive(path), compatible=True))]
     if path.suffix == ".csv":
         return [(path.name, result_of_human(read_human_file(path, gaps), compatible=True))]
     raise InputError(
@@ -66,9 +63,7 @@ def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
 
 def _of_primitive(path: Path) -> AnyTrial:
     trial = load_any(path)
-    if isinstance(trial, SpatialTrial):
-        return trial
-    if trial.passport.angle_deg is None and trial.passport.rotation_deg == 0:
+    if isinstance(trial, Trial) and trial.passport.angle_deg is None and trial.passport.rotation_deg == 0:
         raise InputError(
             f"{path} followed {trial.passport.path}, which is no primitive: its errors are in the trace.json of its"
             " run; give trials of `inhand asterisk`"

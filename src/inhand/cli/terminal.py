@@ -55,7 +55,7 @@ def _width(columns: Collection[Sequence[str]], *, broken: bool = False) -> int:
 
 def say(text: str) -> None:
     """Print one line without markup or wrapping."""
-    Console(soft_wrap=True).print(text, markup=False, highlight=False)
+    Console(soft_wrap=True).print(text, markup=False, highlight=False, emoji=False)
 
 
 class Screen:

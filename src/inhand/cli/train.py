@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
+import threading
+from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from rich.table import Table
 
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import Screen, progress, say
-from inhand.learning import train
+from inhand.learning import seeds, train
 from inhand.learning.commands import TrainConfig
-from inhand.learning.progress import HEADER, Evaluated, evaluation_rows, joined, read_learning
-from inhand.tasks.primitives import TRAIN, UNSEEN
+from inhand.learning.progress import (
+    COMPILING,
+    HEADER,
+    IN_PLANE,
+    Evaluated,
+    evaluation_rows,
+    joined,
+    read_learning,
+)
 
 if TYPE_CHECKING:
     from inhand.learning.journal import Counters, Evaluation
@@ -22,6 +32,8 @@ if TYPE_CHECKING:
 
 def run_train(config: TrainConfig) -> Answer:
     """Train or go on, tell how it goes, and end with curves, table and the place of the policy."""
+    if config.seeds:
+        return _several(config)
     try:
         with progress(spoken=True) as screen:
             watch = Watch(screen, config.out)
@@ -29,12 +41,40 @@ def run_train(config: TrainConfig) -> Answer:
     except KeyboardInterrupt:
         for line in train.kept(config.out):
             say(line)
-        sys.exit(130)
+        _leave()
     best = done.learned.best
     table = Listing(f"The best policy, at episode {best.episode}", HEADER, evaluation_rows(best))
     evaluate = f"Evaluate it: {shlex.join(['inhand', 'evaluate', str(config.out)])}"
     told = f"Curves: {config.out / 'report.html'}", f"Policy: {done.best}", evaluate
     return of_run(done, config.out, [table], told)
+
+
+def _leave() -> NoReturn:
+    """End with exit code 130, and at once where JAX still compiles: the end of Python would wait for its thread."""
+    if any(thread.name.startswith(COMPILING) for thread in threading.enumerate()):
+        sys.stdout.flush()
+        os._exit(130)
+    sys.exit(130)
+
+
+def _several(config: TrainConfig) -> Answer:
+    """Train once with each seed, and end with a table of all."""
+    jobs = seeds.planned(config)
+    done = 0
+    with progress(spoken=True) as tell:
+        tell("seeds", done, len(jobs))
+        try:
+            for job in seeds.computed(jobs, config):
+                done += 1
+                tell(f"seed {job.config.seed}", done, len(jobs))
+        except KeyboardInterrupt:
+            say(f"{done} of {len(jobs)} seeds are trained; the same command goes on from there")
+            raise
+    table = seeds.finish(jobs, config)
+    listing = Listing("The best policy of each seed", seeds.HEADER, seeds.rows(table), numbers=1)
+    beside = shlex.join(["inhand", "report", *(str(job.out) for job in jobs)])
+    sentences = (f"Written to {config.out}", f"Side by side on one page: {beside}")
+    return Answer((listing,), sentences, lambda: table.to_dict("records"), config.out)
 
 
 class Watch:
@@ -77,9 +117,7 @@ class Watch:
 def line_of(found: Evaluated) -> str:
     """Return an evaluation in one line."""
     whole = joined(list(found.directions.values()))
-    shares = " and ".join(
-        f"{found.over(group).fraction:.2f} {name}" for name, group in (("trained", TRAIN), ("unseen", UNSEEN))
-    )
+    shares = " and ".join(f"{found.over(group.names).fraction:.2f} {group.word}" for group in found.groups)
     return (
         f"episode {found.episode}: return {whole.total:.1f}, the expert's {whole.expert_total:.1f}; of the limit"
         f" {shares}; lost {whole.dropped} of {whole.trials}"
@@ -87,12 +125,15 @@ def line_of(found: Evaluated) -> str:
 
 
 def _table(found: Evaluated) -> Table:
-    """Return share of the limit and lost objects of every direction, trained ones at the left."""
-    table = Table("Trained", "Of limit", "Lost", "Unseen", "Of limit", "Lost")
-    for pair in zip(TRAIN, UNSEEN, strict=True):
+    """Return share of the limit and lost objects of every direction; of the plane, trained ones at the left."""
+    words = ("Trained", "Unseen") if found.groups[0] == IN_PLANE[0] else ("Primitive", "Primitive")
+    table = Table(*(title for word in words for title in (word, "Of limit", "Lost")))
+    names = [name for group in found.groups for name in group.names]
+    half = -(-len(names) // 2)
+    for pair in zip_longest(names[:half], names[half:]):
         cells = []
-        for primitive in pair:
-            reached = found.directions[primitive.name]
-            cells += [primitive.name, f"{reached.fraction:.2f}", str(reached.dropped or "")]
+        for name in filter(None, pair):
+            reached = found.directions[name]
+            cells += [name, f"{reached.fraction:.2f}", str(reached.dropped or "")]
         table.add_row(*cells)
     return table

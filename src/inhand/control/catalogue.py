@@ -2,23 +2,22 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import resources
 from inspect import signature
 from pathlib import Path
 from types import FunctionType
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from inhand.control.checked import maker
 from inhand.control.contract import Contract
-from inhand.control.controller import Controller, Task
-from inhand.control.grades import GRADES
+from inhand.control.controller import Controller, SpatialTask, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
-from inhand.control.knowing import check_held
+from inhand.control.knowing import FAMILY, LEARNED, check_held
 from inhand.control.phases import Grasp
 from inhand.control.policy import (
     Policy,
@@ -30,15 +29,16 @@ from inhand.control.policy import (
     straight_angles,
 )
 from inhand.control.policy_arrays import ACTOR
-from inhand.control.rehearsal import best_grasps, closing_joints
+from inhand.control.rehearsal import best_grasps, closing_joints, rehearsed
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
-from inhand.control.sensed_plan import Carrier, sensed_grasp
-from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
+from inhand.control.sensed_plan import sensed_grasp
+from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController, carrier_of
+from inhand.control.sliding import sliding_grasps
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
-from inhand.hands.files import assumed
+from inhand.hands.files import load_object
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
@@ -61,22 +61,33 @@ class Planner(Protocol):
         """
 
 
+P = TypeVar("P")
+"""What chooses grasps."""
+T = TypeVar("T", Task, SpatialTask)
+
+
 @dataclass(frozen=True)
-class ControllerEntry:
-    """One controller of the toolkit."""
+class Entry(Generic[P, T]):
+    """One controller of the toolkit, of hands in the plane or in space."""
 
     name: str
     """What the command line calls it."""
     summary: str
     """One line for lists."""
-    grasp: Planner
+    grasp: P
     """Chooses where the fingers hold the object."""
-    manipulate: Callable[[Task], Controller]
+    manipulate: Callable[[T], Controller]
     """Makes the controller of the manipulation phase."""
     policy: Policy | None = None
     """The learned policy that it is, if it is one."""
     reads: Reads = PRIVILEGED
     """What it reads: all that is measured, or what a hand can know."""
+
+
+@dataclass(frozen=True)
+class ControllerEntry(Entry[Planner, Task]):
+    """One of hands in the plane."""
+
     fixed_grasp: Planner | None = None
     """Chooses where they hold it for paths that stay where they are, as drawings do; None for `grasp`."""
     primitive: Callable[[Task], Controller] | None = None
@@ -98,15 +109,19 @@ def planned_grasp(
     *,
     engine: str = ENGINE,
     fixed: bool = False,
+    slides: bool = False,
 ) -> Grasp:
     """Return the grasps of the contact search, tried out in simulation.
 
     Where an object stands elsewhere than its path starts, the fingers go to it from there. They are tried on paths that
-    count from there, or, `fixed`, on paths that stay where they are.
+    count from there, or, `fixed`, on paths that stay where they are. Where it `slides`, so may their contacts.
     """
-    starts = poses[:, 0] if starts is None else starts
-    best = best_grasps(Held(hand, spec), poses, starts, config, engine=engine, fixed=fixed)
-    return closing_joints(hand, spec, best, poses[:, 0], starts)
+    starts, held = poses[:, 0] if starts is None else starts, Held(hand, spec)
+    best, ways = rehearsed(held, poses, starts, config, engine=engine, fixed=fixed)
+    if not slides:
+        return closing_joints(hand, spec, best, poses[:, 0], starts)
+    best, told = sliding_grasps(held, poses, (best, ways), engine)
+    return replace(closing_joints(hand, spec, best, poses[:, 0], starts), way=told)
 
 
 def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str = ENGINE) -> list[GraspPlan]:
@@ -188,6 +203,13 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
                 ThesisIkController,
             ),
             ControllerEntry(
+                "ik-sliding",
+                "the expert, with grips whose contacts slide where that goes farther",
+                partial(planned_grasp, slides=True),
+                IkController,
+                fixed_grasp=partial(planned_grasp, fixed=True),
+            ),
+            ControllerEntry(
                 "ik-sensed",
                 "the expert's law on encoders and a camera, as far as was planned for a range of frictions and starts",
                 sensed_grasp,
@@ -201,20 +223,25 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
 )
 
 
-def find_controller(name: str) -> ControllerEntry:
+def find_controller(name: str, held: Held | None = None) -> ControllerEntry:
     """Return a controller of the catalogue, a policy of the package, or that of a folder, of a training run its best.
+
+    With a hand and an object that it is to run with, rl is the policy of the family unless it learned with these two.
 
     Raises:
         InputError: there is none of that name (the text offers near matches), or a folder without a policy.
     """
     if name in SHIPPED:
-        return _shipped(name)
+        entry = _shipped(name)
+        if name != LEARNED or held is None or _learned_with(entry, held):
+            return entry
+        return replace(_shipped(FAMILY), name=name)
     folder = Path(name)
     if folder.is_dir():
         return learned(*policy_of(folder))
-    entry = CONTROLLERS.find(name)
-    if entry is not None:
-        return entry
+    found = CONTROLLERS.find(name)
+    if found is not None:
+        return found
     known = (*CONTROLLERS, *SHIPPED)
     if name == "rl-sensed":
         raise InputError("controller 'rl-sensed' is called rl now, and what was rl is called rl-privileged")
@@ -266,11 +293,6 @@ def learned_grasp(
     return closing_joints(hand, spec, plans, poses[:, 0], starts)
 
 
-def carrier_of(policy: Policy) -> Carrier:
-    """Return who carries objects where grasps are planned for a policy on real senses."""
-    return Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__, SHARES, GRADES)
-
-
 def check_known(entry: ControllerEntry, held: Held, paths: Array) -> None:
     """Refuse what a learned policy does not know, before anything is computed; other controllers know everything.
 
@@ -281,27 +303,19 @@ def check_known(entry: ControllerEntry, held: Held, paths: Array) -> None:
     """
     if entry.policy is not None:
         check_held(entry.policy, held.hand, (held.object,))
-        if find_layout(entry.policy.observation).slotted:
+        if entry.reads == SENSED:
+            parts_of(paths)
+        elif find_layout(entry.policy.observation).columns:
             aims_of(paths)
         elif not entry.policy.task:
-            known = parts_of if entry.reads == SENSED else straight_angles
-            known(paths)
+            straight_angles(paths)
 
 
-def notes_of(entry: ControllerEntry, hand: str, spec: str) -> tuple[str, ...]:
-    """Return what a reader should know of a controller's run with a hand and an object, a sentence each."""
-    notes = assumed([hand])
-    if entry.policy is None:
-        return notes
-    trained = {name: entry.policy.trained.get(name) for name in ("hand", "object")}
-    if entry.policy.family is not None or trained == {"hand": hand, "object": spec}:
-        return notes
-    other = "" if trained["hand"] == hand else f" {FAMILY} was trained for hands and objects that differ."
-    return (
-        *notes,
-        f"The policy {entry.name} was trained with {trained['object']} and {trained['hand']}; here it moves {spec} with"
-        f" {hand}.{other}",
-    )
+def _learned_with(entry: ControllerEntry, held: Held) -> bool:
+    """Return whether a policy was trained with just this hand and object."""
+    if entry.policy is None or entry.contract is None:
+        return False
+    return held == (entry.contract.hand, load_object(entry.policy.trained["object"]))
 
 
 def _shipped(name: str) -> ControllerEntry:
@@ -320,9 +334,10 @@ def _plain(name: str) -> str:
     return f"{plain}-policy" if plain in {*CONTROLLERS, *SHIPPED} else plain
 
 
-SHARES = (1.0, 0.95, 0.9)
-"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
-FAMILY = "rl-family"
-"""The policy of the package for hands and objects that differ."""
-SHIPPED = {"rl": "default", "rl-privileged": "privileged", FAMILY: "family"}
+SHIPPED = {
+    LEARNED: "default",
+    "rl-privileged": "privileged",
+    FAMILY: "family",
+    f"{FAMILY}-privileged": "family-privileged",
+}
 """Policies that come with the package by name, each with the preset that trained it, which is its folder."""

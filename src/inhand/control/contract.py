@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import get_type_hints
+from typing import TypeAlias, get_type_hints
 
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.sim.disturbance import Camera, Commands, Disturbance, Encoders, told_value
 from inhand.sim.scene import DECISION_S
 from inhand.tasks.observations import by_rank
@@ -45,16 +48,47 @@ class Contract:
 
     def __post_init__(self) -> None:
         """Refuse joints that its hand has not, and a rate that nothing has."""
-        if self.joints != joint_names(self.hand):
-            raise InputError(f"joints are {', '.join(self.joints)}; hand {self.hand.name!r} has others")
-        if not 0.0 < self.rate_hz < float("inf"):
-            raise InputError(f"rate_hz is {self.rate_hz:g}; it must be a positive number of decisions a second")
+        _check_own(self.hand, self.joints, self.rate_hz)
 
 
-def joint_names(hand: HandSpec) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class SpatialContract:
+    """Hand in space, object, joints and rate that a policy was trained with, on the true state of the worlds."""
+
+    hand: SpatialHand
+    """The hand, with all its measures."""
+    object: SolidSpec
+    """What it held."""
+    joints: tuple[str, ...]
+    """Its joints in the order of targets and actions: the finger, and the number from the palm outwards."""
+    rate_hz: float
+    """Decisions a second."""
+
+    def __post_init__(self) -> None:
+        """Refuse joints that its hand has not, and a rate that nothing has."""
+        _check_own(self.hand, self.joints, self.rate_hz)
+
+
+AnyContract: TypeAlias = Contract | SpatialContract
+"""What a policy asks of a hand, in the plane or in space."""
+
+
+def _check_own(hand: HandSpec | SpatialHand, joints: tuple[str, ...], rate_hz: float) -> None:
+    if joints != joint_names(hand):
+        raise InputError(f"joints are {', '.join(joints)}; hand {hand.name!r} has others")
+    if not 0.0 < rate_hz < float("inf"):
+        raise InputError(f"rate_hz is {rate_hz:g}; it must be a positive number of decisions a second")
+
+
+def joint_names(hand: HandSpec | SpatialHand) -> tuple[str, ...]:
     """Return the joints of a hand in the order of every array: `left 0`, `left 1` and so on."""
-    named = zip(hand.finger_names, hand.fingers, strict=True)
-    return tuple(f"{name} {number}" for name, finger in named for number in range(len(finger.links)))
+    named = zip(hand.finger_names, hand.slices, strict=True)
+    return tuple(f"{name} {number}" for name, place in named for number in range(place.stop - place.start))
+
+
+def contract_in_space(held: SpatialPair) -> SpatialContract:
+    """Return the contract of what is trained with a hand in space."""
+    return SpatialContract(*held, joint_names(held.hand), rate_of(DECISION_S))
 
 
 def contract_of(hand: HandSpec, disturb: Disturbance | None) -> Contract:

@@ -1,7 +1,7 @@
 """What the loop asks of a controller, and what a controller is told of its task."""
 
-from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from dataclasses import dataclass, field
+from typing import Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +16,21 @@ from inhand.rotations import SpatialPath
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.sim.state import State
 
+H = TypeVar("H", HandSpec, SpatialHand)
+S = TypeVar("S", ObjectSpec, SolidSpec)
+P = TypeVar("P", Path, SpatialPath)
+
 
 @dataclass(frozen=True)
-class Task:
+class Carrying(Generic[H, S, P]):
     """What a batch of B worlds has to do: carry the object along a path each."""
 
-    hand: HandSpec
+    hand: H
     """The hand of every world."""
-    objects: tuple[ObjectSpec, ...]
+    objects: tuple[S, ...]
     """The object of each world."""
-    path: Path
-    """Object poses relative to `start`, in palm axes `(B, S, 3)`."""
+    path: P
+    """Object poses relative to `start`, along palm axes, S of them for each world."""
     timestep: float = SceneSpec.timestep
     """Physics step [s]."""
     substeps: int = SUBSTEPS
@@ -34,59 +38,42 @@ class Task:
     distance: Array | None = None
     """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
     start: Array | None = None
-    """Pose that each path counts from `(B, 3)`; None for where the object is when its controller begins."""
+    """Pose that each path counts from, as `origin` has it; None for where the object is when its controller begins."""
+
+    @property
+    def control_period(self) -> float:
+        """Time between two decisions [s]."""
+        return self.substeps * self.timestep
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of worlds B."""
+        return len(self.objects)
+
+
+@dataclass(frozen=True)
+class Task(Carrying[HandSpec, ObjectSpec, Path]):
+    """The task of a hand in the plane."""
 
     def origin(self, state: State) -> Array:
         """Return the poses `(B, 3)` that the paths of a controller count from which begins in a state."""
         return state.pose if self.start is None else self.start
 
-    @property
-    def control_period(self) -> float:
-        """Time between two decisions [s]."""
-        return self.substeps * self.timestep
-
-    @property
-    def n_worlds(self) -> int:
-        """Number of worlds B."""
-        return len(self.objects)
-
 
 @dataclass(frozen=True)
-class SpatialTask:
-    """The same for a hand in space."""
+class SpatialTask(Carrying[SpatialHand, SolidSpec, SpatialPath]):
+    """The task of a hand in space."""
 
-    hand: SpatialHand
-    """The hand of every world."""
-    objects: tuple[SolidSpec, ...]
-    """The object of each world."""
-    path: SpatialPath
-    """Where objects are to be, and how turned, relative to `start`, along the palm's axes `(B, S, 3)`."""
-    gravity: Array
+    gravity: Array = field(kw_only=True)
     """Gravity in the palm frame `(B, 3)` [m/s^2]."""
-    timestep: float = SceneSpec.timestep
-    """Physics step [s]."""
-    substeps: int = SUBSTEPS
-    """Physics steps for one decision."""
-    distance: Array | None = None
-    """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
-    start: Array | None = None
-    """Pose that each path counts from `(B, 7)`; None for where the object is when its controller begins."""
 
     def origin(self, state: State) -> Array:
         """Return the poses `(B, 7)` that the paths of a controller count from which begins in a state."""
         return state.object_pose if self.start is None else self.start
 
-    @property
-    def control_period(self) -> float:
-        """Time between two decisions [s]."""
-        return self.substeps * self.timestep
 
-    @property
-    def n_worlds(self) -> int:
-        """Number of worlds B."""
-        return len(self.objects)
-
-
+AnyPath: TypeAlias = Path | SpatialPath
+"""A path for each world, in the plane or in space."""
 AnyTask: TypeAlias = Task | SpatialTask
 """What a batch has to do, in the plane or in space."""
 

@@ -1,6 +1,6 @@
 """Start noise: where each trial's object really stands."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -63,6 +63,22 @@ def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, in
         for angle, rotation, trial in whose
     ]
     return spread * np.array(drawn)
+
+
+def start_noise_in_space(
+    config: RunConfig, trials: Sequence[int], goals: Sequence[Sequence[float]] | None = None
+) -> tuple[Array, Array]:
+    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each.
+
+    It follows from the seed, the trial's number and numbers that tell its primitive, if it has one, so that runs of
+    other hands, objects and gravities are paired with it.
+    """
+    drawn = []
+    for trial, goal in zip(trials, goals or [()] * len(trials), strict=True):
+        key = [round(1e6 * part) % 2**32 for part in goal]  # a seed takes no negative number
+        drawn.append(np.random.default_rng((config.seed, trial, *key)).standard_normal((2, 3)))
+    moved, turned = np.stack(drawn, axis=1)
+    return config.noise_mm / 1e3 * moved, np.deg2rad(config.noise_deg) * turned
 
 
 def disturbed_worlds(

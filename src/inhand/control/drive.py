@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from inhand.control.catalogue import CONTROLLERS, ControllerEntry, check_known, find_controller
 from inhand.control.contract import check_rate, check_senses
 from inhand.control.controller import Task
+from inhand.control.episode import MANIPULATE
 from inhand.control.joint import JointPid, PidConfig
+from inhand.control.knowing import LEARNED
 from inhand.control.link import Clock, Command, DriveConfig, Link, Read, Row, StoppedError
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.run_config import HeldConfig
 from inhand.control.seen import SENSED
-from inhand.control.trial import MANIPULATE, REACHED, TIME_OUT
+from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array, Path, wrap_angle
 from inhand.hands.files import load_hand, load_object
@@ -112,13 +114,20 @@ def drive(
         InputError: what cannot be driven, before anything is commanded; or readings that are none.
     """
     config, spec = config or DriveConfig(), load_object(object)
-    entry = find_controller(CONTROLLERS.name_of(controller))
-    own = HELD.hand if entry.contract is None else entry.contract.hand
-    made = load_hand(own if hand is None else hand)
+    entry, made = _suited(find_controller(CONTROLLERS.name_of(controller)), hand, spec)
     check_entry(entry, senses if isinstance(senses, Disturbance) else load_disturbance(senses or "none"), config)
     task, phases, placed = _asked((made, spec), entry, direction, grasp, config)
     link = Link(made, (read, command), config, clock or Clock())
     return _driven(link, task, phases, placed)
+
+
+def _suited(
+    entry: ControllerEntry, hand: str | Folder | HandSpec | None, spec: ObjectSpec
+) -> tuple[ControllerEntry, HandSpec]:
+    """Return the controller, of the policies of the package that for a hand and an object, and the hand."""
+    own = HELD.hand if entry.contract is None else entry.contract.hand
+    made = load_hand(own if hand is None else hand)
+    return find_controller(entry.name, Held(made, spec)) if entry.name == LEARNED else entry, made
 
 
 def check_entry(entry: ControllerEntry, senses: Disturbance | None, config: DriveConfig) -> None:
@@ -172,7 +181,7 @@ def _asked(
     # What was planned is the whole way; a twist before the path has its part of it.
     way = None if grasp.way is None else np.maximum(grasp.way - (Path(whole).length - poses.length), 0.0)
     timestep = 1.0 / config.rate_hz / SUBSTEPS
-    phases = standard_phases(grasp, entry.manipulate, twist_poses(path)[None], config.longest)
+    phases = standard_phases(grasp, entry.manipulate, Path(twist_poses(path)[None]), config.longest)
     return Task(hand, (spec,), poses, timestep, distance=way), phases, placed_joints(hand, grasp)
 
 

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.seen import Seen
-from inhand.geometry import Array, cross, inverse_transform, perpendicular, spatial, transform, wrap_angle
+from inhand.geometry import Array, cross, inverse_transform, perpendicular, transform, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import joint_positions, point_jacobian
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import contact
 from inhand.hands.shapes import link_polygon
-from inhand.sim.state import State
+from inhand.sim.state import State, believed
 
 POSE = 3
 """Numbers of a pose, before the one that says how much larger the object is."""
@@ -30,6 +30,8 @@ FASTEST = (0.004, 0.004, 0.1)
 
 EVERY = np.ones(1, dtype=bool)
 """Every world of a batch."""
+LATELY = 4
+"""Decisions over which a velocity is believed: 80 ms, in which noise of a frame is some millimetres a second."""
 WAIT = 0.24
 """Time in the grip before the object is moved [s]: seven frames at 30 Hz."""
 SOON = 1e-9
@@ -118,6 +120,12 @@ class Estimator:
         return self._mean[:, :POSE].copy()
 
     @property
+    def velocity(self) -> Array:
+        """How objects are believed to have moved in the last few decisions `(B, 3)` [m/s, m/s, rad/s]."""
+        moved = self._poses[-1] - self._poses[-1 - LATELY]
+        return np.asarray(moved / np.maximum(self._times[-1] - self._times[-1 - LATELY], SOON)[:, None])
+
+    @property
     def grip(self) -> tuple[Array, Array]:
         """Where fingers are believed to touch, in the object's frame `(B, F, 2)` [m], and how askew `(B, F)` [rad].
 
@@ -130,23 +138,9 @@ class Estimator:
 
     def state(self, seen: Seen) -> State:
         """Return what is believed of the worlds: pose, joints and contacts; of forces nothing is known."""
-        count, fingers = len(self._joints), len(self._hand.fingers)
-        points = np.concatenate([np.moveaxis(self._points, 0, 1), np.zeros((count, fingers, 1))], axis=-1)
-        return State(
-            time=seen.time,
-            object_pose=spatial(self._mean[:, :POSE], 0.0),
-            object_velocity=np.zeros((count, 6)),
-            joint_angles=self._joints,
-            joint_velocities=seen.joint_velocities,
-            targets=seen.targets,
-            link_gaps=np.zeros_like(self._joints),
-            contact_links=np.tile(self._last, (count, 1)),
-            finger_points=points,
-            object_points=points,
-            gaps=np.zeros((count, fingers)),
-            forces=np.zeros((count, fingers, 3)),
-            diverged=np.zeros(count, dtype=bool),
-        )
+        count, joints = len(self._joints), (self._joints, seen.joint_velocities, seen.targets)
+        still, links = np.zeros((count, POSE)), np.tile(self._last, (count, 1))
+        return believed(seen.time, (self._mean[:, :POSE], still), joints, links, np.moveaxis(self._points, 0, 1))
 
     def _meet(self) -> None:
         """Find where the last link of each finger is nearest to the object that is believed."""

@@ -13,32 +13,50 @@ tau = J' f of the grip force f along the line between the contacts:
 """
 
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Task
+from inhand.control.controller import Carrying, Task
 from inhand.control.follow import follow_limit
 from inhand.control.seen import PRIVILEGED
 from inhand.geometry import Array, compose, rotate, wrap_angle
+from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
+from inhand.hands.spatial import kinematics as spatial
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.sim.state import State
 
 
 @dataclass(frozen=True)
-class IkConfig:
-    """Numbers of the expert; lengths in metres, angles in radians."""
+class LawConfig:
+    """Numbers of the expert in the plane and in space; lengths in metres, angles in radians."""
 
     speed: float = 0.04
-    """Speed of the set point along the path [m/s]."""
+    """Speed of the set point along the path [m/s]; a turn counts as an arc at `TURN_ARM`."""
     acceleration: float = 0.1
     """Acceleration of the set point [m/s^2]."""
-    grip: float = 1.5
-    """Grip force [N]."""
     proportional: float = 1.5
     """Wanted displacement for each metre (radian) of error."""
     integral: float = 4.0
     """Growth of the wanted displacement for each metre (radian) of error and second [1/s]."""
+    lag: float = 0.004
+    """The set point waits where the object is farther than this behind it [m]."""
+    damping: float = 0.005
+    """Damping of the least squares [m/rad]."""
+    posture: float = 0.02
+    """Share of the way back to the start posture that a finger's spare joints are asked to take."""
+    settle: float = 0.3
+    """Time for which the object is held at the end of its path [s]."""
+
+
+@dataclass(frozen=True)
+class IkConfig(LawConfig):
+    """Numbers of the expert in the plane."""
+
+    grip: float = 1.5
+    """Grip force [N]."""
     integral_limit: tuple[float, float, float] = (0.008, 0.008, 0.2)
     """Largest integral part in x, y [m] and theta [rad]."""
     along: tuple[float, float] = (1.0, 1.0)
@@ -46,12 +64,6 @@ class IkConfig:
     end: across it and in rotation all is."""
     lasting: bool = True
     """Whether the integral part stays where the set point slows down, or is what drags on a moving object alone."""
-    lag: float = 0.004
-    """The set point waits where the object is farther than this behind it [m]."""
-    damping: float = 0.005
-    """Damping of the least squares [m/rad]."""
-    posture: float = 0.02
-    """Share of the way back to the start posture that a third link is asked to take."""
     margin: tuple[float, float] = (0.002, 0.16)
     """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
     friction_share: float = 0.96
@@ -59,37 +71,95 @@ class IkConfig:
     push: float = 0.0
     """Force on the object along its path, where its position is not controlled then [N]: hybrid force/position control,
     for pushing against what resists."""
-    settle: float = 0.3
-    """Time for which the object is held at the end of its path [s]."""
 
 
-class IkController:
-    """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
+C = TypeVar("C", bound=LawConfig)
+
+
+class Expert(Generic[C]):
+    """What the expert is in the plane and in space: a set point that goes along the path, and the law of a finger."""
 
     reads = PRIVILEGED
 
+    def __init__(self, task: Carrying[Any, Any, Any], config: C) -> None:
+        """Carry objects along the task's paths."""
+        self.config, self._period = config, task.control_period
+        self.limit, self.progress, self.held, self._speed = np.zeros((4, task.n_worlds))
+        """Way along each path to which the set point goes `(B,)` [m], how far it has gone [m], for how long it has been
+        at the end of its way [s], and its speed [m/s]."""
+
+    def finished(self, state: State) -> NDArray[np.bool_]:
+        """Return which worlds have held the end of their path for a while `(B,)`."""
+        del state
+        return np.asarray(self.held >= self.config.settle)
+
+    def _set_off(self, limit: Array) -> None:
+        """Put the set points at the start of their ways, which end at a limit `(B,)` [m]."""
+        self.limit = limit
+        self.progress, self.held, self._speed = np.zeros((3, len(limit)))
+
+    def _go_on(self, behind: Array) -> None:
+        """Move the set points on, unless objects are too far behind them `(B,)` [m]."""
+        config, period = self.config, self._period
+        room = np.maximum(self.limit - self.progress, 0.0)
+        brake = np.sqrt(2 * config.acceleration * room)
+        speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
+        self._speed = np.minimum(self._speed + config.acceleration * period, speed)
+        self.progress = np.minimum(self.progress + self._speed * period, self.limit)
+        self.held = np.where(room < 2e-4, self.held + period, 0.0)
+
+    def _summed(self, integral: Array, error: Array, limit: Array) -> Array:
+        """Return the integral part of the feedback after one more decision with an error, up to a limit."""
+        return np.clip(integral + self.config.integral * self._period * error, -limit, limit)
+
+
+def finger_law(
+    hand: HandSpec | SpatialHand,
+    jacobian: Array,
+    moves: tuple[Array, Array],
+    force: Array,
+    damping: float,
+    *,
+    posture: Array | None = None,
+) -> Array:
+    """Return what a finger's targets are beyond its joint angles `(B, n)` [rad], in the plane or in space.
+
+    Args:
+        hand: whose servos it has.
+        jacobian: of its contact `(B, d, n)`, d = 2 in the plane and 3 in space.
+        moves: how the contact is to move now [m], and its velocity [m/s], `(B, d)` each.
+        force: on the object there `(B, d)` [N].
+        damping: of the least squares [m/rad].
+        posture: where spare joints drift to `(B, n)` [rad].
+    """
+    solve = damped_least_squares if jacobian.shape[-2] == 2 else spatial.damped_least_squares
+    step, speed = solve(jacobian, moves[0], damping, posture), solve(jacobian, moves[1], damping)
+    torque = (jacobian * force[..., None]).sum(axis=-2)
+    return np.asarray(step + (hand.damping * speed + torque) / hand.stiffness)
+
+
+class IkController(Expert[IkConfig]):
+    """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
+
     def __init__(self, task: Task, config: IkConfig | None = None) -> None:
         """Carry objects along the task's paths."""
-        self.config = config or IkConfig()
-        self._task, self._period = task, task.control_period
-        self.limit = np.zeros(task.n_worlds)
+        super().__init__(task, config or IkConfig())
+        self._task = task
 
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         config = self.config
         known = self._task.distance
-        self.limit = follow_limit(self._task, state, config.friction_share, config.margin) if known is None else known
+        if known is None or np.isnan(known).any():
+            end = follow_limit(self._task, state, config.friction_share, config.margin)
+            known = end if known is None else np.where(np.isnan(known), end, known)
+        self._set_off(known)
         n = state.n_worlds
         way = self._task.path.poses[:, -1, :2]
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
         self._start = self._task.origin(state)
         self._rest = state.joint_angles
-        self.progress = np.zeros(n)
-        """How far the set point has gone along each path `(B,)` [m]."""
         self._point = self._set_point()
-        self._speed = np.zeros(n)
-        self.held = np.zeros(n)
-        """For how long each set point has been at the end of its way `(B,)` [s]."""
         self._integral = np.zeros((n, 3))
         self._heading = np.zeros((n, 2))
 
@@ -111,37 +181,22 @@ class IkController:
             arm = point - pose[:, :2]
             step = carried_point(wanted, arm) + np.maximum(state.gaps[:, i], 0.0)[:, None] * _towards(state, i)
             posture = config.posture * (self._rest[:, place] - angles) if len(finger.links) > 2 else None
-            joint_step = damped_least_squares(jacobian, step, config.damping, posture)
-            joint_velocity = damped_least_squares(jacobian, carried_point(velocity, arm), config.damping)
             force = config.grip * line * (1 - 2 * i) + push / len(hand.fingers)
-            torque = (jacobian * force[..., None]).sum(axis=-2)
-            targets[:, place] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
+            moves = step, carried_point(velocity, arm)
+            targets[:, place] += finger_law(hand, jacobian, moves, force, config.damping, posture=posture)
         return targets
-
-    def finished(self, state: State) -> NDArray[np.bool_]:
-        """Return which worlds have held the end of their path for a while `(B,)`."""
-        del state
-        return np.asarray(self.held >= self.config.settle)
 
     def _wanted(self, pose: Array) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 3)`."""
-        config, period = self.config, self._period
-        before = self._point
-        behind = np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1)
-        room = np.maximum(self.limit - self.progress, 0.0)
-        brake = np.sqrt(2 * config.acceleration * room)
-        speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, brake))
-        self._speed = np.minimum(self._speed + config.acceleration * period, speed)
-        self.progress = np.minimum(self.progress + self._speed * period, self.limit)
-        self.held = np.where(room < 2e-4, self.held + period, 0.0)
+        config, before = self.config, self._point
+        self._go_on(np.linalg.norm(before[:, :2] - pose[:, :2], axis=-1))
         self._point = self._set_point()
         error = self._point - pose
         error[:, 2] = wrap_angle(error[:, 2])
         now, lasting = self._shared(error, self._point[:, :2] - before[:, :2])
-        limit = np.array(config.integral_limit)
-        self._integral = np.clip(self._integral + config.integral * period * lasting, -limit, limit)
+        self._integral = self._summed(self._integral, lasting, np.array(config.integral_limit))
         kept = 1.0 if config.lasting else (self._speed / config.speed)[:, None]
-        return config.proportional * now + kept * self._integral, (self._point - before) / period
+        return config.proportional * now + kept * self._integral, (self._point - before) / self._period
 
     def _shared(self, error: Array, moved: Array) -> tuple[Array, Array]:
         """Return what the proportional and the integral part are given of errors, where set points have moved on."""

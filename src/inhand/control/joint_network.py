@@ -1,6 +1,7 @@
 """A graph network over the joints of any hand, as one function for NumPy and for JAX.
 
-It sees layout `joints` (`tasks/joint_rows.py`): a row of numbers x_j for each joint's slot, and numbers g of the whole.
+It sees a layout with slots (`tasks/joint_rows.py`, `tasks/joint_senses.py`): a row of numbers x_j for each joint's
+slot, and numbers g of the whole.
 The hand is the graph: joints of a finger are neighbours, and all of them are through the object that they hold.
 
     h_j  = relu(W_0 [x_j, g] + b_0)
@@ -17,7 +18,6 @@ from typing import Any, Literal, TypeAlias
 
 from inhand.errors import InputError
 from inhand.tasks.hand_arrays import PER_FINGER, SLOTS
-from inhand.tasks.joint_rows import COLUMNS
 
 Numbers: TypeAlias = Any
 """Arrays of NumPy or of JAX."""
@@ -31,9 +31,10 @@ SEEN = ("self", "finger", "hand")
 
 def actions_of_joints(layers: Sequence[tuple[Numbers, Numbers]], observation: Numbers, xp: Library) -> Numbers:
     """Return actions `(..., SLOTS)` of observations `(..., d)`, computed by the library `xp`."""
-    rows, whole = _split(observation, xp)
-    there, width = rows[..., :1], len(COLUMNS)
     (weight, bias), *rounds, last = layers
+    width = columns_of(observation.shape[-1], len(weight))
+    rows, whole = _split(observation, width, xp)
+    there = rows[..., :1]
     found = rows @ weight[:width] + (whole @ weight[width:])[..., None, :] + bias
     found = xp.maximum(found, 0.0) * there
     for weight, bias in rounds:
@@ -44,20 +45,25 @@ def actions_of_joints(layers: Sequence[tuple[Numbers, Numbers]], observation: Nu
     return xp.tanh((found @ last[0] + last[1]) * there)[..., 0]
 
 
-def _split(observation: Numbers, xp: Library) -> tuple[Numbers, Numbers]:
+def columns_of(observation: int, inputs: int) -> int:
+    """Return the numbers of a row, of observations of so many numbers and a first layer of so many inputs."""
+    return (observation - inputs) // (SLOTS - 1)
+
+
+def _split(observation: Numbers, columns: int, xp: Library) -> tuple[Numbers, Numbers]:
     """Return the rows `(..., SLOTS, columns)` and the numbers of the whole `(..., g)`."""
-    count = len(COLUMNS) * SLOTS
-    rows = observation[..., :count].reshape((*observation.shape[:-1], len(COLUMNS), SLOTS))
+    count = columns * SLOTS
+    rows = observation[..., :count].reshape((*observation.shape[:-1], columns, SLOTS))
     return xp.swapaxes(rows, -1, -2), observation[..., count:]
 
 
-def joint_sizes(observation: int, hidden: Sequence[int]) -> list[tuple[int, int]]:
-    """Return inputs and outputs of each layer for observations of so many numbers.
+def joint_sizes(observation: int, columns: int, hidden: Sequence[int]) -> list[tuple[int, int]]:
+    """Return inputs and outputs of each layer for observations of so many numbers, rows of so many columns first.
 
     Raises:
         InputError: hidden layers of different sizes.
     """
     if len(set(hidden)) != 1:
         raise InputError(f"hidden layers of {tuple(hidden)} units: a network over joints has one size for all of them")
-    width, first = hidden[0], observation - len(COLUMNS) * (SLOTS - 1)
+    width, first = hidden[0], observation - columns * (SLOTS - 1)
     return [(first, width), *[(len(SEEN) * width, width)] * (len(hidden) - 1), (width, 1)]

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from inhand.geometry import Array
     from inhand.hands.pair_family import PairFamily
 
+LEARNED, FAMILY = "rl", "rl-family"
+"""The policy of the package on real senses for one hand and one object, and that for hands and objects that differ."""
+
 
 class Knows(Protocol):
     """What a policy says of itself."""
@@ -60,15 +63,20 @@ def check_held(policy: Knows, hand: HandSpec, objects: Sequence[ObjectSpec] = ()
     Raises:
         InputError: another number of joints, or the number that lies outside and the family's bounds.
     """
-    if find_layout(policy.observation).slotted:
+    if find_layout(policy.observation).space:
+        raise InputError(
+            f"the policy was trained with {policy.trained.get('hand', 'another hand')}, a hand in space, and hand"
+            f" {hand.name!r} is in the plane: use such a hand (inhand asterisk --hand 3f_60.60_40_10 --object cube_50)"
+        )
+    if find_layout(policy.observation).columns:
         _check_family(policy, hand, objects)
         return
     size, given = find_layout(policy.observation).size(hand), policy.weights[0].shape[0]
     if size != given or policy.weights[-1].shape[1] != hand.n_joints:
         raise InputError(
             f"the policy was trained with {policy.trained.get('hand', 'another hand')} and takes {given} numbers; hand"
-            f" {hand.name!r} gives {size}: use a hand with as many joints, --controller rl-family, which knows hands"
-            " that differ, or train one for it with `inhand train`"
+            f" {hand.name!r} gives {size}: use a hand with as many joints, --controller rl, which knows hands that"
+            " differ, or train one for it with `inhand train`"
         )
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import AnyTask, Controller, Task
+from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask, Task
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.seen import PRIVILEGED, Reads, View, exact, reads_of
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
@@ -129,33 +129,43 @@ class Bench:
 
 
 def simulate(
-    task: Task,
+    task: AnyTask,
     grasp: Grasp,
     starts: Array,
-    manipulate: Callable[[Task], Controller] | None,
+    manipulate: Callable[[Any], Controller] | None,
     bench: Bench,
     *,
-    twists: Array | None = None,
+    twists: AnyPath | None = None,
     longest: float = 8.0,
     between: Sequence[Phase] = (),
     disturbed: Sequence[Disturbed] | None = None,
+    holds: Callable[[Any], Controller] | None = None,
 ) -> tuple[Simulator, Recording]:
     """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
 
     Trials, traces, rehearsals and the starts of training and environments all begin here.
 
-    Objects stand at `starts` `(B, 3)`. Once they are gripped the phases `between` follow, and `twists` `(B, S, 3)` turn
-    them. What `manipulate` makes carries them, until `longest` [s] at most; None leaves them held. Where worlds are
-    `disturbed` they are not as the task has them, objects do not stand quite at `starts`, and controllers are not told.
+    Objects stand at `starts` `(B, 3)`, or in space are held at `(B, 7)` until fingers hold them. Once they are gripped
+    the phases `between` follow, and `twists` turn them. What `manipulate` makes carries them, until `longest` [s] at
+    most; None leaves them held. In space what `holds` makes lifts them, or else that too. Where worlds are `disturbed`
+    they are not as the task has them, objects do not stand quite at `starts`, and controllers are not told.
     """
-    hand, objects, scene = task.hand, task.objects, bench.surroundings
-    if disturbed is None:
-        simulator = make_simulator(bench.engine, hand, objects, scene, bench.threads)
+    hand: Any
+    objects: Any
+    scenes: Any = bench.surroundings
+    if isinstance(task, Task):
+        joints = placed_joints(task.hand, grasp)
     else:
-        simulator = make_simulator(bench.engine, *truths(disturbed, hand, objects, scene), bench.threads)
+        joints, scenes = grasp.opened, [SceneSpec(pull=(float(x), float(y), float(z))) for x, y, z in task.gravity]
+    hand, objects = task.hand, task.objects
+    if disturbed is not None:
+        hand, objects, scenes = truths(disturbed, hand, objects, scenes)
         starts = starts + [each.drawn.start for each in disturbed]
-    start = simulator.reset(starts, placed_joints(hand, grasp))
-    phases = standard_phases(grasp, manipulate, twists, longest, between)
+    simulator = make_simulator(bench.engine, hand, objects, scenes, bench.threads)
+    start = simulator.reset(starts, joints)
+    phases = standard_phases(
+        grasp, manipulate, twists, longest, between, held=isinstance(task, SpatialTask), holds=holds
+    )
     way = None if disturbed is None else stand_between(disturbed, start, task.timestep, task.substeps)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress, between=way)
 

@@ -93,6 +93,7 @@ class Memory:
             waiting=self._waiting.copy(),
             pose=self._estimator.pose,
             believed=self._believed.copy(),
+            velocity=self._estimator.velocity,
             points=points,
             askew=askew,
         )

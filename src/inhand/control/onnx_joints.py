@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from inhand.control.policy import Policy
 from inhand.tasks.hand_arrays import PER_FINGER, SLOTS
-from inhand.tasks.joint_rows import COLUMNS
+from inhand.tasks.layouts import find_layout
 
 Numbers = NDArray[Any]
 
@@ -60,7 +60,7 @@ def joint_nodes(policy: Policy, seen: str, acts: str) -> tuple[list[Node], dict[
 
 def _constants(policy: Policy) -> dict[str, Numbers]:
     """Return what the operators before the rounds take by name: places, shapes, means and the first layer."""
-    width, fingers, size = len(COLUMNS), SLOTS // PER_FINGER, len(policy.weights[0])
+    width, fingers, size = find_layout(policy.observation).columns, SLOTS // PER_FINGER, len(policy.weights[0])
     one = np.kron(np.eye(fingers), np.ones((1, PER_FINGER)))
     return {
         "rows.at": np.arange(width * SLOTS),

@@ -2,23 +2,30 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from inhand.control.checked import maker
-from inhand.control.controller import Controller, Task
+from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask, Task
+from inhand.control.episode import MANIPULATE, TWIST
 from inhand.control.grades import grade_of
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
-from inhand.control.trial import MANIPULATE, TWIST
 from inhand.errors import InputError
-from inhand.geometry import Array, Path
+from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
 from inhand.registry import Registry
+from inhand.rotations import SpatialPath
 
 SPREAD = 0.2
 """How far the proximal joints start outside the opened grasp [rad]."""
+PRESS, LIFT = "press", "lift"
+"""Names of the phases in space in which fingers press on an object that still is held, and then hold it alone,"""
+PRESSING, LIFTING = 0.2, 0.3
+"""and how long they last [s]."""
+STANDING, HELD = (0.5, 1.2), (0.1, 0.7)
+"""How long fingers are placed and close on objects that stand, and on those that their worlds hold [s]."""
 
 
 @dataclass(frozen=True)
@@ -66,41 +73,80 @@ def placed_joints(hand: HandSpec, grasp: Grasp) -> Array:
     return np.clip(joints, hand.limits[:, 0], hand.limits[:, 1])
 
 
+@runtime_checkable
+class TakesOver(Protocol):
+    """A controller that goes on where another one of its kind has held the objects."""
+
+    def take_over(self, before: Controller) -> None:
+        """Go on with what the controller before knows."""
+
+
 def standard_phases(
     grasp: Grasp,
-    manipulate: Callable[[Task], Controller] | None,
-    twists: Array | None = None,
+    manipulate: Callable[[Any], Controller] | None,
+    twists: AnyPath | None = None,
     longest: float = 8.0,
     between: Sequence[Phase] = (),
+    *,
+    held: bool = False,
+    holds: Callable[[Any], Controller] | None = None,
 ) -> tuple[Phase, ...]:
     """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with others before the last if asked.
 
-    `manipulate` makes the controller of the last, and of the twist, which follows poses on the spot `(B, S, 3)` after
-    the phases `between`; None ends with the object held. Manipulation ends after `longest` [s].
+    `manipulate` makes the controller of the last, and of the twist, which follows paths on the spot after the phases
+    `between`; None ends with the object gripped. Where worlds have `held` their objects, as in space, it presses on
+    them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
     """
-    placing: list[Looking] = []
-    place, close = _fingers(grasp, placing)
+    looked: list[Looking] = []
+    (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     phases: tuple[Phase, ...] = (
-        Phase("place", place, longest=0.5),
-        Phase("grasp", close, longest=1.2, must_hold=True),
+        Phase("place", place, longest=placing),
+        Phase("grasp", close, longest=closing, must_hold=True),
     )
+    if (lifts := holds or manipulate) is None:
+        return phases
+    last: list[Controller] = []
+    if held:
+        hold = _taking_over(last, lifts)
+
+        def stay(task: SpatialTask) -> Controller:
+            here = SpatialPath.still(task.n_worlds)
+            return hold(replace(task, path=here, distance=np.zeros(task.n_worlds), start=None))
+
+        lift = Phase(LIFT, stay, longest=LIFTING, must_hold=True, lets_go=True)
+        phases = (*phases, Phase(PRESS, stay, longest=PRESSING), lift)
     if manipulate is None:
         return phases
-    phases = (*phases, *between)
-    if twists is not None and twists.any():
+    go_on, phases = _taking_over(last, manipulate), (*phases, *between)
+    if twists is not None and twists.length.any():
+        phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
 
-        def turn(task: Task) -> Controller:
-            return manipulate(replace(task, path=Path(twists), distance=None))
-
-        phases = (*phases, Phase(TWIST, turn, longest=3.0, keep_contact=True))
-
-    def carry(task: Task) -> Controller:
-        return manipulate(_as_far_as_seen(task, grasp, placing))
+    def carry(task: AnyTask) -> Controller:
+        return go_on(_as_far_as_seen(task, grasp, looked))
 
     return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=True))
 
 
-def _as_far_as_seen(task: Task, grasp: Grasp, placing: Sequence[Looking]) -> Task:
+def _along(make: Callable[[Any], Controller], path: AnyPath) -> Callable[[Any], Controller]:
+    """Return what makes the same controllers for paths of the task's kind, as far as grips can follow them."""
+    whose: Any = path  # of the task's kind
+    return lambda task: make(replace(task, path=whose, distance=None))
+
+
+def _taking_over(last: list[Controller], make: Callable[[Any], Controller]) -> Callable[[Any], Controller]:
+    """Return what makes controllers of which each takes over from the `last` that was made before it, if it can."""
+
+    def go_on(task: AnyTask) -> Controller:
+        made = make(task)
+        if last and isinstance(made, TakesOver):
+            made.take_over(last[0])
+        last[:] = [made]
+        return made
+
+    return go_on
+
+
+def _as_far_as_seen(task: AnyTask, grasp: Grasp, placing: Sequence[Looking]) -> AnyTask:
     """Return a task whose ways are those of the grade that each camera showed while fingers were placed."""
     if grasp.ways is None or grasp.way is None or task.distance is None:
         return task

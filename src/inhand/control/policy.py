@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load_file, save
 
-from inhand.control.contract import Contract
+from inhand.control.contract import Contract, SpatialContract
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
 from inhand.control.ik import IkConfig
@@ -91,6 +91,8 @@ class Policy:
     """Form of the network that its layers are of."""
     family: PairFamily | None = None
     """Hands and objects that it is for; None of one that learned with one pair."""
+    space: SpatialContract | None = None
+    """Hand in space, object, joints and rate that it learned with, in the place of `contract`."""
 
     @property
     def task(self) -> str:
@@ -128,6 +130,7 @@ class _Card:
     cost: Cost | None = None
     network: NetworkKind = "plain"
     family: PairFamily | None = None
+    space: SpatialContract | None = None
 
 
 def save_policy(policy: Policy, folder: Path) -> None:
@@ -138,7 +141,7 @@ def save_policy(policy: Policy, folder: Path) -> None:
             arrays[f"{number}.{name}"] = np.ascontiguousarray(array, dtype=np.float32)
     interface, count = interface_card(find_layout(policy.observation), policy.actions), len(policy.weights)
     named = policy.observation, interface, policy.actions, policy.grasp, policy.trained
-    card = _Card(FORMAT, count, *named, policy.contract, policy.cost, policy.network, policy.family)
+    card = _Card(FORMAT, count, *named, policy.contract, policy.cost, policy.network, policy.family, policy.space)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in ((ACTOR, save(arrays)), (CARD, text_of(card).encode())):
         with in_place(folder / file) as temporary:
@@ -155,9 +158,9 @@ def load_policy(folder: Path) -> Policy:
     try:
         card = read_record(read_json((folder / CARD).read_bytes()), _Card, FORMAT, NEW)
         check_same(card.interface, card.observation, card.actions)
-        joints = None if card.contract is None else card.contract.hand.n_joints
+        known = card.contract or card.space
         seen, arrays = (card.observation, card.interface), load_file(folder / ACTOR)
-        weights, biases = layers_of(arrays, card.layers, seen, card.network, joints)
+        weights, biases = layers_of(arrays, card.layers, seen, card.network, None if known is None else known.hand)
     except FileNotFoundError as error:
         raise InputError(
             f"no trained policy in {folder}: it needs {ACTOR} and {CARD}; give the folder of a run of `inhand train`"
@@ -165,7 +168,7 @@ def load_policy(folder: Path) -> Policy:
     except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
         raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
     how = card.observation, card.actions, card.grasp, card.trained, card.contract
-    return Policy(weights, biases, *how, card.cost, card.network, card.family)
+    return Policy(weights, biases, *how, card.cost, card.network, card.family, card.space)
 
 
 class PolicyController:
@@ -181,7 +184,7 @@ class PolicyController:
         self._task, self._policy, self._period = task, policy, task.control_period
         self._layout = find_layout(policy.observation)
         self._turn: Array | float = 0.0
-        if self._layout.slotted:
+        if self._layout.columns:
             self._angle, self._turn = aims_of(task.path.poses)
         else:
             self._angle = straight_angles(task.path.poses)
@@ -207,7 +210,7 @@ class PolicyController:
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, state, self._aim, self._scene))
-        if self._layout.slotted:
+        if self._layout.columns:
             action = action[:, slots_of(self._task.hand)]
         return targets_of(action, self._policy.actions, self._task.hand, state)
 

@@ -8,6 +8,8 @@ from inhand.archives import check_shapes
 from inhand.control.joint_network import NetworkKind, joint_sizes
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.hand import HandSpec
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.tasks.cards import InterfaceCard
 from inhand.tasks.hand_arrays import SLOTS
 from inhand.tasks.layouts import find_layout
@@ -25,7 +27,7 @@ def layers_of(
     count: int,
     seen: tuple[str, InterfaceCard],
     network: NetworkKind,
-    joints: int | None,
+    hand: HandSpec | SpatialHand | None,
 ) -> Layers:
     """Return weights and biases that fit together.
 
@@ -34,7 +36,7 @@ def layers_of(
         count: number of layers.
         seen: layout of the observations, and what the file says of it.
         network: form of the network.
-        joints: joints of the hand of the policy's contract; None without one.
+        hand: that of the policy's contract; None without one.
 
     Raises:
         InputError: arrays that are not there, of another shape or not finite; the text names them.
@@ -48,25 +50,30 @@ def layers_of(
         if arrays[name].dtype.kind != "f" or not np.isfinite(arrays[name]).all():
             raise InputError(f"{name} holds {arrays[name].dtype}, not finite throughout; it must hold finite numbers")
     layout, interface = seen
-    slotted = find_layout(layout).slotted
+    columns = find_layout(layout).columns
+    slotted = columns > 0
     if network == "joints":
-        _check_joints(arrays, count, interface, slotted=slotted)
+        _check_joints(arrays, count, interface, columns)
     else:
-        _check_plain(arrays, count, interface, joints=SLOTS if slotted else None)
+        fingers = 0 if hand is None else len(hand.fingers)
+        _check_plain(arrays, count, (interface, fingers), joints=SLOTS if slotted else None)
         outputs = len(arrays[f"{count - 1}.bias"])
-        if joints is not None and not slotted and joints != outputs:
-            raise InputError(f"it has {outputs} outputs, and the hand of its contract {joints} joints")
+        if hand is not None and not slotted and hand.n_joints != outputs:
+            raise InputError(f"it has {outputs} outputs, and the hand of its contract {hand.n_joints} joints")
     weights, biases = (tuple(arrays[f"{k}.{part}"].astype(float) for k in range(count)) for part in PARTS)
     return weights, biases
 
 
-def _check_plain(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, *, joints: int | None) -> None:
+def _check_plain(
+    arrays: Mapping[str, Array], count: int, seen: tuple[InterfaceCard, int], *, joints: int | None
+) -> None:
+    interface, fingers = seen
     shapes: dict[str, tuple[str | int, ...]] = {}
     for k in range(count):
         shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
     check_shapes(arrays, shapes, {} if joints is None else {f"{count}": joints})
     inputs, outputs = len(arrays["0.weight"]), len(arrays[f"{count - 1}.bias"])
-    needed = interface.size(outputs)
+    needed = interface.size(outputs, fingers)
     if needed != inputs:
         raise InputError(
             f"it has {inputs} inputs and {outputs} outputs; layout {interface.layout} has {needed} numbers with a"
@@ -74,13 +81,13 @@ def _check_plain(arrays: Mapping[str, Array], count: int, interface: InterfaceCa
         )
 
 
-def _check_joints(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, *, slotted: bool) -> None:
-    if not slotted or count < 2:
+def _check_joints(arrays: Mapping[str, Array], count: int, interface: InterfaceCard, columns: int) -> None:
+    if columns == 0 or count < 2:
         raise InputError(
-            f"a network over joints has two layers or more and sees layout joints; this has {count} and sees"
-            f" {interface.layout}"
+            f"a network over joints has two layers or more and sees a layout with slots for joints; this has {count}"
+            f" and sees {interface.layout}"
         )
-    sizes = joint_sizes(interface.size(0), [len(arrays["0.bias"])] * (count - 1))
+    sizes = joint_sizes(interface.size(0), columns, [len(arrays["0.bias"])] * (count - 1))
     shapes: dict[str, tuple[str | int, ...]] = {}
     for k, (inputs, outputs) in enumerate(sizes):
         shapes |= {f"{k}.weight": (inputs, outputs), f"{k}.bias": (outputs,)}

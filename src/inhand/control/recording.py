@@ -2,45 +2,33 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from inhand.control.catalogue import ControllerEntry
+from inhand.control.episode import SHAPES, Source
 from inhand.control.loop import Recording
-from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
-from inhand.control.trial import SHAPES, Passport, Trial
 from inhand.geometry import Array
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
-from inhand.sim.names import ENGINE
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.versions import versions
 
-
-def passports(
-    hand: HandSpec, spec: ObjectSpec, entry: ControllerEntry, *, seed: int, engine: str = ENGINE
-) -> Callable[..., Passport]:
-    """Return what makes the passports of a run's trials, given what `Passport` says of one, from `primitive` on."""
-    made = partial(Passport, hand, spec, entry.name, reads=entry.reads, seed=seed, engine=engine)
-    return partial(made, substeps=SUBSTEPS, timestep=SceneSpec.timestep, versions=versions())
+T = TypeVar("T")
 
 
-def cut_trials(recording: Recording, passports: Sequence[Passport], references: Array) -> tuple[Trial, ...]:
-    """Return one trial for each world, up to its last state.
+def passports(kind: Callable[..., T], **told: object) -> Callable[..., T]:
+    """Return what makes the passports of a run's trials: what is told is that of all, and each gets the rest."""
+    return partial(kind, substeps=SUBSTEPS, timestep=SceneSpec.timestep, versions=versions(), **told)
 
-    The reference paths `(B, S, 3)` are relative to the start of manipulation.
+
+def cut_trials(
+    kind: Callable[..., T], recording: Recording, passports: Sequence[Source], references: Array
+) -> tuple[T, ...]:
+    """Return one trial of a kind for each world, up to its last state.
+
+    The reference paths `(B, S, 3)`, in space `(B, S, 6)`, are relative to the start of manipulation.
     """
     parts = zip(passports, references, _cut(recording), strict=True)
-    return tuple(Trial(passport=passport, reference=reference, **part) for passport, reference, part in parts)
-
-
-def cut_spatial_trials(
-    recording: Recording, passports: Sequence[SpatialPassport], references: Array
-) -> tuple[SpatialTrial, ...]:
-    """Return the same of hands in space, whose reference paths are `(B, S, 6)`."""
-    parts = zip(passports, references, _cut(recording), strict=True)
-    return tuple(SpatialTrial(passport=passport, reference=reference, **part) for passport, reference, part in parts)
+    return tuple(kind(passport=passport, reference=reference, **part) for passport, reference, part in parts)
 
 
 def _cut(recording: Recording) -> Iterator[dict[str, Any]]:

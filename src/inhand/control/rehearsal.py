@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.loop import Bench, run_episodes, sense, simulate
+from inhand.control.loop import Bench, Recording, run_episodes, sense, simulate
 from inhand.control.phases import Grasp, standard_phases
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, rotate, transform, way_along
@@ -100,7 +100,22 @@ def best_grasps(
     engine: str = ENGINE,
     fixed: bool = False,
 ) -> list[GraspPlan]:
-    """Return for every path the grasp that carries its object farthest in simulation; equal paths are searched once.
+    """Return for every path the grasp that carries its object farthest in simulation; see `rehearsed`."""
+    return rehearsed(held, poses, starts, config, engine=engine, fixed=fixed)[0]
+
+
+def rehearsed(
+    held: Held,
+    poses: Array,
+    starts: Array,
+    config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
+    *,
+    engine: str = ENGINE,
+    fixed: bool = False,
+) -> tuple[list[GraspPlan], Array]:
+    """Return for every path the grasp that carries its object farthest in simulation, and how far `(P,)` [m].
+
+    Equal paths are searched once. What is lost counts as far less.
 
     Rehearsals follow every pose of the paths `(P, S, 3)`, as trials do: a grip that ends between two poses of a coarser
     path would end sooner than rehearsed. Objects stand at `starts` `(P, 3)`; `config` has the numbers of the search and
@@ -114,15 +129,15 @@ def best_grasps(
     promised = way_along(distinct)[np.arange(len(distinct)), np.array(reaches) - 1]
     short = np.flatnonzero(ways < promised[index] - SHORT)
     if len(short) == 0:
-        return best
+        return best, ways
     wanted, which = np.unique(index[short], return_inverse=True)
     close = plan_grasps(*held, distinct[wanted], replace(search, count=CLOSE, apart=CLOSE_APART))
     groups = [[replace(plan, drawn=share) for share in DRAWN for plan in close[k]] for k in which]
     others, farther = farthest(held, groups, (poses[short], starts[short]), (config[1], fixed), engine)
     for k, other, way in zip(short, others, farther, strict=True):
         if way > ways[k]:
-            best[k] = other
-    return best
+            best[k], ways[k] = other, way
+    return best, ways
 
 
 def farthest(
@@ -223,11 +238,21 @@ def carried(
     simulator: Simulator, task: Task, gripped: State, worlds: NDArray[np.int64], config: IkConfig | None
 ) -> Array:
     """Return how far the expert carries objects that are gripped in some worlds, less what is lost [m]."""
+    found, ways = carry(simulator, task, gripped, worlds, config)
+    kept = np.isin(np.array(found.outcomes)[worlds], (REACHED, TIME_OUT))
+    return ways[found.last[worlds], np.arange(len(worlds))] - np.where(kept, 0.0, LOSS)
+
+
+def carry(
+    simulator: Simulator, task: Task, gripped: State, worlds: NDArray[np.int64], config: IkConfig | None
+) -> tuple[Recording, Array]:
+    """Return what comes of objects that the expert carries in some worlds `(K,)`, and the ways of its set points.
+
+    They are after each decision `(T, K)` [m], at the start first.
+    """
     carrier = _Carrier(task, worlds, config)
     farthest = 0.0 if task.distance is None else float(task.distance[worlds].max(initial=0.0))
     longest = max(LEAST, farthest / SLOWEST)
     phases = standard_phases(Grasp(gripped.targets, gripped.targets), lambda _: carrier, longest=longest)[-1:]
     here = np.isin(np.arange(task.n_worlds), worlds)
-    found = run_episodes(simulator, task, phases, gripped, worlds=here)
-    kept = np.isin(np.array(found.outcomes)[worlds], (REACHED, TIME_OUT))
-    return np.stack(carrier.ways)[found.last[worlds], np.arange(len(worlds))] - np.where(kept, 0.0, LOSS)
+    return run_episodes(simulator, task, phases, gripped, worlds=here), np.stack(carrier.ways)

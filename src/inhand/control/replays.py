@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from inhand.control.trial import KEPT, Episode, Trial
+from inhand.control.episode import Episode
+from inhand.control.trial import KEPT, Trial
 from inhand.geometry import Array, planar
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import hand_positions
@@ -26,13 +28,15 @@ FAR = 1.0
 AFTER = 15
 """Rows after the end of contact that the stage still shows whole."""
 MARGIN_MM = 12.0
+T = TypeVar("T", bound=Episode[Any])
+M = TypeVar("M")
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class Shown(Generic[T]):
     """A trial to replay."""
 
-    trial: Trial
+    trial: T
     group: str
     """Whose it is: a controller, or a run."""
     told: str
@@ -49,59 +53,70 @@ EXPLAINED = (
 )
 
 
-def replays(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> list[View]:
+def replays(shown: Sequence[Shown[Trial]], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> list[View]:
     """Return the player of trials as a part of a page; nothing where none has a row."""
+    return views_of(shown, EXPLAINED, lambda there: player_of(there, picker=picker, walls=walls))
+
+
+def views_of(shown: Sequence[Shown[T]], explained: str, player: Callable[[Sequence[Shown[T]]], object]) -> list[View]:
+    """Return the player of trials that have rows as a part of a page, and how it is used; nothing where none has."""
     there = [each for each in shown if len(each.trial.time)]
     many = f" Of {len(there)} trials {MOST_TRIALS} are here, those that failed first." * (len(there) > MOST_TRIALS)
-    player = [player_of(there, picker=picker, walls=walls)] if there else []
-    return [View("player", each, "Replay", EXPLAINED + many) for each in player]
+    return [View("player", player(there), "Replay", explained + many)] if there else []
 
 
-def player_of(shown: Sequence[Shown], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> Player:
+def player_of(shown: Sequence[Shown[Trial]], *, picker: Panel | None = None, walls: Sequence[Flat] = ()) -> Player:
     """Return a player of trials; of many those that failed, and the first of the others."""
-    kept = [shown[k] for k in chosen_of([(each.trial.outcome, each.trial.passport.trial) for each in shown])]
-    step = -(-sum(len(each.trial.time) for each in kept) // MOST_ROWS)
-    hands = list(dict.fromkeys(each.trial.passport.hand for each in kept))
-    objects = list(dict.fromkeys(each.trial.passport.object for each in kept))
-    trials = tuple(
-        _motion(each, hands.index(each.trial.passport.hand), objects.index(each.trial.passport.object), step)
-        for each in kept
-    )
+    kept, hands, objects, trials = chosen(shown, _motion)
     extent = joined([extent_of(_corners(each.trial), MARGIN_MM) for each in kept])
-    bodies = tuple(_body(spec) for spec in objects)
-    return Player(tuple(map(_hand, hands)), bodies, trials, extent, tuple(walls), picker)
+    return Player(tuple(map(_hand, hands)), tuple(map(_body, objects)), trials, extent, tuple(walls), picker)
 
 
-def chosen_of(ends: Sequence[tuple[str, int]]) -> list[int]:
-    """Return which trials of given outcomes and numbers a page holds: of many those that failed come first."""
-    order = sorted(range(len(ends)), key=lambda k: (ends[k][0] in KEPT, ends[k][1]))
-    return sorted(order[:MOST_TRIALS])
+def chosen(
+    shown: Sequence[Shown[T]], motion: Callable[[Shown[T], tuple[int, int], int], M]
+) -> tuple[list[Shown[T]], list[Any], list[Any], tuple[M, ...]]:
+    """Return which trials a page holds, of many those that failed first, their hands and objects, and their motions.
+
+    A `motion` is told the trial, the numbers of its hand and its object, and of how many rows one is kept.
+    """
+    order = sorted(range(len(shown)), key=lambda k: (shown[k].trial.outcome in KEPT, shown[k].trial.passport.trial))
+    kept = [shown[k] for k in sorted(order[:MOST_TRIALS])]
+    step = -(-sum(len(each.trial.time) for each in kept) // MOST_ROWS)
+    pairs = [(each.trial.passport.hand, each.trial.passport.object) for each in kept]
+    hands, objects = (list(dict.fromkeys(each)) for each in zip(*pairs, strict=True))
+    numbers = [(hands.index(hand), objects.index(thing)) for hand, thing in pairs]
+    return kept, hands, objects, tuple(motion(*each, step) for each in zip(kept, numbers, strict=True))
 
 
-def _motion(shown: Shown, hand: int, thing: int, step: int) -> Motion:
+def replayed(shown: Shown[T], numbers: tuple[int, int], step: int, columns: Array) -> dict[str, Any]:
+    """Return what a page is told of any trial besides its target; of its rows `(T, k)` each so many is kept."""
     trial, rows = shown.trial, slice(None, None, step)
     passport = trial.passport
-    start = min(trial.manipulation.start, len(trial.time) - 1) // step
-    columns = _columns(trial)[rows]
-    name = shown.name or f"{passport.primitive}, trial {passport.trial}"
+    return {
+        "name": shown.name or f"{passport.primitive}, trial {passport.trial}",
+        "group": shown.group,
+        "direction": passport.primitive,
+        "hand": numbers[0],
+        "object": numbers[1],
+        "rows": len(columns[rows]),
+        "start": min(trial.manipulation.start, len(trial.time) - 1) // step,
+        "period": passport.period * step,
+        "phases": phases_of(trial, step),
+        "outcome": trial.outcome,
+        "failed": trial.outcome not in KEPT,
+        "told": shown.told,
+        "packed": packed(columns[rows]),
+        "contact": packed_flags(trial.touching[rows]),
+    }
+
+
+def _motion(shown: Shown[Trial], numbers: tuple[int, int], step: int) -> Motion:
+    trial = shown.trial
     return Motion(
-        name=name,
-        group=shown.group,
-        direction=passport.primitive,
-        angle=passport.angle_deg,
-        colour=colour_of(passport.angle_deg),
-        hand=hand,
-        object=thing,
-        rows=len(columns),
-        start=start,
-        period=passport.period * step,
-        phases=phases_of(trial, step),
-        outcome=trial.outcome,
-        failed=trial.outcome not in KEPT,
-        told=shown.told,
+        **replayed(shown, numbers, step, _columns(trial)),
+        angle=trial.passport.angle_deg,
+        colour=colour_of(trial.passport.angle_deg),
         target=flat(_target(trial) if shown.target is None else shown.target),
-        packed=packed(columns),
-        contact=packed_flags(trial.touching[rows]),
     )
 
 
@@ -116,7 +131,7 @@ def _columns(trial: Trial) -> Array:
     return np.concatenate([trial.joint_angles, place, np.unwrap(pose[:, 2])[:, None], *fingers], axis=1)
 
 
-def phases_of(trial: Episode, step: int) -> tuple[tuple[int, str], ...]:
+def phases_of(trial: Episode[Any], step: int) -> tuple[tuple[int, str], ...]:
     """Return the first of each so many rows, and the name, of every phase."""
     starts = np.flatnonzero(np.diff(trial.phase, prepend=-1))
     return tuple((int(row) // step, trial.phases[int(trial.phase[row])]) for row in starts)

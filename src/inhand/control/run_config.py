@@ -63,8 +63,8 @@ class TrialsConfig(RunConfig):
     """What runs of trials have besides."""
 
     controller: str = "ik"
-    """Controller: ik, ik-cautious, thesis-ik, ik-sensed (on encoders and a camera alone), rl (a policy that was
-    learned on these), rl-privileged (one that knows all), rl-family (one for hands and objects that differ), or the
-    folder of a run of `inhand train`."""
+    """Controller: ik, ik-cautious, ik-sliding (whose contacts may slide), thesis-ik, ik-sensed (on encoders and a
+    camera alone), rl (policies that were learned on these, for any hand and object of a family), rl-privileged (one
+    that knows all), rl-family-privileged, or the folder of a run of `inhand train`."""
     trials: int = 3
     """Trials for each direction or drawing, each with its own start noise, and of a task its own draw."""

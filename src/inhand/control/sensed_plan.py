@@ -106,6 +106,8 @@ class Carrier:
     lose where it is to stay what it carries farther. Without any what is found is told."""
     grades: tuple[Grade, ...] = (USUAL,)
     """What ways are planned for; of several the usual one is in the middle."""
+    rounds: tuple[tuple[int, int], ...] = ()
+    """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     engine: str = ENGINE
 
 
@@ -130,7 +132,7 @@ def sensed_grasp(
     plans = [known.get(key, {}) for key in keys]
     for rows in np.split(waiting, range(PATHS, len(waiting), PATHS)) if len(waiting) else ():
         part = distinct[rows]
-        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades)
+        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS)
         found = cached("sensed-plan", inputs, by.module, partial(_planned, held, part, by))
         for k, row in enumerate(rows.tolist()):
             plans[row] = {name: found[name][k] for name in PLAN}
@@ -140,7 +142,7 @@ def sensed_grasp(
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
-    numbers = (ROUNDS, STAYS, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
+    numbers = (by.rounds or ROUNDS, STAYS, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
     return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
@@ -183,7 +185,7 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
     left, reach = candidates(held, poses)
     whole, first = way_along(poses)[:, -1], 0
-    for best, worlds in ROUNDS:
+    for best, worlds in by.rounds or ROUNDS:
         left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[:best]]
         left = _tried(held, (poses, reach), left, by, range(first, first + worlds))
         first += worlds

@@ -1,20 +1,24 @@
 """A learned policy on what a hand can know: it waits for its first frames, then goes the way that it is told."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
+from inhand.control.grades import GRADES
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import SENSED, Seen
+from inhand.control.sensed_plan import Carrier
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.tasks.decisions import targets_of
+from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
 from inhand.tasks.past import Past
@@ -27,13 +31,13 @@ GAINED, STILL_TIME = 5e-4, 0.4
 """this [m] in this time [s]."""
 
 
-class SensedPolicyController:
-    """Turns the object of every world on the spot, then moves it, as a policy says; ends where the policy holds."""
+class OnSenses:
+    """A policy that sees what a hand can know, and the paths that it is to follow."""
 
     reads = SENSED
 
     def __init__(self, task: Task, policy: Policy) -> None:
-        """Carry objects along the task's paths, which turn on the spot or go straight, or one after the other.
+        """Follow the task's paths, which turn on the spot or go straight, or one after the other, or have no length.
 
         Raises:
             InputError: other paths, or a hand with another number of joints than the policy knows.
@@ -41,6 +45,10 @@ class SensedPolicyController:
         check_task(policy, task)
         self._task, self._decide = task, Deciding(task, policy)
         self._angle, self._turned = parts_of(task.path.poses)
+
+
+class SensedPolicyController(OnSenses):
+    """Turns the object of every world on the spot, then moves it, as a policy says; ends where the policy holds."""
 
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
@@ -98,20 +106,8 @@ class SensedPolicyController:
         return follow_limit(self._task, self._memory.state(seen), SENSED_IK.friction_share, SENSED_IK.margin)
 
 
-class PolicyPrimitive:
+class PolicyPrimitive(OnSenses):
     """A primitive of a sequence, as a policy says: sees what has been remembered since the sequence began."""
-
-    reads = SENSED
-
-    def __init__(self, task: Task, policy: Policy) -> None:
-        """Move or turn objects along the task's paths, or hold them where paths have no length.
-
-        Raises:
-            InputError: other paths, or a hand with another number of joints than the policy knows.
-        """
-        check_task(policy, task)
-        self._task, self._decide = task, Deciding(task, policy)
-        self._angle, self._turned = parts_of(task.path.poses)
 
     def begin(self, past: Past) -> None:
         """Start where the task says, or where the object is believed."""
@@ -147,6 +143,8 @@ class Deciding:
     def __call__(self, past: Past, aim: Aim) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, past, aim, self._scene))
+        if self._layout.columns:
+            action = action[..., slots_of(self._scene.hand)]
         return targets_of(action, self._policy.actions, self._scene.hand, past)
 
 
@@ -157,3 +155,17 @@ CHANGED = ("angle", "distance", "turn")
 def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
     """Return aims that turn where paths do `(B,)` [rad], and move along directions `(B,)` [rad] where they do not."""
     return Aim(np.where(turned == 0, angle, 0.0), start, distance, turn=np.sign(turned))
+
+
+def carrier_of(policy: Policy) -> Carrier:
+    """Return who carries objects where grasps are planned for a policy on real senses."""
+    carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
+    if policy.family is not None:
+        return replace(carrier, rounds=QUICK)
+    return replace(carrier, shares=SHARES, grades=GRADES)
+
+
+SHARES = (1.0, 0.95, 0.9)
+"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
+QUICK = ((6, 8), (1, 48))
+"""Candidates and worlds that a policy of the family plans with: a second a direction, a fifth of what `rl` takes."""

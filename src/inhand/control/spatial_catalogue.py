@@ -1,20 +1,25 @@
 """Controllers of hands in space by name: how each prepares a grasp, and what it manipulates with."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib import resources
+from pathlib import Path
 from typing import Protocol
 
-from inhand.control.controller import Controller, SpatialTask
+from inhand.control.catalogue import Entry, policy_of
+from inhand.control.controller import SpatialTask
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
-from inhand.control.seen import PRIVILEGED, Reads
+from inhand.control.policy import Policy, load_policy
 from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_policy import SpatialPolicyController, shorter
 from inhand.control.spatial_rehearsal import planned_in_space
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.tasks.spatial.paths import SpatialReference
+from inhand.tasks.spatial.paths import SpatialReference, stacked_paths
 
 
 class SpatialPlanner(Protocol):
@@ -29,24 +34,17 @@ class SpatialPlanner(Protocol):
         starts: Array,
         *,
         bench: Bench,
+        fixed: bool = False,
     ) -> Grasp:
-        """Return a grasp for every path, of objects that start at `starts` `(B, 7)` under gravities `(B, 3)`."""
+        """Return a grasp for every path, of objects that start at `starts` `(B, 7)` under gravities `(B, 3)`.
+
+        Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them.
+        """
 
 
 @dataclass(frozen=True)
-class SpatialEntry:
-    """One controller of hands in space."""
-
-    name: str
-    """What the command line calls it."""
-    summary: str
-    """One line for lists."""
-    grasp: SpatialPlanner
-    """Chooses where the fingers hold the object."""
-    manipulate: Callable[[SpatialTask], Controller]
-    """Makes the controller of the manipulation phase."""
-    reads: Reads = PRIVILEGED
-    """What it reads."""
+class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
+    """One controller of hands in space; for a learned policy the expert lifts the object."""
 
 
 CONTROLLERS = {
@@ -60,15 +58,92 @@ CONTROLLERS = {
 """Controllers of hands in space."""
 
 
+SHIPPED = "rl"
+"""Name of the policy of the package for a hand in space, and the preset that trained it, which is its folder."""
+SHIPPED_FOLDER = "spatial"
+
+
 def find_spatial_controller(name: str) -> SpatialEntry:
-    """Return a controller of hands in space.
+    """Return a controller of hands in space, the package's policy for them, or that of a training run's folder.
 
     Raises:
-        InputError: there is none of that name.
+        InputError: there is none of that name, or a policy of hands in the plane.
     """
-    if name not in CONTROLLERS:
+    if name in CONTROLLERS:
+        return CONTROLLERS[name]
+    if name == SHIPPED:
+        with resources.as_file(resources.files("inhand") / "policies" / SHIPPED_FOLDER) as folder:
+            return learned_in_space(name, load_policy(folder))
+    if Path(name).is_dir():
+        return learned_in_space(*policy_of(Path(name)))
+    known = (*CONTROLLERS, SHIPPED)
+    raise InputError(
+        f"controller {name!r} with a hand in space{near_matches(name, known)}; allowed are {', '.join(known)} and the"
+        " folder of a run of `inhand train` with such a hand: the others are of hands in the plane"
+    )
+
+
+def learned_in_space(name: str, policy: Policy) -> SpatialEntry:
+    """Return the controller that a policy is; grasps are the expert's.
+
+    Raises:
+        InputError: a policy of hands in the plane.
+    """
+    if policy.space is None:
         raise InputError(
-            f"controller {name!r} with a hand in space{near_matches(name, CONTROLLERS)}; allowed are"
-            f" {', '.join(CONTROLLERS)}: learned policies and the others are of hands in the plane"
+            f"policy {name!r} was trained with {policy.trained.get('hand', 'a hand')} in the plane: train one with a"
+            " hand in space (inhand train --preset spatial)"
         )
-    return CONTROLLERS[name]
+    made = partial(SpatialPolicyController, policy=policy)
+    return SpatialEntry(name, "a learned policy", planned_for_policy, made, policy=policy)
+
+
+def planned_for_policy(
+    hand: SpatialHand,
+    spec: SolidSpec,
+    paths: Sequence[SpatialReference],
+    gravity: Array,
+    starts: Array,
+    *,
+    bench: Bench,
+    fixed: bool = False,
+) -> Grasp:
+    """Return the expert's grasps, with the ways that a policy is told to go."""
+    found = planned_in_space(hand, spec, paths, gravity, starts, bench=bench, fixed=fixed)
+    return found if found.way is None else replace(found, way=shorter(stacked_paths(paths), found.way))
+
+
+def check_known_in_space(entry: SpatialEntry, hand: SpatialHand) -> None:
+    """Refuse a hand that a learned policy has no inputs for.
+
+    Raises:
+        InputError: fingers of other numbers of joints.
+    """
+    if entry.policy is None or entry.policy.space is None:
+        return
+    there = entry.policy.space.hand
+    if [len(finger.links) for finger in there.fingers] != [len(finger.links) for finger in hand.fingers]:
+        raise InputError(
+            f"the policy {entry.name} was trained with {there.name}, {_joints_of(there)}; hand {hand.name!r} has"
+            f" {_joints_of(hand)}: use a hand with as many, --controller ik, or train one for it with `inhand train"
+            " --preset spatial --hand`"
+        )
+
+
+def notes_in_space(entry: SpatialEntry, hand: SpatialHand, spec: SolidSpec) -> tuple[str, ...]:
+    """Return what a reader should know of a learned policy's run with a hand and an object, a sentence each."""
+    if entry.policy is None or entry.policy.space is None:
+        return ()
+    there = entry.policy.space
+    notes = ("The expert closes the fingers and lifts the object; from there on the policy carries it.",)
+    if (there.hand, there.object) == (hand, spec):
+        return notes
+    return (
+        *notes,
+        f"The policy {entry.name} was trained with {there.object.name} and {there.hand.name}; here it moves {spec.name}"
+        f" with {hand.name}.",
+    )
+
+
+def _joints_of(hand: SpatialHand) -> str:
+    return f"fingers of {', '.join(str(len(finger.links)) for finger in hand.fingers)} joints"

@@ -15,16 +15,15 @@ the normals that lie in the friction cones and add up to what carries the weight
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inhand.control.controller import Controller, SpatialTask
-from inhand.control.seen import PRIVILEGED
+from inhand.control.ik import Expert, LawConfig, finger_law
 from inhand.control.spatial_follow import Ending, spatial_limit
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.forces import Grip, GripRules, hold
-from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
-from inhand.rotations import pose_from, rotation_between
+from inhand.hands.spatial.kinematics import place, point_jacobian
+from inhand.rotations import carried, pose_from, rotation_between
 from inhand.sim.state import State
 
 SLOW = 1e-4
@@ -34,13 +33,11 @@ FREE_JOINTS = 3
 
 
 @dataclass(frozen=True)
-class SpatialIkConfig:
-    """Numbers of the expert in space; lengths in metres, angles in radians."""
+class SpatialIkConfig(LawConfig):
+    """Numbers of the expert in space."""
 
     speed: float = 0.03
     """Speed of the set point along the path [m/s]; a turn counts as an arc at `TURN_ARM`."""
-    acceleration: float = 0.1
-    """Acceleration of the set point [m/s^2]."""
     grip: float = 2.5
     """Normal force that each contact would rather have with an object of up to `weight` [N]."""
     weight: float = 0.5
@@ -53,24 +50,12 @@ class SpatialIkConfig:
     """Share of the friction coefficient that the forces may use."""
     rounds: int = 20
     """Most rounds of the search for forces at a decision; it starts from those before."""
-    proportional: float = 1.5
-    """Wanted displacement for each metre (radian) of error."""
-    integral: float = 4.0
-    """Growth of the wanted displacement for each metre (radian) of error and second [1/s]."""
     integral_limit: tuple[float, float] = (0.008, 0.2)
     """Largest integral part of each axis [m] and of the rotation about it [rad]."""
-    lag: float = 0.004
-    """The set point waits where the object is farther than this behind it [m]."""
-    damping: float = 0.005
-    """Damping of the least squares [m/rad]."""
-    posture: float = 0.02
-    """Share of the way back to the start posture that a finger's spare joints are asked to take."""
     margin: tuple[float, float] = (0.002, 0.1)
     """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
     follow_share: float = 0.9
     """Share of the friction coefficient that the predicted grip may use."""
-    settle: float = 0.3
-    """Time for which the object is held at the end of its path [s]."""
 
 
 def grip_for(weight: Array, config: SpatialIkConfig) -> Array:
@@ -78,27 +63,34 @@ def grip_for(weight: Array, config: SpatialIkConfig) -> Array:
     return np.asarray(config.grip + config.growth * np.maximum(weight - config.weight, 0.0))
 
 
-class SpatialIkController:
-    """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
+def grips_of(task: SpatialTask, config: SpatialIkConfig) -> Array:
+    """Return the grip in each world of a task `(B,)` [N]."""
+    masses = np.array([spec.mass for spec in task.objects])
+    return grip_for(masses * np.linalg.norm(task.gravity, axis=-1), config)
 
-    reads = PRIVILEGED
+
+def ending_of(task: SpatialTask, config: SpatialIkConfig) -> Ending:
+    """Return how the end of the grips is predicted: with the strongest, where objects differ in weight."""
+    rules = FollowRules()
+    grip = replace(rules.rules, grip=float(grips_of(task, config).max()), least=config.least)
+    return Ending(replace(rules, rules=grip, share=config.follow_share), config.margin)
+
+
+class SpatialIkController(Expert[SpatialIkConfig]):
+    """Carries the object of every world along its path as far as its grip can follow, and holds it there."""
 
     def __init__(self, task: SpatialTask, config: SpatialIkConfig | None = None) -> None:
         """Carry objects along the task's paths."""
-        self.config = config or SpatialIkConfig()
-        self._task, self._period = task, task.control_period
-        self.limit = np.zeros(task.n_worlds)
-        """Way along each path to which the set point goes `(B,)` [m]."""
-        self.progress, self.held, self.strayed = np.zeros((3, task.n_worlds))
-        """How far each set point has gone `(B,)` [m], for how long it has been at the end of its way `(B,)` [s], and
-        how far the object has been beside its path `(B,)` [m]; a turn counts as an arc at `TURN_ARM`."""
+        super().__init__(task, config or SpatialIkConfig())
+        self._task = task
+        self.strayed = np.zeros(task.n_worlds)
+        """How far each object has been beside its path `(B,)` [m]; a turn counts as an arc at `TURN_ARM`."""
         self.integral = np.zeros((task.n_worlds, 6))
         """Integral part of the wanted displacement `(B, 6)` [m, rad],"""
         self.forces: Grip | None = None
         """and the forces that were last wanted."""
         masses = np.array([spec.mass for spec in task.objects])
-        weight = masses * np.linalg.norm(task.gravity, axis=-1)
-        self._grip = grip_for(weight, self.config)
+        self._grip = grips_of(task, self.config)
         self._friction = task.hand.friction * np.array([spec.friction for spec in task.objects])
         self._weight = np.concatenate([-masses[:, None] * task.gravity, np.zeros_like(task.gravity)], axis=-1)
 
@@ -110,12 +102,11 @@ class SpatialIkController:
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now, and plan how far it can go."""
         known = self._task.distance
-        self.limit = spatial_limit(self._task, state, self._ending()) if known is None else known
+        ending = ending_of(self._task, self.config)
+        self._set_off(spatial_limit(self._task, state, ending) if known is None else known)
         self._start, self._rest = self._task.origin(state), state.joint_angles
-        count = state.n_worlds
-        self.progress, self.held, self.strayed = np.zeros((3, count))
+        self.strayed = np.zeros(state.n_worlds)
         self._moved, self._turned = self._task.path.at(self.progress)
-        self._speed = np.zeros(count)
 
     def act(self, state: State) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
@@ -131,16 +122,9 @@ class SpatialIkController:
             closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * inward[:, i]
             spare = angles.shape[1] > FREE_JOINTS
             posture = config.posture * (self._rest[:, own] - angles) if spare else None
-            joint_step = damped_least_squares(jacobian, carried(step, arm) + closer, config.damping, posture)
-            joint_velocity = damped_least_squares(jacobian, carried(velocity, arm), config.damping)
-            torque = (jacobian * grip.forces[:, i, :, None]).sum(axis=-2)
-            targets[:, own] += joint_step + (hand.damping * joint_velocity + torque) / hand.stiffness
+            moves = carried(step, arm) + closer, carried(velocity, arm)
+            targets[:, own] += finger_law(hand, jacobian, moves, grip.forces[:, i], config.damping, posture=posture)
         return targets
-
-    def finished(self, state: State) -> NDArray[np.bool_]:
-        """Return which worlds have held the end of their path for a while `(B,)`."""
-        del state
-        return np.asarray(self.held >= self.config.settle)
 
     def _held_by(self, contacts: tuple[Array, Array], pose: Array) -> Grip:
         """Return the forces that carry the weight at the contacts."""
@@ -149,28 +133,15 @@ class SpatialIkController:
         friction, wanted = config.friction_share * self._friction, (self._weight, pose[:, :3])
         return hold(contacts, *wanted, rules=rules, before=self.forces, grip=self._grip, friction=friction)
 
-    def _ending(self) -> Ending:
-        """Return how the end of the grips is predicted: with the strongest, where objects differ in weight."""
-        config, rules = self.config, FollowRules()
-        grip = replace(rules.rules, grip=float(self._grip.max()), least=config.least)
-        return Ending(replace(rules, rules=grip, share=config.follow_share), config.margin)
-
     def _wanted(self, state: State) -> tuple[Array, Array]:
         """Move the set point; return the wanted displacement of the object and its velocity, each `(B, 6)`."""
-        config, period = self.config, self._period
-        moved, turned = self._moved, self._turned
+        config, moved, turned = self.config, self._moved, self._turned
         before = self._error(state, moved, turned)
-        behind = np.linalg.norm(before[:, :3], axis=-1) + TURN_ARM * np.linalg.norm(before[:, 3:], axis=-1)
-        room = np.maximum(self.limit - self.progress, 0.0)
-        speed = np.where(behind > config.lag, 0.0, np.minimum(config.speed, np.sqrt(2 * config.acceleration * room)))
-        self._speed = np.minimum(self._speed + config.acceleration * period, speed)
-        self.progress = np.minimum(self.progress + self._speed * period, self.limit)
-        self.held = np.where(room < 2e-4, self.held + period, 0.0)
+        self._go_on(np.linalg.norm(before[:, :3], axis=-1) + TURN_ARM * np.linalg.norm(before[:, 3:], axis=-1))
         self._moved, self._turned = self._task.path.at(self.progress)
         error = self._error(state, self._moved, self._turned)
-        limit = np.repeat(config.integral_limit, 3)
-        self.integral = np.clip(self.integral + config.integral * period * error, -limit, limit)
-        velocity = np.concatenate([self._moved - moved, self._turned - turned], axis=-1) / period
+        self.integral = self._summed(self.integral, error, np.repeat(config.integral_limit, 3))
+        velocity = np.concatenate([self._moved - moved, self._turned - turned], axis=-1) / self._period
         self.strayed = np.maximum(self.strayed, beside(error, velocity))
         return config.proportional * error + self.integral, velocity
 
@@ -191,10 +162,3 @@ def beside(error: Array, velocity: Array) -> Array:
     way = way / np.maximum(size, 1e-12)
     across = np.linalg.norm(off - (off * way).sum(axis=-1, keepdims=True) * way, axis=-1)
     return np.where(size[:, 0] > SLOW, across, 0.0)
-
-
-def carried(motion: Array, arm: Array) -> Array:
-    """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
-    u, v, w = motion[:, 3:].T
-    x, y, z = arm.T
-    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))

@@ -7,14 +7,15 @@ is predicted to end. Of those that keep it the one is taken that goes farthest, 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench
+from inhand.control.loop import Bench, simulate
 from inhand.control.phases import Grasp
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
-from inhand.control.spatial_phases import simulate_in_space
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -23,9 +24,12 @@ from inhand.hands.spatial.gravity import GRAVITY
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import inverse
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.rotations import placed
+from inhand.rotations import SpatialPath, placed
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
 
+LONGEST, SLOWEST = 8.0, 0.6
+"""Time for which an object is carried at most [s]; more where paths are longer than the expert comes in it at this
+share of its speed."""
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
 LEVER = 0.5
@@ -51,23 +55,42 @@ def planned_in_space(
     starts: Array,
     *,
     bench: Bench,
+    fixed: bool = False,
 ) -> Grasp:
     """Return for every path the grasp of the contact search that goes farthest in simulation, closed at its start.
+
+    Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them.
 
     Raises:
         InputError: no contacts hold the object at its start.
     """
-    firsts = {path.name: path for path in reversed(paths)}
     gravities = np.unique(gravity, axis=0)
+    groups = _searched((hand, spec), paths, gravities, bench)
+    tried: list[Tried] = []
+    for first in range(0, len(paths), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        asked = [groups[path.name] for path in paths[part]]
+        origin = np.broadcast_to(hand.start_pose, starts[part].shape) if fixed else None
+        tried += tried_out((hand, spec), asked, paths[part], Worlds(gravity[part], starts[part], origin), bench)
+    way = np.array([each.way for each in tried])
+    return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
+
+
+def _searched(
+    held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
+) -> dict[str, list[SpatialGrasp]]:
+    """Return the grasps of the contact search for paths, by their names."""
+    hand, spec = held
+    firsts = {path.name: path for path in reversed(paths)}
     whole = [whole_spatial_path(path) for path in firsts.values()]
-    names, count = iter(firsts), len(paths)
+    names = iter(firsts)
 
     def told() -> None:
         if bench.progress is not None:
-            bench.progress(f"grasps {next(names)}", count, 0)
+            bench.progress(f"grasps {next(names)}", len(paths), 0)
 
-    config = _search(spec, gravities)
-    found = search_grasps((hand, spec), hand.start_pose, whole, gravities, config=config, progress=told)
+    config = search_of(spec, gravities)
+    found = search_grasps(held, hand.start_pose, whole, gravities, config=config, progress=told)
     groups = dict(zip(firsts, found, strict=True))
     none = [name for name, group in groups.items() if not group]
     if none:
@@ -75,13 +98,23 @@ def planned_in_space(
             f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
             " smaller object, more friction, or another hand or gravity"
         )
-    tried: list[Tried] = []
-    for first in range(0, count, AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        asked = [groups[path.name] for path in paths[part]]
-        tried += tried_out((hand, spec), asked, paths[part], (gravity[part], starts[part]), bench)
-    way = np.array([each.way for each in tried])
-    return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
+    return groups
+
+
+class Worlds(NamedTuple):
+    """In which worlds grasps are tried."""
+
+    gravity: Array
+    """Gravity in each `(B, 3)` [m/s^2]."""
+    starts: Array
+    """Where each object starts `(B, 7)`."""
+    origin: Array | None = None
+    """Where each path counts from `(B, 7)`; None for where the object is."""
+
+    def some(self, which: Sequence[int] | NDArray[np.int64]) -> "Worlds":
+        """Return some of the worlds, in an order."""
+        origin = None if self.origin is None else self.origin[which]
+        return Worlds(self.gravity[which], self.starts[which], origin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +132,7 @@ def tried_out(
     held: tuple[SpatialHand, SolidSpec],
     groups: Sequence[Sequence[SpatialGrasp]],
     paths: Sequence[SpatialReference],
-    worlds: tuple[Array, Array],
+    worlds: Worlds,
     bench: Bench,
 ) -> list[Tried]:
     """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
@@ -107,14 +140,14 @@ def tried_out(
     found = rehearsed(held, groups, paths, worlds, (bench, config))
     lost = [k for k, each in enumerate(found) if each.worth < LOST]
     if lost:
-        wide, some = replace(config, margin=WIDE), tuple(part[lost] for part in worlds)
-        again = rehearsed(held, [groups[k] for k in lost], [paths[k] for k in lost], (some[0], some[1]), (bench, wide))
+        wide = replace(config, margin=WIDE)
+        again = rehearsed(held, [groups[k] for k in lost], [paths[k] for k in lost], worlds.some(lost), (bench, wide))
         for k, each in zip(lost, again, strict=True):
             found[k] = max(found[k], each, key=lambda one: one.worth)
     return found
 
 
-def _search(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
+def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
     """Return how the search looks: with the grip that the expert has of an object of such a weight."""
     config = SpatialSearchConfig()
     weight = np.array([spec.mass * np.linalg.norm(gravities, axis=-1).max()])
@@ -153,18 +186,15 @@ def rehearsed(
     held: tuple[SpatialHand, SolidSpec],
     groups: Sequence[Sequence[SpatialGrasp]],
     paths: Sequence[SpatialReference],
-    worlds: tuple[Array, Array],
+    worlds: Worlds,
     how: tuple[Bench, SpatialIkConfig],
 ) -> list[Tried]:
-    """Return of each world's grasps the first of those that go farthest in it, less what the object strays.
-
-    Worlds are given by their gravities `(B, 3)` and by where their objects start `(B, 7)`.
-    """
+    """Return of each world's grasps the first of those that go farthest in it, less what the object strays."""
     (hand, spec), (bench, config) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
-    gravity, starts = (each[owner] for each in worlds)
-    task = SpatialTask(hand, (spec,) * len(owner), stacked_paths(mine), gravity)
+    there, path = worlds.some(owner), stacked_paths(mine)
+    task = SpatialTask(hand, (spec,) * len(owner), path, gravity=there.gravity, start=there.origin)
     made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
 
     def carry(task: SpatialTask) -> SpatialIkController:
@@ -172,9 +202,14 @@ def rehearsed(
         return made[-1]
 
     twists = stacked_paths([hold_path(path) for path in mine])
-    closed = closed_at(hand, grasps, starts)
-    _, found = simulate_in_space(task, closed, starts, carry, replace(bench, progress=None), twists=twists)
+    closed, silent = closed_at(hand, grasps, there.starts), replace(bench, progress=None)
+    _, found = simulate(task, closed, there.starts, carry, silent, twists=twists, longest=longest_of(path, config))
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
     worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
     best = [int(own[worth[own].argmax()]) for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]
     return [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in best]
+
+
+def longest_of(path: SpatialPath, config: SpatialIkConfig) -> float:
+    """Return for how long objects are carried along paths at most [s]."""
+    return max(LONGEST, float(path.length.max()) / (SLOWEST * config.speed))

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from inhand.control.replays import FAR, MOST_ROWS, MOST_TRIALS, chosen_of, phases_of
+from inhand.control.replays import FAR, Shown, chosen, replayed, views_of
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at
 from inhand.control.spatial_trial import SpatialTrial
-from inhand.control.trial import KEPT
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialFinger, SpatialHand
-from inhand.plots.page.packed import packed, packed_flags
 from inhand.plots.page.solids import Extent3, Solid, SolidFinger, SolidHand, SolidLink, SolidMotion, Solids
 from inhand.plots.page.views import Flat, View
 
@@ -24,62 +21,27 @@ EXPLAINED = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class ShownInSpace:
-    """A trial to replay."""
-
-    trial: SpatialTrial
-    told: str
-    """How it ended, in a few words."""
-
-
-def solid_replays(shown: Sequence[ShownInSpace]) -> list[View]:
+def solid_replays(shown: Sequence[Shown[SpatialTrial]]) -> list[View]:
     """Return the player of trials in space as a part of a page; nothing where none has a row."""
-    there = [each for each in shown if len(each.trial.time)]
-    if not there:
-        return []
-    kept = [there[k] for k in chosen_of([(e.trial.outcome, e.trial.passport.trial) for e in there])]
-    step = -(-sum(len(each.trial.time) for each in kept) // MOST_ROWS)
-    hands = list(dict.fromkeys(each.trial.passport.hand for each in kept))
-    objects = list(dict.fromkeys(each.trial.passport.object for each in kept))
-    trials = tuple(
-        _motion(each, (hands.index(each.trial.passport.hand), objects.index(each.trial.passport.object)), step)
-        for each in kept
-    )
+    return views_of(shown, EXPLAINED, _player)
+
+
+def _player(shown: Sequence[Shown[SpatialTrial]]) -> Solids:
+    kept, hands, objects, trials = chosen(shown, _motion)
     bodies = tuple(Solid(tuple(_flat(face) for face in faces_of(spec))) for spec in objects)
-    many = f" Of {len(there)} trials {MOST_TRIALS} are here, those that failed first." * (len(there) > MOST_TRIALS)
-    player = Solids(tuple(map(_hand, hands)), bodies, trials, _extent([each.trial for each in kept]))
-    return [View("player", player, "Replay", EXPLAINED + many)]
+    return Solids(tuple(map(_hand, hands)), bodies, trials, _extent([each.trial for each in kept]))
 
 
-def _motion(shown: ShownInSpace, whose: tuple[int, int], step: int) -> SolidMotion:
-    trial, rows = shown.trial, slice(None, None, step)
-    passport = trial.passport
-    start = min(trial.manipulation.start, len(trial.time) - 1)
+def _motion(shown: Shown[SpatialTrial], numbers: tuple[int, int], step: int) -> SolidMotion:
+    trial, passport = shown.trial, shown.trial.passport
     place = 1e3 * np.clip(trial.object_pose[:, :3], -FAR, FAR)
     forces = np.linalg.norm(trial.forces, axis=-1)
-    columns = np.concatenate([trial.joint_angles, place, trial.object_pose[:, 3:], forces], axis=1)[rows]
-    line = trial.reference[:, :3]
+    columns = np.concatenate([trial.joint_angles, place, trial.object_pose[:, 3:], forces], axis=1)
+    line, start = trial.reference[:, :3], min(trial.manipulation.start, len(trial.time) - 1)
     if passport.limit is not None and passport.along is not None:
         line = line[np.linalg.norm(line, axis=-1) <= passport.limit + 1e-6]
-    return SolidMotion(
-        name=f"{passport.primitive}, trial {passport.trial}",
-        group=passport.controller,
-        direction=passport.primitive,
-        along=passport.along,
-        hand=whose[0],
-        object=whose[1],
-        rows=len(columns),
-        start=start // step,
-        period=passport.period * step,
-        phases=phases_of(trial, step),
-        outcome=trial.outcome,
-        failed=trial.outcome not in KEPT,
-        told=shown.told,
-        target=_flat(line + trial.object_pose[start, :3]),
-        packed=packed(columns),
-        contact=packed_flags(trial.touching[rows]),
-    )
+    target = _flat(line + trial.object_pose[start, :3])
+    return SolidMotion(**replayed(shown, numbers, step, columns), along=passport.along, target=target)
 
 
 def _hand(hand: SpatialHand) -> SolidHand:

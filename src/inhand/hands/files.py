@@ -21,6 +21,7 @@ from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_name, polygon_object
 from inhand.hands.polylines import UNITS
 from inhand.hands.spatial.names import is_spatial
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
 from inhand.registry import Registry, describe
 
@@ -29,14 +30,15 @@ if TYPE_CHECKING:
 
 _FINGER_KEYS = ("links_mm", "limits_deg")
 _HAND_LENGTHS = ("palm_depth", "link_width", "thickness", "joint_gap", "tip_length")
-_HAND_SCALARS = {
-    "link_mass_kg": "link_mass",
+SERVOS = {
     "friction": "friction",
     "stiffness": "stiffness",
     "damping": "damping",
     "torque_nm": "torque",
     "armature_kg_m2": "armature",
 }
+"""Keys of a hand's file for numbers of its motors and its friction, and the fields that they are."""
+_HAND_SCALARS = {"link_mass_kg": "link_mass"} | SERVOS
 _HAND_KEYS = ("name", "palm_width_mm", *FINGER_NAMES, *(f"{key}_mm" for key in _HAND_LENGTHS), *_HAND_SCALARS)
 _ROBOT_FINGER_KEYS = ("joints", "tip")
 _ROBOT_KEYS = ("name", "robot", "palm", *FINGER_NAMES, "palm_x", "palm_y", "scale", "thickness_mm", *_HAND_SCALARS)
@@ -47,8 +49,10 @@ HEIGHT_MM = 100.0
 """Height of an object over an outline, as of the named ones [mm]."""
 OUTLINE = re.compile(r"(?P<file>.+\.(?:csv|svg|dxf))(?P<keys>(?::\w+=[^:]*)*)", re.IGNORECASE)
 """An outline's file, and keys of an object file after it."""
-S = TypeVar("S", HandSpec, ObjectSpec)
+S = TypeVar("S")
 """A hand or an object."""
+B = TypeVar("B", ObjectSpec, SolidSpec)
+"""An object, in the plane or in space."""
 
 
 def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
@@ -63,12 +67,12 @@ def load_hand(name_or_file: str | Path | HandSpec) -> HandSpec:
 
 
 def _check_planar(given: str | Path) -> None:
-    """Refuse a hand in space, which only the Asterisk Test and reach take."""
+    """Refuse a hand in space, which only the Asterisk Test, sequences, reach and training take."""
     if isinstance(given, str) and is_spatial(given) and HANDS.find(given) is None:
         raise InputError(
-            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controller ik, and"
-            " `inhand reach` take one (docs/spatial.md); everything else is of hands in the plane, such as"
-            " 2v2_50.50_50.50_1.1_53"
+            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik and rl,"
+            " `inhand trace`, `inhand reach` and `inhand train --preset spatial` take one (docs/spatial.md); everything"
+            " else is of hands in the plane, such as 2v2_50.50_50.50_1.1_53"
         )
 
 
@@ -127,19 +131,24 @@ def _loaded(
     return readers[0](str(given)) if path is None else readers[1](read_toml(path, registry.kind), path)
 
 
-def _made(kind: type[S], what: str, name: str, given: object) -> S:
-    made = given() if callable(given) else given
-    if not isinstance(made, kind):
+def made(kind: type[S], what: str, name: str, given: object) -> S:
+    """Return what a user gave under a name as a spec of a kind, or what his function makes.
+
+    Raises:
+        InputError: it is another thing.
+    """
+    spec = given() if callable(given) else given
+    if not isinstance(spec, kind):
         raise InputError(
-            f"{what} {name!r} is {describe(made)}: it must be {'an' if what == 'object' else 'a'} {kind.__name__}, as"
+            f"{what} {name!r} is {describe(spec)}: it must be {'an' if what == 'object' else 'a'} {kind.__name__}, as"
             f" inhand.{what}(...) returns one"
         )
-    return made
+    return spec
 
 
-HANDS: Registry[HandSpec] = Registry("hand", {}, partial(_made, HandSpec, "hand"))
+HANDS: Registry[HandSpec] = Registry("hand", {}, partial(made, HandSpec, "hand"))
 """Hands that users add."""
-OBJECTS: Registry[ObjectSpec] = Registry("object", {}, partial(_made, ObjectSpec, "object"))
+OBJECTS: Registry[ObjectSpec] = Registry("object", {}, partial(made, ObjectSpec, "object"))
 """Objects that users add."""
 
 
@@ -204,6 +213,11 @@ def _object_from(table: dict[str, Any], path: Path) -> ObjectSpec:
         spec = _outlined_from(table, path.parent, where)
     else:
         spec = (_polygon_from if table.get("shape") == "polygon" else _sized_from)(table, where)
+    return weighed(spec, table, where)
+
+
+def weighed(spec: B, table: dict[str, Any], where: str) -> B:
+    """Return an object with the mass and the friction of its file's table, where that tells them."""
     mass = number_in(table, "mass_kg", where) if "mass_kg" in table else spec.mass
     friction = number_in(table, "friction", where) if "friction" in table else spec.friction
     return replace(spec, mass=mass, friction=friction)
@@ -258,10 +272,7 @@ def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
         if not isinstance(table[side], dict):
             raise InputError(f"{where}: {side} = {table[side]!r}; it must be a table [{side}] with joints and tip")
         check_keys(table[side], _ROBOT_FINGER_KEYS, _ROBOT_FINGER_KEYS, f"{where} [{side}]")
-        joints = table[side]["joints"]
-        if not isinstance(joints, list):
-            raise InputError(f"{where} [{side}]: joints = {joints!r}; it must be a list of names, the palm's first")
-        named = tuple(text_in({"joints": joint}, "joints", f"{where} [{side}]") for joint in joints)
+        named = joints_in(table[side], f"{where} [{side}]")
         fingers.append(FingerNames(named, text_in(table[side], "tip", f"{where} [{side}]")))
     names = RobotNames(
         text_in(table, "palm", where),
@@ -277,6 +288,14 @@ def _robot_from(table: dict[str, Any], path: Path) -> RobotHand:
         raise InputError(f"{where}: scale = {scale:g}; it must be positive: metres in one of the robot file's units")
     robot = path.parent / text_in(table, "robot", where)
     return read_robot(robot, text_in(table, "name", where), names, numbers, scale)
+
+
+def joints_in(table: dict[str, Any], where: str) -> tuple[str, ...]:
+    """Return the names of a finger's joints in a table."""
+    joints = table["joints"]
+    if not isinstance(joints, list):
+        raise InputError(f"{where}: joints = {joints!r}; it must be a list of names, the palm's first")
+    return tuple(text_in({"joints": joint}, "joints", where) for joint in joints)
 
 
 def _with_limits(finger: FingerSpec, table: dict[str, Any], where: str) -> FingerSpec:

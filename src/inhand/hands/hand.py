@@ -8,13 +8,13 @@ left finger first, each from the palm outwards (thesis 3.3.2).
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array, cross, fixed
+from inhand.hands.jointed import Jointed
 from inhand.hands.sizes import check_length, check_mass
 
 FINGER_NAMES = ("left", "right")
@@ -52,7 +52,7 @@ class FingerSpec:
 
 
 @dataclass(frozen=True)
-class HandSpec:
+class HandSpec(Jointed):
     """A two-finger hand. The numbers are the laboratory's public hand models unless marked guessed."""
 
     name: str
@@ -90,11 +90,7 @@ class HandSpec:
 
     def __post_init__(self) -> None:
         """Refuse numbers that no hand has, and links shorter than their joint gap and cap."""
-        for name in _POSITIVE + _NOT_NEGATIVE:
-            value = getattr(self, name)
-            if not (np.isfinite(value) and (value > 0 or (value == 0 and name in _NOT_NEGATIVE))):
-                zero = " or zero" if name in _NOT_NEGATIVE else ""
-                raise InputError(f"hand {self.name!r}: {name} is {value:g}; it must be positive{zero} (SI units)")
+        self.check_numbers(_POSITIVE, _NOT_NEGATIVE)
         for name in _SIDES:
             check_length(f"hand {self.name!r}: {name}", getattr(self, name))
         check_mass(f"hand {self.name!r}: link_mass", self.link_mass)
@@ -123,27 +119,6 @@ class HandSpec:
     def finger_names(self) -> tuple[str, ...]:
         """Their names."""
         return FINGER_NAMES
-
-    @cached_property
-    def n_joints(self) -> int:
-        """Number of joints of all fingers."""
-        return sum(len(finger.links) for finger in self.fingers)
-
-    @cached_property
-    def slices(self) -> tuple[slice, ...]:
-        """Places of each finger's joints in an array of all joints."""
-        ends = list(accumulate((len(finger.links) for finger in self.fingers), initial=0))
-        return tuple(slice(*pair) for pair in pairwise(ends))
-
-    @cached_property
-    def finger_length(self) -> float:
-        """Mean length of the straight fingers [m]; sets the start of the object (thesis 3.1)."""
-        return sum(finger.length for finger in self.fingers) / len(self.fingers)
-
-    @cached_property
-    def limits(self) -> Array:
-        """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return fixed(np.concatenate([finger.limits for finger in self.fingers]))
 
     @cached_property
     def start_position(self) -> tuple[float, float]:

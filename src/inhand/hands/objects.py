@@ -17,7 +17,7 @@ from inhand.hands.convex import convex_parts, is_convex
 from inhand.hands.object_forms import FORMS
 from inhand.hands.outlines import Corners, centroid, clean_outline, points_along, stretched
 from inhand.hands.polygons import with_corners
-from inhand.hands.sizes import check_length, check_mass, check_outline_size
+from inhand.hands.sizes import check_body, check_length, check_outline_size
 
 Shape = Literal["box", "cylinder", "ellipse", "polygon"]
 SHAPES: tuple[str, ...] = get_args(Shape)
@@ -45,11 +45,7 @@ class ObjectSpec:
     def __post_init__(self) -> None:
         """Refuse shapes, sizes, masses, frictions and outlines that no object has; bring corners into order."""
         self._check_shape()
-        if not (np.isfinite(self.mass) and self.mass > 0):
-            raise InputError(f"object {self.name!r}: mass {self.mass:g} kg; the mass must be positive")
-        check_mass(f"object {self.name!r}: its mass", self.mass)
-        if not (np.isfinite(self.friction) and self.friction >= 0):
-            raise InputError(f"object {self.name!r}: friction {self.friction:g}; friction must be 0 or more")
+        check_body(f"object {self.name!r}", self.mass, self.friction)
         if len(self.centre) != 2 or not np.isfinite(self.centre).all():
             raise InputError(
                 f"object {self.name!r}: centre {self.centre}; its centre of mass needs x and y, finite [m]"

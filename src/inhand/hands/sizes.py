@@ -1,6 +1,7 @@
 """Which lengths and masses a hand or an object can have; others are most often a mistaken unit."""
 
 from collections.abc import Iterable
+from math import isfinite
 
 from inhand.errors import InputError
 
@@ -29,6 +30,15 @@ def check_length(what: str, length: float, cure: str = UNITS, shortest: float = 
 def check_outline_size(name: str, sides: Iterable[float]) -> None:
     """Refuse an object whose sides seen from above [m] are too small or too large to be meant."""
     check_length(f"object {name!r}: the larger side of its outline", float(max(sides)), shortest=SMALLEST_OUTLINE)
+
+
+def check_body(what: str, mass: float, friction: float) -> None:
+    """Refuse a mass [kg] or a coefficient of friction that no object has; `what` starts the sentence."""
+    if not (isfinite(mass) and mass > 0):
+        raise InputError(f"{what}: mass {mass:g} kg; the mass must be positive")
+    check_mass(f"{what}: its mass", mass)
+    if not (isfinite(friction) and friction >= 0):
+        raise InputError(f"{what}: friction {friction:g}; friction must be 0 or more")
 
 
 def check_mass(what: str, mass: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeAlias, TypeVar, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array, wrap_angle
-from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, rows_asked
+from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, rows_along, rows_asked
 from inhand.learning.worlds import ManipulationWorlds, Step
 from inhand.records import checked
 from inhand.sim.memory import WORLD_BYTES, check_memory
@@ -20,6 +20,7 @@ from inhand.tasks.goals import goal_reached
 
 if TYPE_CHECKING:
     from inhand.plots.live import Live
+    from inhand.sim.rendered import Rendered
 
 Seen: TypeAlias = Any
 """Observations: an array `(B, d)`, or a dict of arrays `(B, ...)` where there are goals; of one world without `B`."""
@@ -33,7 +34,7 @@ RENDER_MODES = ("rgb_array",)
 SHOWN_WAY = 0.08
 """Length of the line that pictures draw where no end was asked for [m]."""
 
-C = TypeVar("C", bound=EnvironmentConfig)
+C = TypeVar("C", bound=Any)
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,11 @@ class Outcome:
 class Batch(Generic[C]):
     """B worlds with the spaces of one."""
 
+    MODES: ClassVar[tuple[str, ...]] = RENDER_MODES
+    """How they can be looked at."""
+    SHIFT: ClassVar[tuple[str, ...]] = ("along", "left", "turned")
+    """What a shift is called in `info`."""
+
     def __init__(self, config: C, count: int, render_mode: str | None) -> None:
         """Make the worlds, and before them their starts, once for equal configurations.
 
@@ -63,14 +69,15 @@ class Batch(Generic[C]):
             InputError: no such way to be looked at, or more worlds than the machine has memory for.
         """
         self.config = config
-        if render_mode not in {None, *RENDER_MODES}:
-            raise InputError(f"render_mode={render_mode!r}: use 'rgb_array', or None for no pictures")
+        if render_mode not in {None, *self.MODES}:
+            words = "".join(f"{mode!r}, or " for mode in self.MODES)
+            raise InputError(f"render_mode={render_mode!r}: use {words}None for no pictures")
         held = config.held
         check_memory(f"num_envs={count}", count, WORLD_BYTES[config.engine])
-        self._pool = config.pool()
+        self.pool = config.pool()
         self._origin = held.hand.start_pose
-        self.worlds = ManipulationWorlds(held, self._pool, count, config.interface, threads=config.threads)
-        self._live: Live | None = None
+        self.worlds = ManipulationWorlds(held, self.pool, count, config.interface, threads=config.threads)
+        self._draws: Live | Rendered | None = None
         size = self.worlds.layout.size(held.hand)
         self.observation_space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (size,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (self.worlds.layout.actions(held.hand),), np.float32)
@@ -78,7 +85,7 @@ class Batch(Generic[C]):
     def reset(self, rng: np.random.Generator, options: dict[str, Any] | None) -> tuple[Seen, Info]:
         """Start every episode anew with draws of a generator; return observations and infos."""
         asked = checked("options", options, dict[str, Any] | None) or {}
-        rows = rows_asked(self._pool, asked, self.worlds.count, rng)
+        rows = rows_asked(self.pool, asked, self.worlds.count, rng, self.rows_along)
         self.worlds.rng = rng
         observation = self.worlds.reset(rows)
         return self._begun(observation), self.begun_info()
@@ -91,9 +98,16 @@ class Batch(Generic[C]):
         """Take a decision `(B, n)`; worlds whose episode ends start the next one."""
         told = self.begun_info()
         step = self.worlds.step(actions)
-        along, left, turned = step.shift.T
-        told |= {"along": along, "left": left, "turned": turned, "lost": step.terminated}
+        told |= {**dict(zip(self.SHIFT, step.shift.T, strict=True)), "lost": step.terminated}
         return self._outcome(step, told)
+
+    def rows_along(self, direction: object) -> NDArray[np.int64]:
+        """Return the starts of a direction, a word or degrees.
+
+        Raises:
+            InputError: there are none.
+        """
+        return rows_along(self.pool.angle_deg, cast("str | float", direction))
 
     def _begun(self, observation: Array) -> Seen:
         return observation.astype(np.float32)
@@ -110,12 +124,25 @@ class Batch(Generic[C]):
         return np.stack([aim.start[:, :2], ends[:, :2]], axis=1)
 
     def pictures(self, state: State, ways: Array) -> tuple[NDArray[np.uint8], ...]:
-        """Return a picture of every world in a state; nothing is drawn, and no library for it loaded, before."""
-        if self._live is None:
-            from inhand.plots.live import Live
+        """Return a picture of every world in a state; nothing is drawn, and no library for it loaded, before.
 
-            self._live = Live(*self.config.held)
-        return tuple(map(self._live.picture, state.joint_angles, state.pose, ways))
+        Raises:
+            InputError: MuJoCo's renderer was asked for and is missing, or has no GL.
+        """
+        if self._draws is None:
+            self._draws = _draws(self.config)
+        return tuple(map(self._draws.picture, state.joint_angles, state.pose, ways))
+
+
+def _draws(config: EnvironmentConfig) -> Live | Rendered:
+    """Return what draws the worlds of a configuration."""
+    if config.pictures == "mujoco":
+        from inhand.sim.rendered import Rendered
+
+        return Rendered(*config.held)
+    from inhand.plots.live import Live
+
+    return Live(*config.held)
 
 
 class GoalBatch(Batch[GoalConfig]):

@@ -4,10 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from inhand.control.contract import Contract
+from inhand.control.contract import AnyContract, Contract, SpatialContract, contract_in_space, contract_of
 from inhand.control.policy import Policy
 from inhand.errors import InputError
 from inhand.hands.pair_family import PairFamily
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.collect import Collector
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import Learner, new_learner
@@ -16,7 +17,7 @@ from inhand.learning.replay_buffer import Columns
 from inhand.learning.run_cards import policy_to_start
 from inhand.learning.setup import Ready
 from inhand.learning.worlds import ManipulationWorlds
-from inhand.sim.disturbance_files import NONE
+from inhand.sim.disturbance_files import NONE, load_disturbance
 
 
 def begun(config: Training, columns: Columns) -> Learner:
@@ -58,7 +59,14 @@ def pool_name(number: int) -> str:
     return f"pool {number}." if number else ""
 
 
-def policy_of(config: Training, contract: Contract, actor: Actor) -> Policy:
+def contract_for(config: Training, held: AnyPair) -> AnyContract:
+    """Return what the policies of a run ask of a hand."""
+    if isinstance(held, SpatialPair):
+        return contract_in_space(held)
+    return contract_of(held.hand, load_disturbance(config.disturb))
+
+
+def policy_of(config: Training, contract: AnyContract, actor: Actor) -> Policy:
     """Return an actor as the policy that a training run writes."""
     layers = layers_of(actor)
     return Policy(
@@ -72,7 +80,8 @@ def policy_of(config: Training, contract: Contract, actor: Actor) -> Policy:
         | ({"disturb": config.disturb} if config.disturb != NONE else {})
         | ({"pairs": config.pairs} if config.pairs else {})
         | ({"start": config.start} if config.start else {}),
-        contract,
+        contract if isinstance(contract, Contract) else None,
         network=config.learning.network,
         family=PairFamily() if config.pairs else None,
+        space=contract if isinstance(contract, SpatialContract) else None,
     )

@@ -9,16 +9,13 @@ import numpy as np
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.browser import views
 from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.learning.figures import WIDE, Curve, curves_of, shown_range, smoothed, thinned
+from inhand.geometry import Array
+from inhand.learning.figures import WIDE, Curve, colour_of, curves_of, shown_range, smoothed, thinned
 from inhand.learning.progress import Evaluated, Learned
 from inhand.pages import Part
 from inhand.plots.page.charts import Axis, Chart, Charts, Level, Line, line, numbers
 from inhand.plots.page.document import Settings, html_of, settings_of
 from inhand.plots.page.views import View
-from inhand.plots.style import direction_colour
-from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
-
-GROUPS = ((TRAIN, "trained directions"), (UNSEEN, "unseen directions"))
 
 
 def training_page(parts: Sequence[Part], found: Learned, config: Settings) -> str:
@@ -69,8 +66,9 @@ def _progress(found: Learned) -> list[Chart]:
     """Return what groups of directions reached in each evaluation."""
     at = np.array([each.episode for each in found.evaluations], dtype=float)
     axis = Axis("episode", 0.0, digits=0)
-    groups = [(name, _reached(found.evaluations, group)) for group, name in GROUPS]
-    known = [(number, name, reached) for number, (name, reached) in enumerate(groups) if reached is not None]
+    known = [
+        (number, group.title, _reached(found.evaluations, group.names)) for number, group in enumerate(found.groups)
+    ]
     lines = [
         tuple(Line(name, numbers(at), numbers(reached[k]), number, dots=True) for number, name, reached in known)
         for k in range(3)
@@ -86,11 +84,9 @@ def _progress(found: Learned) -> list[Chart]:
     ]
 
 
-def _reached(evaluations: Sequence[Evaluated], group: Sequence[Primitive]) -> np.ndarray | None:
-    """Return return, share, losses [%], the expert's return and share `(5, N)`; None where a group was not tried."""
-    if not all(any(p.name in each.directions for p in group) for each in evaluations):
-        return None
-    over = [each.over(group) for each in evaluations]
+def _reached(evaluations: Sequence[Evaluated], names: Sequence[str]) -> Array:
+    """Return return, share, losses [%], the expert's return and share of some directions `(5, N)`."""
+    over = [each.over(names) for each in evaluations]
     rows = [(o.total, o.fraction, 100.0 * o.dropped / o.trials, o.expert_total, o.expert_fraction) for o in over]
     return np.array(rows, dtype=float).T
 
@@ -116,13 +112,12 @@ def _directions(found: Learned) -> list[Chart]:
     """Return the share of the limit over the episodes, one small chart for each direction."""
     at = numbers(each.episode for each in found.evaluations)
     charts = []
-    for primitive in (p for p in (*TRAIN, *UNSEEN) if p.name in found.best.directions):
-        reached = [each.directions[primitive.name] for each in found.evaluations]
+    for name in found.names:
+        reached = [each.directions[name] for each in found.evaluations]
         shares = numbers(each.fraction for each in reached)
-        colour = direction_colour(primitive.angle_deg or 0.0)
-        drawn = Line("share of the limit", at, shares, dots=True, colour=colour)
+        drawn = Line("share of the limit", at, shares, dots=True, colour=colour_of(name))
         expert = reached[-1].expert_fraction
         levels = (Level(1.0), *([Level(expert, 0)] if np.isfinite(expert) else []))
         axis = Axis("episode", 0.0, digits=0)
-        charts.append(Chart(primitive.name, axis, Axis("", 0.0, 1.1), (drawn,), levels, height=150))
+        charts.append(Chart(name, axis, Axis("", 0.0, 1.1), (drawn,), levels, height=150))
     return charts

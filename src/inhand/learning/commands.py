@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from inhand.control.run_config import HeldConfig, RunConfig
-from inhand.records import Config
+from inhand.control.run_config import HeldConfig, RunConfig, SpreadConfig
 from inhand.sim.names import Engine
 
 EXPERT = "ik"
@@ -46,15 +45,16 @@ class RecordConfig(RunConfig, HeldConfig):
 
 
 @dataclass(frozen=True)
-class TrainConfig(Config):
+class TrainConfig(SpreadConfig):
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
-    preset: Literal["default", "privileged", "family", "from-family", "thesis", "smoke", None] = (
-        None  # not `| None`: tyro would list them in any order
-    )
+    preset: Literal[
+        "default", "privileged", "family", "family-privileged", "from-family", "spatial", "thesis", "smoke", None
+    ] = None  # not `| None`: tyro would list them in any order
     """Training: default on encoders and a camera in worlds that differ, privileged on perfect knowledge, family with
-    hands and objects that differ, from-family fits its policy to one hand and object, thesis is as its chapter 3.3 has
-    it, smoke shows in seconds that all works. What is not given below is the preset's."""
+    hands and objects that differ, from-family fits its policy to one hand and object, spatial with a hand in space,
+    thesis is as its chapter 3.3 has it, smoke shows in seconds that all works. What is not given below is the
+    preset's."""
     hand: str | None = None
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str | None = None
@@ -71,10 +71,13 @@ class TrainConfig(Config):
     """Learn from the demonstrations of this dataset (`inhand record`) instead of recording some."""
     seed: int | None = None
     """Seed of everything drawn."""
+    seeds: tuple[int, ...] = ()
+    """Train once with each of these seeds, in folders seed-0, seed-1, ... side by side, and tell the spread. The same
+    command goes on where it was stopped."""
     episodes: int | None = None
     """Episodes of the agent after which training ends."""
     out: Path = Path("results/train")
-    """Folder of the run."""
+    """Folder of the run, or of the runs of --seeds."""
     resume: bool = False
     """Go on with the run of the folder from its last checkpoint, by its own configuration."""
     overwrite: bool = False

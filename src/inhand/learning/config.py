@@ -6,12 +6,15 @@ from typing import Literal
 from inhand.control.joint_network import NetworkKind
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.learning.recipe import Recipe, Recording
+from inhand.hands.fit import Held
+from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.learning.recipe import Recipe, Recording, Shows, SpatialRecording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
 from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.names import ENGINE, Engine
+from inhand.sim.names import ENGINE, SPATIAL, Engine
 from inhand.tasks.primitives import TRAIN
 
 
@@ -74,6 +77,9 @@ class Training(Config):
     episodes and evaluations each have worlds of their own; the expert and the actor see through the same senses."""
     pairs: int = 0
     """Pairs of a hand and an object to learn with, drawn of the family; 0 for the hand and the object above alone."""
+    drawn: int = 96
+    """Directions drawn on the sphere for which grasps are planned beside the named ones, and half as many axes to turn
+    about; of hands in space."""
     start: str = ""
     """Policy whose weights training begins with: rl-family, or the folder of a run; by default they are drawn."""
     seed: int = 0
@@ -131,6 +137,19 @@ class Training(Config):
     """Starts of each direction in an evaluation."""
 
     @property
+    def held(self) -> AnyPair:
+        """The hand and the object, in the plane or in space."""
+        if is_spatial_hand(self.hand):
+            return SpatialPair(load_spatial_hand(self.hand), load_solid(self.object))
+        return Held(load_hand(self.hand), load_object(self.object))
+
+    @property
+    def shows(self) -> Shows:
+        """What episodes are recorded by."""
+        held = self.held
+        return SpatialRecording(held, self.recipe, self.interface) if isinstance(held, SpatialPair) else self.recording
+
+    @property
     def recording(self) -> Recording:
         """What demonstrations are to be recorded, or what they must have in common with a dataset's."""
         return Recording(
@@ -170,17 +189,7 @@ def default() -> Training:
         preset="default",
         disturb="field",
         interface=Interface("senses", "steps", "progress", horizon=180, truth="truth"),
-        recipe=Recipe(
-            1536,
-            "soft-teacher",
-            push=0.012,
-            midway=0.25,
-            whole=0.5,
-            grip_spread=8.0,
-            grasp="sensed",
-            turns=0.15,
-            legs=0.35,
-        ),
+        recipe=Recipe(1536, "soft-teacher", 0.012, 0.25, "sensed", whole=0.5, grip_spread=8.0, turns=0.15, legs=0.35),
         imitate=10000,
         rounds=4,
         episodes=250,
@@ -219,25 +228,55 @@ def privileged() -> Training:
 
 
 def family() -> Training:
-    """Return the training of one controller for every hand and object of the family (docs/family.md)."""
-    base = privileged()
+    """Return the training of one controller on real senses for every hand and object of a family (docs/family.md)."""
+    base = default()
     return replace(
         base,
         preset="family",
         pairs=96,
-        interface=Interface("joints", "steps", "progress", horizon=180),
-        recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
+        interface=replace(base.interface, observation="joint-senses", truth="joints"),
+        recipe=replace(base.recipe, turns=0.0, legs=0.0),
         imitate=6000,
         rounds=3,
         refit=3000,
-        episodes=250,
-        learning=replace(base.learning, network="joints", hidden=(64, 64), imitation=4.0),
+        learning=replace(base.learning, network="joints", hidden=(64, 64)),
     )
 
 
-def hand_of_family() -> Training:
-    """Return the training that fits the policy of the family to one hand and object, from few demonstrations."""
-    base = family()
+def privileged_family() -> Training:
+    """Return the same on perfect knowledge, which goes farther."""
+    return replace(
+        family(),
+        preset="family-privileged",
+        disturb="none",
+        interface=Interface("joints", "steps", "progress", horizon=180),
+        recipe=Recipe(1536, "teacher", push=0.012, midway=0.25, whole=0.5, grip_spread=60.0),
+    )
+
+
+def spatial() -> Training:
+    """Return the training of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
+    base = privileged()
+    return replace(
+        base,
+        preset="spatial",
+        hand="3f_60.60_40_10",
+        object="cube_50",
+        engine=SPATIAL,
+        interface=Interface("space", "steps", "progress", horizon=160),
+        recipe=Recipe(1536, "teacher", push=0.01, midway=0.25, whole=0.5, grip_spread=15.0),
+        imitate=8000,
+        rounds=3,
+        warm_up=2000,
+        episodes=250,
+        trials=1,
+        learning=replace(base.learning, imitation=4.0),
+    )
+
+
+def hand_of_family(given: Training | None = None) -> Training:
+    """Return the training that fits a policy of the family to one hand and object, from few demonstrations."""
+    base = given or family()
     return replace(
         base,
         preset="from-family",
@@ -281,7 +320,9 @@ PRESETS = {
     "default": default,
     "privileged": privileged,
     "family": family,
+    "family-privileged": privileged_family,
     "from-family": hand_of_family,
+    "spatial": spatial,
     "thesis": thesis,
     "smoke": smoke,
 }

@@ -7,7 +7,7 @@ Datasets and training record by the same lines; one writes episodes to a folder,
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,22 +19,22 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan
-from inhand.hands.sides import rough_plan
 from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.experts import TEACHERS, expert_of, taught_reach
 from inhand.learning.legs import around, drawn_legs
-from inhand.learning.recipe import Recording
+from inhand.learning.recipe import Recording, Shows
 from inhand.learning.starts import (
+    Grips,
     Noise,
     Plans,
     Starts,
     grid_of,
     gripped,
+    grips_along,
     joined,
     reach_of,
     straight_poses,
     taken,
-    varied_plans,
 )
 from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
@@ -202,9 +202,7 @@ def _walking(recording: Recording, given: Plans, count: int, rng: np.random.Gene
     return replace(fresh, angle_deg=np.rad2deg(np.arctan2(way[:, 1], way[:, 0])), distance=distance, legs=legs)
 
 
-def _gripped_by(
-    recording: Recording, plans: GraspPlan | list[GraspPlan], count: int, rng: np.random.Generator
-) -> Starts:
+def _gripped_by(recording: Recording, plans: Grips, count: int, rng: np.random.Generator) -> Starts:
     """Return starts held by grasps that no direction tells apart."""
     grips = {0.0: plans}, np.zeros(count)
     return gripped(*recording.held, grips, rng, recording.noise, engine=recording.engine, disturb=recording.disturb)
@@ -227,25 +225,18 @@ def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -
 def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = lambda *_: None) -> Plans:
     """Return the grasps of the grid and of other directions, planned a few at a time, which changes none of them."""
     grid, recipe = grid_of(np.array([*recording.grid, *also_deg])), recording.recipe
-    plans: dict[Any, GraspPlan | list[GraspPlan]] = {}
+    along = partial(grips_along, recording.held, grasp=recipe.grasp, engine=recording.engine)
+    plans: dict[Any, Grips] = {}
     for first in range(0, len(grid), PLANNED_AT_ONCE):
         told("planning grasps", first, len(grid))
         angles = grid[first : first + PLANNED_AT_ONCE]
-        plans |= zip(angles, _plans_along(recording, straight_poses(recording.hand, angles)), strict=True)
+        plans |= zip(angles, along(straight_poses(recording.hand, angles)), strict=True)
     if recipe.turns:
         turns = np.stack([recording.hand.start_pose + path_of(turn).poses for turn in TURNS])
-        plans |= zip(SIDES, _plans_along(recording, turns), strict=True)
+        plans |= zip(SIDES, along(turns), strict=True)
     if recipe.legs:
-        plans[AROUND] = _plans_along(recording, around(recording.held)[None])[0]
+        plans[AROUND] = along(around(recording.held)[None])[0]
     return plans
-
-
-def _plans_along(recording: Recording, poses: Array) -> Sequence[GraspPlan | list[GraspPlan]]:
-    """Return what starts of each path of poses `(P, S, 3)` are gripped by."""
-    held, grasp = recording.held, recording.recipe.grasp
-    if grasp == "sensed":
-        return varied_plans(held, poses)
-    return [rough_plan(*held)] * len(poses) if grasp == "rough" else direction_plans(*held, poses, recording.engine)
 
 
 @lru_cache(maxsize=16)
@@ -286,7 +277,7 @@ def route_starts(
 
 
 def recorded(
-    recording: Recording, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
+    recording: Shows, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
 ) -> tuple[Episodes, Starts]:
     """Return one episode from each of B starts, and a state on the way of each that was under way long enough.
 
@@ -327,7 +318,7 @@ def recorded(
 
 
 def _doing(
-    recording: Recording, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
+    recording: Shows, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
 ) -> Callable[[Array, Array, Array], Array]:
     """Return what is done where an expert acts so, so much is seen and a push comes: that, or what an actor does."""
     if actor is None:

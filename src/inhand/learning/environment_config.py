@@ -1,10 +1,10 @@
 """What an environment is asked for by keywords, and the pool of starts that its episodes are drawn from."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +30,8 @@ from inhand.tasks.primitives import parse_directions
 
 POOL_SEED = 0
 """Seed of the pools of starts, so that a seed of `reset` means the same episode in every process."""
+RowsAlong: TypeAlias = Callable[[Any], NDArray[np.int64]]
+"""Gives the rows of a direction."""
 SAME_DEG = 1e-6
 """Directions closer than this are one [deg]."""
 
@@ -54,6 +56,8 @@ class EnvironmentConfig(Interface, HeldConfig):
     """Physics engine: planar, mujoco (in three dimensions), or bullet as a witness (extra `bullet`; much slower)."""
     threads: int = 0
     """Threads of the simulation; 0 uses every core."""
+    pictures: Literal["drawn", "mujoco"] = "drawn"
+    """What renders: drawn (the plane from above, without GL) or mujoco (its renderer; extra `viewer`, and GL)."""
     disturb: str = "none"
     """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file. Each of the starts is in a
     world of its own."""
@@ -161,10 +165,12 @@ def angles_of(directions: str | Sequence[str | float]) -> tuple[float, ...]:
     return tuple(dict.fromkeys(round(math.degrees(each.angle), 9) for each in parse_directions(words)))
 
 
-def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+def rows_asked(
+    pool: Starts, options: dict[str, Any], count: int, rng: np.random.Generator, rows_along: RowsAlong
+) -> NDArray[np.int64]:
     """Return the rows of a pool `(count,)` to start from, drawn of all or of the direction that options give.
 
-    `direction` is a word or degrees, for all worlds or one for each.
+    `direction` is a word or degrees, for all worlds or one for each; `rows_along` gives the rows of one.
 
     Raises:
         InputError: another option, or a direction that the pool has not.
@@ -179,11 +185,16 @@ def rows_asked(pool: Starts, options: dict[str, Any], count: int, rng: np.random
     each = [given] if isinstance(given, str) or np.ndim(given) == 0 else list(given)
     if len(each) not in {1, count}:
         raise InputError(f"{len(each)} directions for {count} worlds: give one for all or one for each")
-    found = [rng.choice(_rows_along(pool.angle_deg, each[world % len(each)])) for world in range(count)]
+    found = [rng.choice(rows_along(each[world % len(each)])) for world in range(count)]
     return np.array(found, dtype=np.int64)
 
 
-def _rows_along(angle_deg: Array, direction: str | float) -> NDArray[np.int64]:
+def rows_along(angle_deg: Array, direction: str | float) -> NDArray[np.int64]:
+    """Return the rows of a direction among those of a pool `(N,)` [deg].
+
+    Raises:
+        InputError: a direction that the pool has not.
+    """
     asked = angles_of([direction])
     away = np.abs((angle_deg - asked[0] + 180.0) % 360.0 - 180.0)
     rows = np.flatnonzero(away < SAME_DEG)

@@ -1,7 +1,8 @@
 """The manipulation phase as Gymnasium environments, one at a time or a batch in one simulation.
 
 `inhand/Asterisk-v0` moves the object along a direction as the thesis has it, `inhand/AsteriskEasy-v0` in a setting to
-learn in from nothing, `inhand/AsteriskGoal-v0` to a goal that hindsight may replace. `import inhand` makes them known
+learn in from nothing, `inhand/AsteriskGoal-v0` to a goal that hindsight may replace, `inhand/SpatialAsterisk-v0` is of
+a hand in space. `import inhand` makes them known
 to Gymnasium, whichever of the two is imported first.
 """
 
@@ -14,6 +15,7 @@ from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
 from inhand.learning.batch import RENDER_MODES, Batch, GoalBatch, Info, Seen
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
+from inhand.learning.spatial_environment import SpatialBatch, SpatialEnvironmentConfig
 from inhand.records import checked, configured
 
 try:
@@ -23,12 +25,15 @@ try:
 except ImportError as error:
     raise needs_extra("rl", "an environment") from error
 
-Kinds: TypeAlias = tuple[type[EnvironmentConfig], type[Batch[Any]]]
+Kinds: TypeAlias = tuple[type[EnvironmentConfig | SpatialEnvironmentConfig], type[Batch[Any]]]
 """What reads an environment's keywords, and the worlds that they ask for."""
 METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 50}
 """What Gymnasium asks about one environment: it gives pictures, and a second has 50 decisions."""
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.SAME_STEP}
 """The same about a batch."""
+IN_SPACE: dict[str, Any] = {**METADATA, "render_modes": []}
+VECTOR_IN_SPACE: dict[str, Any] = {**VECTOR_METADATA, "render_modes": []}
+"""The same of hands in space, of which no pictures are given."""
 
 
 class _WithGoals:
@@ -107,6 +112,17 @@ class AsteriskGoalEnv(_WithGoals, AsteriskEnv):
     """
 
 
+class SpatialAsteriskEnv(AsteriskEnv):
+    """Move an object held in space along a direction, or turn it about an axis (`inhand/SpatialAsterisk-v0`).
+
+    `info` tells the unit vectors of `direction` and `axis`, one of which is 0, and `gravity` [m/s^2], each of three
+    numbers in the palm frame; the way `along`, the distance `across` from it [m] and the angle `turned` away [rad].
+    """
+
+    metadata = IN_SPACE
+    _kinds = (SpatialEnvironmentConfig, SpatialBatch)
+
+
 class AsteriskVectorEnv(VectorEnv[Any, Any, Any]):
     """Many of `AsteriskEnv` in one simulation on all cores, restarted in the step in which they end."""
 
@@ -173,6 +189,13 @@ class AsteriskGoalVectorEnv(_WithGoals, AsteriskVectorEnv):
     """Many of `AsteriskGoalEnv` in one simulation on all cores, restarted in the step in which they end."""
 
 
+class SpatialAsteriskVectorEnv(AsteriskVectorEnv):
+    """Many of `SpatialAsteriskEnv` in one simulation on all cores, restarted in the step in which they end."""
+
+    metadata = VECTOR_IN_SPACE
+    _kinds = (SpatialEnvironmentConfig, SpatialBatch)
+
+
 def _batch(kinds: Kinds, keywords: dict[str, Any], count: int, render_mode: str | None) -> Batch[Any]:
     return kinds[1](configured(kinds[0], keywords), count, render_mode)
 
@@ -190,13 +213,17 @@ def _one(seen: Seen, world: int = 0) -> Seen:
 
 
 def _one_info(info: Info) -> Info:
-    return {name: _one_info(told) if isinstance(told, dict) else told[0].item() for name, told in info.items()}
+    return {name: _one_info(told) if isinstance(told, dict) else _first(told) for name, told in info.items()}
+
+
+def _first(told: NDArray[Any]) -> object:
+    return told[0].item() if told.ndim == 1 else told[0].copy()
 
 
 def _masked(info: Info, mask: NDArray[np.bool_]) -> Info:
     """Return infos as Gymnasium tells those of some of the worlds: each beside a mask of who has it, 0 elsewhere."""
     told: Info = {}
     for name, value in info.items():
-        told[name] = _masked(value, mask) if isinstance(value, dict) else np.where(mask, value, value.dtype.type(0))
+        told[name] = _masked(value, mask) if isinstance(value, dict) else np.where(mask, value.T, value.dtype.type(0)).T
         told[f"_{name}"] = mask.copy()
     return told

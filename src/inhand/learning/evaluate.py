@@ -13,8 +13,9 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
-from inhand.control.catalogue import SHIPPED, find_controller, notes_of
+from inhand.control.catalogue import SHIPPED, find_controller
 from inhand.control.draws import disturbance_notes
+from inhand.control.notes import notes_of
 from inhand.control.trial import Trial, load_trials
 from inhand.errors import InputError
 from inhand.folders import MARK

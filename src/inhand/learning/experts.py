@@ -8,15 +8,17 @@ import numpy as np
 from inhand.control import loop
 from inhand.control.catalogue import find_controller
 from inhand.control.seen import reads_of
+from inhand.control.spatial_teacher import SpatialTeacher
 from inhand.control.teacher import Teacher, TeacherConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.learning.pairs import Pairs
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.state import select
 from inhand.tasks.decisions import actions_of
+from inhand.tasks.spatial.rows import gravity_in
 
 TEACHERS = {"teacher": TeacherConfig(), "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03)}
 """Teachers among experts by name. On objects whose contacts slide a little, soft feedback loses fewer, as they turn."""
@@ -28,10 +30,13 @@ KEPT = 0.004
 """What is kept from where the teacher lost the object [m]: as much as a policy keeps from a predicted end."""
 
 
-def expert_of(name: str, held: Held, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
+def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
     """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
+    if isinstance(held, SpatialPair):
+        in_space = SpatialTeacher(*held)
+        return lambda: in_space.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
     if name in TEACHERS and starts.pairs is not None:
-        return _teachers(starts.pairs, worlds, TEACHERS[name])
+        return _teachers(starts, worlds, TEACHERS[name])
     if name in TEACHERS:
         teacher = Teacher(*held, starts.disturbed, len(starts), TEACHERS[name])
         return lambda: teacher.act(worlds.state, worlds.asked)
@@ -43,10 +48,11 @@ def expert_of(name: str, held: Held, starts: Starts, worlds: ManipulationWorlds)
     return lambda: expert.act(loop.sense(worlds.state, worlds.between, reads))
 
 
-def _teachers(pairs: Pairs, worlds: ManipulationWorlds, config: TeacherConfig) -> Callable[[], Array]:
+def _teachers(starts: Starts, worlds: ManipulationWorlds, config: TeacherConfig) -> Callable[[], Array]:
     """Return what gives the joint targets of worlds whose hands differ, each pair's by a teacher of its own."""
-    each = [(np.flatnonzero(pairs.of == k), held) for k, held in enumerate(pairs.held) if (pairs.of == k).any()]
-    teachers = [(rows, Teacher(*held, None, len(rows), config)) for rows, held in each]
+    each = [] if starts.pairs is None else starts.pairs.apart()
+    drawn = [None if starts.disturbed is None else [starts.disturbed[row] for row in rows] for _, rows in each]
+    teachers = [(rows, Teacher(*held, own, len(rows), config)) for (held, rows), own in zip(each, drawn, strict=True)]
 
     def act() -> Array:
         state, aim = worlds.state, worlds.asked
@@ -67,7 +73,7 @@ def taught_reach(held: Held, starts: Starts, rng: np.random.Generator, teacher: 
     teach = expert_of(teacher, held, far, worlds)
     going, best = np.ones(len(far), dtype=bool), np.zeros(len(far))
     for _ in range(LONGEST - 1):
-        step = worlds.step(actions_of(teach(), interface.actions, held.hand, worlds.seen))
+        step = worlds.step(actions_of(teach(), interface.actions, worlds.limited, worlds.seen))
         going = going & ~step.terminated
         here = going & step.after.touching.all(axis=-1)
         best = np.where(here, np.maximum(best, worlds.asked.come(step.shift)), best)

@@ -12,10 +12,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from inhand.geometry import Array
-from inhand.learning.progress import Evaluated, Learned
+from inhand.learning.progress import Evaluated, Group, Learned
 from inhand.plots.sheet import sheet
 from inhand.plots.style import INK, MUTED, RULE, TICK_POINTS, direction_colour, series_look
-from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
+from inhand.tasks.primitives import TRAIN, UNSEEN
 
 SMOOTHING = 0.7
 """How much of the smoothed value before is left in the next (thesis 4.2)."""
@@ -129,31 +129,30 @@ def draw_curve(ax: Axes, curve: Curve, colour: str) -> None:
 
 def progress_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
     """Return the figure of what evaluations reached: return, share of the hand's limit, and lost objects."""
-    groups = ((TRAIN, "8 trained directions"), (UNSEEN, "8 unseen directions"))
+    groups = found.groups
     handles = [
-        Line2D([], [], color=look.colour, marker=look.marker, markersize=4, linewidth=1.6, label=name)
-        for look, (_, name) in zip(map(series_look, range(2)), groups, strict=True)
+        Line2D([], [], color=look.colour, marker=look.marker, markersize=4, linewidth=1.6, label=group.counted)
+        for look, group in zip(map(series_look, range(len(groups))), groups, strict=True)
     ]
     handles.append(Line2D([], [], color=MUTED, linestyle="--", linewidth=1.1, label="the expert"))
     handles.append(Line2D([], [], color=RULE, linewidth=1.1, label="best policy"))
     with sheet([[(2.4, 2.15)] * 3], title, subtitle, gap=(0.75, 0.0), below=[handles]) as (figure, axes):
-        for number, (group, _) in enumerate(groups):
-            if all(any(p.name in each.directions for p in group) for each in found.evaluations):
-                _draw_group(axes, found.evaluations, group, number)
+        for number, group in enumerate(found.groups):
+            _draw_group(axes, found.evaluations, group, number)
         _dress_progress(axes, found)
     return figure
 
 
 def directions_figure(found: Learned, title: str = "", subtitle: str = "") -> Figure:
     """Return the figure of the share of the hand's limit over the episodes, one small plot for each direction."""
-    names = [p for p in (*TRAIN, *UNSEEN) if p.name in found.best.directions]
-    fractions = [each.directions[p.name].fraction for each in found.evaluations for p in names]
+    names = found.names
+    fractions = [each.directions[name].fraction for each in found.evaluations for name in names]
     ends = (LEAST if min(fractions) < LEAST else min(0.0, *fractions)) - 0.06, max(1.12, *fractions)
     rows = [[(1.95, 1.2)] * len(names[first : first + 4]) for first in range(0, len(names), 4)]
     handles = _direction_handles(found, low=min(fractions) < LEAST)
     with sheet(rows, title, subtitle, gap=(0.2, 0.42), below=[handles]) as (figure, axes):
-        for number, (ax, primitive) in enumerate(zip(axes, names, strict=True)):
-            _draw_direction(ax, found, primitive)
+        for number, (ax, name) in enumerate(zip(axes, names, strict=True)):
+            _draw_direction(ax, found, name)
             left, lowest = number % 4 == 0, number + 4 >= len(names)
             ax.set(ylim=ends, xlabel="episode" if lowest else "", ylabel="of limit" if left else "")
             ax.tick_params(labelleft=left, labelbottom=lowest)
@@ -202,12 +201,16 @@ def _count_outliers(ax: Axes, outside: int, count: int) -> None:
         text.set(fontsize=TICK_POINTS - 1, color=MUTED)
 
 
-def _draw_group(
-    axes: Sequence[Axes], evaluations: Sequence[Evaluated], group: Sequence[Primitive], number: int
-) -> None:
+def colour_of(name: str) -> str:
+    """Return the colour of a direction: of the plane that of its angle."""
+    angles = {each.name: each.angle_deg or 0.0 for each in (*TRAIN, *UNSEEN)}
+    return direction_colour(angles[name]) if name in angles else INK
+
+
+def _draw_group(axes: Sequence[Axes], evaluations: Sequence[Evaluated], group: Group, number: int) -> None:
     """Draw a group of directions: mean return and the expert's, mean share of the limit, lost objects."""
     look, at = series_look(number), [each.episode for each in evaluations]
-    reached = [each.over(group) for each in evaluations]
+    reached = [each.over(group.names) for each in evaluations]
     values = (
         [each.total for each in reached],
         [each.fraction for each in reached],
@@ -238,11 +241,11 @@ def _dress_progress(axes: Sequence[Axes], found: Learned) -> None:
     axes[2].set_ylim(-0.03 * most, most)
 
 
-def _draw_direction(ax: Axes, found: Learned, primitive: Primitive) -> None:
+def _draw_direction(ax: Axes, found: Learned, name: str) -> None:
     """Draw one direction: the share of its limit, the limit, the expert's share if known, and lost objects."""
-    colour, best = direction_colour(primitive.angle_deg or 0.0), found.best
+    colour, best = colour_of(name), found.best
     at = np.array([each.episode for each in found.evaluations])
-    reached = [each.directions[primitive.name] for each in found.evaluations]
+    reached = [each.directions[name] for each in found.evaluations]
     fraction = np.array([each.fraction for each in reached])
     shown, lost = np.maximum(fraction, LEAST), np.array([each.dropped > 0 for each in reached])
     ax.axvline(best.episode, color=RULE, linewidth=1.1, zorder=1.0)
@@ -252,8 +255,8 @@ def _draw_direction(ax: Axes, found: Learned, primitive: Primitive) -> None:
     ax.plot(at, shown, color=colour, marker="o", markersize=2.6, linewidth=1.6, zorder=3.0)
     ax.plot(at[shown > fraction], shown[shown > fraction], color=colour, marker="v", markersize=6, linestyle="none")
     ax.plot(at[lost], shown[lost], color=LOST, marker="x", markersize=6, linestyle="none", zorder=4.0)
-    ax.set_title(primitive.name, loc="left", fontsize=TICK_POINTS, pad=3)
-    share = ax.set_title(f"{best.directions[primitive.name].fraction:.2f}", loc="right", pad=3)
+    ax.set_title(name, loc="left", fontsize=TICK_POINTS, pad=3)
+    share = ax.set_title(f"{best.directions[name].fraction:.2f}", loc="right", pad=3)
     share.set(fontsize=TICK_POINTS, fontweight="normal", color=MUTED)
     ax.set_xlim(-0.04 * max(at[-1], 1), 1.04 * max(at[-1], 1))
     ax.xaxis.set_major_locator(MaxNLocator(3, integer=True))

@@ -103,11 +103,11 @@ class Journal:
 
     def evaluation(self, found: Evaluation, ready: Ready) -> None:
         """Write an evaluation, means for each direction, and bring it and all before it to the disk."""
-        angles = ready.angle_deg
+        names = np.array(ready.names)
         directions: dict[str, Any] = {}
-        for angle in np.unique(angles):
-            mine = angles == angle
-            directions[f"{angle:g}"] = {
+        for name in dict.fromkeys(names[np.argsort(ready.angle_deg, kind="stable")].tolist()):
+            mine = names == name
+            directions[name] = {
                 "fraction": float(found.fraction[mine].mean()),
                 "dropped": int(found.tried.dropped[mine].sum()),
                 "trials": int(mine.sum()),
@@ -122,7 +122,7 @@ class Journal:
             "expert_total": float(ready.expert_total.mean()),
             "fraction": float(found.fraction.mean()),
             "dropped": int(found.tried.dropped.sum()),
-            "trials": len(angles),
+            "trials": len(names),
             "score": found.score,
         }
         self._line(
@@ -131,8 +131,8 @@ class Journal:
         )
         for name in ("total", "fraction", "dropped", "score"):
             self._writer.add_scalar(f"evaluation/{name}", told[name], found.counters.episodes)
-        for angle_name, numbers in directions.items():
-            self._writer.add_scalar(f"fraction/{angle_name} deg", numbers["fraction"], found.counters.episodes)
+        for name, numbers in directions.items():
+            self._writer.add_scalar(f"fraction/{name}{ready.unit}", numbers["fraction"], found.counters.episodes)
         self._flush()
 
     def close(self) -> None:

@@ -6,14 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 from inhand.environment_ids import IDS
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.hands.files import HANDS, OBJECTS
+from inhand.hands.spatial.files import name_of
 from inhand.records import checked
 from inhand.sim.disturbance import disturbance_of
 
 if TYPE_CHECKING:
     import gymnasium
 
-WORDS = {"asterisk": "inhand/Asterisk-v0", "easy": "inhand/AsteriskEasy-v0", "goal": "inhand/AsteriskGoal-v0"}
+WORDS = {
+    "asterisk": "inhand/Asterisk-v0",
+    "easy": "inhand/AsteriskEasy-v0",
+    "goal": "inhand/AsteriskGoal-v0",
+    "spatial": "inhand/SpatialAsterisk-v0",
+}
 """Short words for the ids."""
 
 
@@ -23,7 +28,7 @@ def make(
     """Return an environment, as `gymnasium.make` or, with `num_envs`, `gymnasium.make_vec` does.
 
     Args:
-        name: asterisk, easy, goal, or an id of Gymnasium's.
+        name: asterisk, easy, goal, spatial (a hand in space), or an id of Gymnasium's.
         num_envs: how many in one simulation; None for a single one.
         keywords: fields of `inhand.learning.environment_config.EnvironmentConfig`, of `GoalConfig` for goals; hand,
             object and disturb may be specs too. And `render_mode="rgb_array"` for pictures.
@@ -37,9 +42,9 @@ def make(
         raise needs_extra("rl", "an environment") from error
     name = checked("name", name, str)
     if "hand" in keywords:
-        keywords["hand"] = HANDS.name_of(keywords["hand"])
+        keywords["hand"] = name_of(keywords["hand"])
     if "object" in keywords:
-        keywords["object"] = OBJECTS.name_of(keywords["object"])
+        keywords["object"] = name_of(keywords["object"])
     keywords |= disturbance_of(keywords)
     found = WORDS.get(name, name)
     if found not in IDS:

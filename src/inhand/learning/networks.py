@@ -36,7 +36,7 @@ def new_actor(key: jax.Array, kind: NetworkKind, columns: Columns, hidden: tuple
     """Return a fresh actor for observations and actions of some columns."""
     if kind == "plain":
         return new_network(key, (columns.d, *hidden, columns.n))
-    sizes = joint_sizes(columns.d, hidden)
+    sizes = joint_sizes(columns.d, columns.slot, hidden)
     keys = jax.random.split(key, len(sizes))
     scales = (*[1.0] * (len(sizes) - 1), 0.01)
     drawn = zip(keys, sizes, scales, strict=True)

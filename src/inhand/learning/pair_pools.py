@@ -6,22 +6,22 @@ another pool.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import direction_plans
 from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.pair_family import PairFamily
 from inhand.learning.config import Training
+from inhand.learning.demonstrations import told_reach
 from inhand.learning.pairs import Pairs
 from inhand.learning.recipe import Recording
-from inhand.learning.starts import Starts, gripped, joined, reach_of
+from inhand.learning.starts import Grips, Starts, gripped, grips_along, joined
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TRAIN, TURNS, UNSEEN, primitive_at
 
@@ -40,7 +40,7 @@ class Planned:
     """A pair with grasps for some directions and for both turns."""
 
     held: Held
-    plans: tuple[GraspPlan, ...]
+    plans: tuple[Grips, ...]
     angle_deg: Array
     """Direction of each grasp [deg], 0 of a turn."""
     turn: Array
@@ -62,9 +62,9 @@ def planned_pairs(config: Training, told: Told) -> tuple[list[Planned], list[Pla
         try:
             held = family.drawn(rng, number)
             if count < config.pairs:
-                learned.append(_planned(held, recording.draw(rng, DIRECTIONS), TURNS_TOO, config.engine))
+                learned.append(_planned(held, recording.draw(rng, DIRECTIONS), TURNS_TOO, recording))
             else:
-                tested.append(_planned(held, np.array(SIXTEEN), (), config.engine))
+                tested.append(_planned(held, np.array(SIXTEEN), (), recording))
         except InputError:
             continue
         count += 1
@@ -77,12 +77,14 @@ SIXTEEN = tuple(each.angle_deg for each in (*TRAIN, *UNSEEN) if each.angle_deg i
 """Directions of the test [deg]."""
 
 
-def _planned(held: Held, angles: Array, sides: tuple[float, ...], engine: str) -> Planned:
-    paths = np.stack([held.start + straight_path(primitive_at(angle)).poses for angle in angles.tolist()])
-    plans = direction_plans(*held, paths, engine)
-    if sides:
-        turned = np.stack([held.start + straight_path(each).poses for each in TURNS])
-        plans += direction_plans(*held, turned, engine)
+def _planned(held: Held, angles: Array, sides: tuple[float, ...], recording: Recording) -> Planned:
+    paths = [[primitive_at(angle) for angle in angles.tolist()], [*TURNS] if sides else []]
+    plans: list[Grips] = []
+    for some in filter(None, paths):
+        poses = np.stack([held.start + straight_path(each).poses for each in some])
+        plans += grips_along(held, poses, recording.recipe.grasp, recording.engine)
+    if not all(plans):
+        raise InputError(f"no grasp holds {held.object.name!r} along some directions")
     turn = np.concatenate([np.zeros(len(angles)), sides])
     return Planned(held, tuple(plans), np.concatenate([angles, np.zeros(len(sides))]), turn)
 
@@ -97,13 +99,9 @@ def pools_of(config: Training, pairs: list[Planned], rng: np.random.Generator, t
         rows = np.where(turned, DIRECTIONS + rng.integers(len(TURNS), size=each), rng.integers(DIRECTIONS, size=each))
         spread = recipe.grip_spread * rng.standard_normal(each) * (rng.random(each) < 0.5)
         angles = np.where(turned, 0.0, pair.angle_deg[rows] + spread)
-        try:
-            starts = _gripped(config, pair, (rows, angles), rng)
-        except InputError:
-            continue
-        far = far_enough(starts, pair.held)
-        found.append(replace(far, distance=_shares(recipe.whole, len(far), rng) * far.distance))
-    return by_form(found)
+        with suppress(InputError):
+            found.append(_gripped(config, pair, (rows, angles), rng))
+    return [_to_go(config.recording, pool, rng) for pool in by_form(found)]
 
 
 def tests_of(config: Training, pairs: list[Planned], rng: np.random.Generator) -> list[Starts]:
@@ -111,22 +109,26 @@ def tests_of(config: Training, pairs: list[Planned], rng: np.random.Generator) -
     found = []
     for pair in pairs:
         rows = np.repeat(np.arange(len(SIXTEEN)), max(config.trials // TESTED, 1))
-        starts = _gripped(config, pair, (rows, pair.angle_deg[rows]), rng)
-        found.append(far_enough(starts, pair.held))
-    return by_form(found)
+        found.append(_gripped(config, pair, (rows, pair.angle_deg[rows]), rng))
+    return [far_enough(config.recording, pool, rng) for pool in by_form(found)]
 
 
 def midway(recording: Recording, kept: Starts, count: int, rng: np.random.Generator) -> Starts:
     """Return some states on the way of other episodes as starts, with new directions and ways to go."""
     rows = rng.choice(len(kept), min(count, len(kept)), replace=False)
-    fresh = kept.take(rows, recording.draw(rng, len(rows)))
-    far = far_enough(fresh, recording.held)
-    return replace(far, distance=_shares(recording.recipe.whole, len(far), rng) * far.distance)
+    return _to_go(recording, kept.take(rows, recording.draw(rng, len(rows))), rng)
 
 
-def far_enough(starts: Starts, held: Held) -> Starts:
-    """Return the starts whose grip is predicted to carry the object at least `SHORTEST`, told to go so far."""
-    reach = reach_of(held, starts)
+def _to_go(recording: Recording, starts: Starts, rng: np.random.Generator) -> Starts:
+    """Return those of the starts that go far enough, some of them told to stop before the end of their way."""
+    far = far_enough(recording, starts, rng)
+    share = np.where(rng.random(len(far)) < recording.recipe.whole, 1.0, rng.random(len(far)))
+    return replace(far, distance=share * far.distance)
+
+
+def far_enough(recording: Recording, starts: Starts, rng: np.random.Generator) -> Starts:
+    """Return the starts whose grip carries the object at least `SHORTEST`, as is predicted, told to go so far."""
+    reach = told_reach(recording, starts, rng)
     rows = np.flatnonzero(reach >= SHORTEST)
     return replace(starts.rows(rows), distance=reach[rows])
 
@@ -146,10 +148,6 @@ def _gripped(
 ) -> Starts:
     rows, angles = asked
     plans = [pair.plans[row] for row in rows.tolist()]
-    starts = gripped(*pair.held, (plans, angles), rng, config.noise, engine=config.engine)
+    disturb = config.recording.disturb
+    starts = gripped(*pair.held, (plans, angles), rng, config.noise, engine=config.engine, disturb=disturb)
     return replace(starts, turn=pair.turn[rows], pairs=Pairs((pair.held,), np.zeros(len(rows), dtype=np.int64)))
-
-
-def _shares(whole: float, count: int, rng: np.random.Generator) -> Array:
-    """Return which share of its way each episode is to go `(count,)`: the whole of it, or one that is drawn."""
-    return np.where(rng.random(count) < whole, 1.0, rng.random(count))

@@ -24,6 +24,17 @@ class Pairs:
         """Return those of some worlds."""
         return Pairs(self.held, self.of[rows])
 
+    def again(self, rows: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
+        """Return for each of some worlds one that is drawn of those with its hand and object."""
+        order, number = np.argsort(self.of, kind="stable"), self.of[rows]
+        first, end = (np.searchsorted(self.of[order], number, side) for side in ("left", "right"))
+        return order[first + (rng.random(len(rows)) * (end - first)).astype(np.int64)]
+
+    def apart(self) -> list[tuple[Held, NDArray[np.int64]]]:
+        """Return each hand and object that there is in the worlds, with the numbers of these."""
+        each = ((held, np.flatnonzero(self.of == number)) for number, held in enumerate(self.held))
+        return [(held, rows) for held, rows in each if len(rows)]
+
 
 def all_pairs(parts: Sequence[Pairs]) -> Pairs | None:
     """Return the pairs of several pools as one; None of none."""

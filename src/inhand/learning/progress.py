@@ -1,6 +1,7 @@
 """What a training run wrote down of itself: its episodes, its losses and its evaluations, from `metrics.jsonl`."""
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,8 @@ import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive, primitive_at
+from inhand.tasks.primitives import TRAIN, UNSEEN, primitive_at
+from inhand.tasks.spatial.primitives import DIRECTIONS, TURNS
 
 PAGE = "report.md"
 """The page of a training run, written last of all."""
@@ -20,8 +22,39 @@ JOURNAL = "metrics.jsonl"
 """Name of the file of lines."""
 CHECKPOINT, READY, EXPERT, AGENT = "checkpoint.npz", "ready.npz", "expert.rows", "agent.rows"
 """What only a run that is not finished has: its checkpoint, what it began with, and the rows of both buffers."""
+COMPILING = "compile ahead"
+"""Beginning of the name of the thread in which JAX compiles while a run prepares itself."""
 HEADER = ("Direction", "Of limit", "Lost", "Across [mm]", "Turn [deg]", "Return", "Expert's")
 """Columns of `evaluation_rows`."""
+NEVER_SHOWN = "never shown"
+"""Word for the directions in space, under gravities, that are kept from all that is learned from."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Directions that are told together."""
+
+    word: str
+    title: str
+    names: tuple[str, ...]
+
+    @property
+    def counted(self) -> str:
+        """Its title with the number of its directions."""
+        return f"{len(self.names)} {self.title}" if len(self.names) > 1 else self.title
+
+
+IN_PLANE = tuple(
+    Group(word, f"{word} directions", tuple(each.name for each in group))
+    for word, group in (("trained", TRAIN), ("unseen", UNSEEN))
+)
+"""Groups of directions in the plane,"""
+IN_SPACE = (
+    Group("directions", "directions", tuple(each.name for each in DIRECTIONS)),
+    Group("turns", "turns", tuple(each.name for each in TURNS)),
+    Group(NEVER_SHOWN, "directions and gravities never shown", (NEVER_SHOWN,)),
+)
+"""and in space."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +89,15 @@ class Evaluated:
     directions: dict[str, Reached]
     """What was reached by the name of the direction, in the order of the test."""
 
-    def over(self, primitives: Sequence[Primitive]) -> Reached:
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """Groups of the directions that were tried."""
+        known = IN_SPACE if TURNS[0].name in self.directions or NEVER_SHOWN in self.directions else IN_PLANE
+        return tuple(group for group in known if any(name in self.directions for name in group.names))
+
+    def over(self, names: Sequence[str]) -> Reached:
         """Return what was reached over several directions."""
-        return joined([self.directions[p.name] for p in primitives if p.name in self.directions])
+        return joined([self.directions[name] for name in names if name in self.directions])
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +120,16 @@ class Learned:
     def best(self) -> Evaluated:
         """The evaluation whose policy is kept as the best: the first of the highest score."""
         return max(self.evaluations, key=lambda each: each.score)
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """Groups of directions that every evaluation has tried."""
+        return tuple(group for group in self.best.groups if all(group in each.groups for each in self.evaluations))
+
+    @property
+    def names(self) -> list[str]:
+        """Directions of the best evaluation, group by group."""
+        return [name for group in self.best.groups for name in group.names if name in self.best.directions]
 
 
 def read_learning(folder: Path) -> Learned:
@@ -127,12 +176,12 @@ def joined(parts: Sequence[Reached]) -> Reached:
 
 
 def evaluation_rows(found: Evaluated) -> list[tuple[str, ...]]:
-    """Return the rows under `HEADER`: every direction, and both groups of eight as a whole."""
+    """Return the rows under `HEADER`: every direction, and groups of several as a whole."""
     rows = []
-    for title, group in (("trained directions", TRAIN), ("unseen directions", UNSEEN)):
-        rows += [_row(p.name, found.directions[p.name]) for p in group if p.name in found.directions]
-        if any(p.name in found.directions for p in group):
-            rows.append(_row(title, found.over(group)))
+    for group in found.groups:
+        if len(group.names) > 1:
+            rows += [_row(name, found.directions[name]) for name in group.names if name in found.directions]
+        rows.append(_row(group.title, found.over(group.names)))
     return rows
 
 
@@ -150,12 +199,17 @@ def _row(name: str, reached: Reached) -> tuple[str, ...]:
 
 def _evaluated(line: dict[str, Any]) -> Evaluated:
     order = {primitive.name: number for number, primitive in enumerate((*TRAIN, *UNSEEN))}
-    named = {primitive_at(float(angle)).name: Reached(**entry) for angle, entry in line["directions"].items()}
+    named = {_name(word): Reached(**entry) for word, entry in line["directions"].items()}
     return Evaluated(
         int(line["step"]),
         float(line["score"]),
         dict(sorted(named.items(), key=lambda item: order.get(item[0], len(order)))),
     )
+
+
+def _name(word: str) -> str:
+    """Return the name of a direction: in the plane it is told by its angle [deg]."""
+    return word if re.search("[a-z]", word) else primitive_at(float(word)).name
 
 
 def _column(lines: Sequence[dict[str, Any]], name: str) -> Array:

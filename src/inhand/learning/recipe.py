@@ -1,7 +1,7 @@
 """What is to be demonstrated: how, in which directions, and what is seen, done and paid for."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.starts import Noise, grid_of
 from inhand.learning.worlds import Interface
 from inhand.records import Config
@@ -87,6 +88,31 @@ class Recording:
         allowed = from_unseen(anywhere) >= self.held_out
         found = np.where(allowed.any(axis=0), anywhere[allowed.argmax(axis=0), np.arange(count)], named)
         return np.where(rng.random(count) < 0.5, named, found)
+
+
+class Shows(Protocol):
+    """What episodes are recorded by, in the plane or in space."""
+
+    @property
+    def held(self) -> AnyPair:
+        """The hand and the object."""
+
+    @property
+    def recipe(self) -> Recipe:
+        """How demonstrations are made."""
+
+    @property
+    def interface(self) -> Interface:
+        """What is seen, done and rewarded."""
+
+
+@dataclass(frozen=True)
+class SpatialRecording:
+    """The same with a hand in space, whose starts have all else."""
+
+    held: SpatialPair
+    recipe: Recipe
+    interface: Interface
 
 
 def from_unseen(angle_deg: Array) -> Array:

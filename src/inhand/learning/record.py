@@ -201,7 +201,7 @@ def recording_of(config: RecordConfig) -> Recording:
     for name in ("midway", "whole"):
         if not 0 <= getattr(config, name) <= 1:
             raise InputError(f"--{name} {getattr(config, name):g}: a share is from 0 to 1")
-    if find_layout(config.observation).slotted:
+    if find_layout(config.observation).columns:
         raise InputError(
             f"--observation {config.observation} has slots for joints that a hand has not, which no dataset has: take"
             " grip; inhand train --preset family records its own demonstrations"

@@ -27,6 +27,8 @@ class Columns:
     """Size of an action."""
     c: int = 0
     """Size of what only critics see; 0 where they see what the actor does."""
+    slot: int = 0
+    """Numbers of each joint's slot, with which an observation begins; 0 where it has no slots."""
 
     @property
     def width(self) -> int:

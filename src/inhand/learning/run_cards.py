@@ -7,11 +7,13 @@ import numpy as np
 
 from inhand.control.catalogue import find_controller
 from inhand.control.policy import Policy
+from inhand.control.spatial_rehearsal import check_weight
 from inhand.errors import InputError
-from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.fit import check_solid_fit
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.config import Training
 from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
 from inhand.learning.datasets import check_installed, read_head
@@ -21,7 +23,7 @@ from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance_files import NONE, load_disturbance
-from inhand.sim.engines import check_engine
+from inhand.sim.engines import check_engine, engine_in_space
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
@@ -86,11 +88,11 @@ def check(config: Training) -> None:
     Raises:
         InputError: the text names the value.
     """
-    hand, thing = load_hand(config.hand), load_object(config.object)
-    if find_layout(config.interface.observation).sensed and config.task:
-        raise InputError(
-            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
-        )
+    held = config.held
+    if isinstance(held, SpatialPair):
+        _check_space(config, held)
+    else:
+        _check_plane(config)
     if config.recipe.expert not in TEACHERS and (config.recipe.turns or config.recipe.legs):
         raise InputError(f"expert {config.recipe.expert!r} shows straight primitives: leave turns and legs at 0")
     find_reward(config.interface.reward)
@@ -113,8 +115,48 @@ def check(config: Training) -> None:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
     if not 0 < config.learning.discount <= 1:
         raise InputError(f"discount {config.learning.discount:g}: give a number above 0, at most 1")
-    if config.demonstrations:
-        _check_dataset(config, hand, thing)
+    if config.demonstrations and isinstance(held, Held):
+        _check_dataset(config, *held)
+
+
+def _check_plane(config: Training) -> None:
+    """Refuse layouts that training with a hand in the plane has no meaning for."""
+    layout = find_layout(config.interface.observation)
+    if layout.space:
+        raise InputError(
+            f"layout {config.interface.observation!r} is of hands in space, and {config.hand} is in the plane: take a"
+            " hand in space (3f_60.60_40_10), or another preset"
+        )
+    if layout.sensed and config.task:
+        raise InputError(
+            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
+        )
+
+
+def _check_space(config: Training, held: SpatialPair) -> None:
+    """Refuse what training with a hand in space has no meaning for yet.
+
+    Raises:
+        InputError: the text names what; or an object that the hand cannot hold.
+    """
+    asked = {
+        f"disturb {config.disturb}": config.disturb != NONE,
+        "a dataset": bool(config.demonstrations),
+        f"task {config.task}": bool(config.task),
+        "pairs": bool(config.pairs),
+        f"start {config.start}": bool(config.start),
+        f"layout {config.interface.observation}": not find_layout(config.interface.observation).space,
+        f"expert {config.recipe.expert}": config.recipe.expert != "teacher",
+    }
+    wrong = [words for words, given in asked.items() if given]
+    if wrong:
+        raise InputError(
+            f"{' and '.join(wrong)} with {config.hand}, a hand in space: its training has layout space, the teacher's"
+            " demonstrations and worlds that nothing disturbs; take preset spatial and leave these out"
+        )
+    engine_in_space(config.engine)
+    check_solid_fit(*held)
+    check_weight(*held)
 
 
 def policy_to_start(name: str) -> Policy:
@@ -135,22 +177,25 @@ def _check_pairs(config: Training) -> None:
     Raises:
         InputError: the text names what does not go together.
     """
-    slotted, network = find_layout(config.interface.observation).slotted, config.learning.network
+    slotted, network = find_layout(config.interface.observation).columns, config.learning.network
     if config.pairs < 0:
         raise InputError(f"pairs {config.pairs}: give a number of hands and objects, or 0 for one pair")
     if network == "joints" and not slotted:
-        raise InputError(f"a network over joints sees layout joints, not {config.interface.observation}")
-    taught = config.recipe.expert in TEACHERS and config.recipe.grasp == "planned" and not config.task
-    if config.pairs and not (slotted and taught and config.disturb == NONE and not config.demonstrations):
         raise InputError(
-            "a family is learned with layout joints, expert teacher and planned grasps, on primitives in worlds that"
-            " nothing disturbs, without a dataset: take preset family"
+            f"a network over joints sees layout joints or joint-senses, not {config.interface.observation}"
+        )
+    recipe = config.recipe
+    taught = recipe.expert in TEACHERS and recipe.grasp != "rough" and not (recipe.turns or recipe.legs or config.task)
+    if config.pairs and not (slotted and taught and not config.demonstrations):
+        raise InputError(
+            "a family is learned with layout joints or joint-senses, a teacher and planned grasps, on primitives, with"
+            " turns and legs at 0 and without a dataset: take preset family"
         )
     if config.start:
         policy = policy_to_start(config.start)
         if policy.family is not None:
-            held = Held(load_hand(config.hand), load_object(config.object))
-            why = policy.family.outside(held)
+            held = config.held
+            why = policy.family.outside(held) if isinstance(held, Held) else None
             if why is not None:
                 raise InputError(f"{why}: train without start")
 

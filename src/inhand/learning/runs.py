@@ -9,11 +9,10 @@ from pathlib import Path
 from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, clear, writing
-from inhand.hands.files import load_hand
 from inhand.learning.ahead import compile_ahead
 from inhand.learning.config import Training
 from inhand.learning.journal import Evaluation
-from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT, PAGE, READY
+from inhand.learning.progress import AGENT, BEST, CHECKPOINT, COMPILING, EXPERT, PAGE, READY
 from inhand.learning.run_cards import MARK, card_of, check, read_config
 from inhand.learning.setup import Ready, columns_of, load_ready, make_ready, save_ready
 from inhand.learning.training import Trainer
@@ -66,10 +65,13 @@ def finished(out: Path) -> bool:
 
 def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
     began, spent = time.perf_counter(), time.process_time()
-    with ThreadPoolExecutor(1) as beside:
-        compiled = beside.submit(compile_ahead, config, columns_of(config, load_hand(config.hand)))
+    beside = ThreadPoolExecutor(1, COMPILING)
+    try:
+        compiled = beside.submit(compile_ahead, config, columns_of(config, config.held.hand))
         ready = _ready(config, out, told[0])
         compiled.result()
+    finally:
+        beside.shutdown(wait=False)  # whoever stops it should not wait for JAX's compiler, which nothing stops
     trainer = Trainer(config, ready, out, told[1], told[0], spent=time.process_time() - spent)
     best = trainer.run()
     sitting = {"last_sitting_s": time.perf_counter() - began}

@@ -1,7 +1,8 @@
 """What training needs before it starts: grasps, demonstrations, starts and what to measure against."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import numpy as np
 from inhand.control.loop import Told
 from inhand.folders import in_place
 from inhand.geometry import Array
-from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.learning import space_pools
 from inhand.learning.config import Training
 from inhand.learning.datasets import DatasetEpisode, read_dataset
 from inhand.learning.demonstrations import (
@@ -28,8 +30,9 @@ from inhand.learning.demonstrations import (
 )
 from inhand.learning.pair_pools import by_form, midway, planned_pairs, pools_of, tests_of
 from inhand.learning.pairs import Pairs
-from inhand.learning.progress import EXPERT
+from inhand.learning.progress import EXPERT, NEVER_SHOWN
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
+from inhand.learning.space import Space
 from inhand.learning.starts import Plans, Starts, gripped, joined
 from inhand.learning.worlds import size_of
 from inhand.records import read_json, read_record, text_of
@@ -38,6 +41,7 @@ from inhand.sim.drawn import Disturbed, Drawn
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.state import State
 from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import AnyHand
 from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tasks.routes import Routes
@@ -47,6 +51,8 @@ TEST_SEED = 9000
 ROUTES = 64
 """Draws of a task that training end to end knows, and as many others that it is measured on."""
 
+Pools = tuple[list[Starts], list[Starts], Callable[[Starts, int, np.random.Generator], Starts]]
+"""Starts to learn from and to be tested with, and what makes some of states on the way of episodes."""
 _NUMBERS = ("limit", "expert_total", "expert_fraction", "expert_rows")
 
 
@@ -54,14 +60,14 @@ _NUMBERS = ("limit", "expert_total", "expert_fraction", "expert_rows")
 class Ready:
     """What a training run starts with."""
 
-    held: Held
+    held: AnyPair
     """The hand and the object."""
     columns: Columns
     """Layout of a replay's rows."""
     starts: tuple[Starts, ...]
     """Where the agent's episodes start: where the demonstrations started. Each form of hand has a pool of its own."""
     tests: tuple[Starts, ...]
-    """Where evaluations start: `trials` for each of the 16 directions."""
+    """Where evaluations start: `trials` for each of the 16 directions, or what is tested in space."""
     limit: Array
     """How far the hand could carry the object in each test start's direction, whatever its grip `(N,)` [m]."""
     expert_total: Array
@@ -76,15 +82,30 @@ class Ready:
         return np.concatenate([tests.angle_deg for tests in self.tests])
 
     @property
+    def names(self) -> list[str]:
+        """Direction of each test start: in the plane its angle [deg], in space its name or that it is never shown."""
+        spaces = [tests.space for tests in self.tests if tests.space is not None]
+        if not spaces:
+            return [f"{angle:g}" for angle in self.angle_deg]
+        return [name for space in spaces for name in space_pools.names_of(space)]
+
+    @property
+    def unit(self) -> str:
+        """What stands behind a name."""
+        return " deg" if all(tests.space is None for tests in self.tests) else ""
+
+    @property
     def trained(self) -> Array:
-        """Which test starts are of the 8 training directions `(N,)`."""
+        """Which test starts are of directions to learn, the 8 of training in the plane `(N,)`."""
+        if not self.unit:
+            return np.array([name != NEVER_SHOWN for name in self.names])
         return np.asarray(np.isclose(self.angle_deg % 45.0, 0.0))
 
 
 def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     """Plan grasps, write the rows of the demonstrations into a folder, and measure the expert."""
-    if config.pairs:
-        return _ready_of_pairs(config, folder, told)
+    if config.pairs or isinstance(config.held, SpatialPair):
+        return _ready_of_pools(config, folder, told)
     recording, test_rng = config.recording, np.random.default_rng(config.seed + TEST_SEED)
     given, tests, limit = (_of_task if config.task else _of_primitives)(config, test_rng, told)
     held, columns = recording.held, columns_of(config, recording.hand)
@@ -95,31 +116,52 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     return Ready(held, columns, (starts,), (tests,), limit, total, shown.distance / limit, replay.written)
 
 
-def _ready_of_pairs(config: Training, folder: Path, told: Told) -> Ready:
-    """Return the same of a family: the limit of a test start is how far its own grip is predicted to carry."""
-    recording, rng = config.recording, np.random.default_rng(config.seed)
-    learned, tested = planned_pairs(config, told)
-    pools = pools_of(config, learned, rng, told)
-    columns, total = columns_of(config, recording.hand), sum(map(len, pools))
+def _ready_of_pools(config: Training, folder: Path, told: Told) -> Ready:
+    """Return the same of a family, or of a hand in space: starts are made before, in pools of one form of hand.
+
+    The limit of a test start is how far its own grip is predicted to carry.
+    """
+    shows, rng = config.shows, np.random.default_rng(config.seed)
+    pools, tests, begun_midway = (_of_pairs if config.pairs else _of_space)(config, rng, told)
+    columns, total = columns_of(config, shows.held.hand), sum(map(len, pools))
     most = (total + round(config.recipe.midway * config.recipe.episodes)) * config.interface.horizon
     replay, starts = ReplayBuffer(folder / EXPERT, columns, most, 0), list[Starts]()
     for pool in pools:
         told("recording demonstrations", sum(map(len, starts)), most // config.interface.horizon)
-        episodes, kept = recorded(recording, pool, rng)
+        episodes, kept = recorded(shows, pool, rng)
         _add(config, columns, replay, episodes.apart())
-        again = midway(recording, kept, round(config.recipe.midway * len(pool)), rng)
+        again = begun_midway(kept, round(config.recipe.midway * len(pool)), rng)
         starts += [pool, again]
         if len(again):
-            _add(config, columns, replay, recorded(recording, again, rng)[0].apart())
+            _add(config, columns, replay, recorded(shows, again, rng)[0].apart())
     replay.flush()
-    tests = tests_of(config, tested, np.random.default_rng(config.seed + TEST_SEED))
-    quiet = replace(recording, recipe=replace(config.recipe, push=0.0))
+    quiet = replace(config, recipe=replace(config.recipe, push=0.0)).shows
     told("measuring the expert", 0, sum(map(len, tests)))
     shown = [recorded(quiet, each, rng)[0] for each in tests]
     reward = np.concatenate([(each.rewards * each.valid).sum(axis=0) for each in shown])
     limit, came = (np.concatenate([each.distance for each in group]) for group in (tests, shown))
-    agent = tuple(by_form(starts))
-    return Ready(recording.held, columns, agent, tuple(tests), limit, reward, came / limit, replay.written)
+    agent = tuple(by_form(starts) if config.pairs else [joined(starts)])
+    return Ready(shows.held, columns, agent, tuple(tests), limit, reward, came / limit, replay.written)
+
+
+def _of_pairs(config: Training, rng: np.random.Generator, told: Told) -> Pools:
+    """Return the pools of a family: to learn from, to be tested with, and what makes starts of states on the way."""
+    learned, tested = planned_pairs(config, told)
+    pools = pools_of(config, learned, rng, told)
+    tests = tests_of(config, tested, np.random.default_rng(config.seed + TEST_SEED))
+    return pools, tests, partial(midway, config.recording)
+
+
+def _of_space(config: Training, rng: np.random.Generator, told: Told) -> Pools:
+    """Return the same of a hand in space."""
+    held = config.held
+    if not isinstance(held, SpatialPair):
+        raise TypeError(f"hand {held.hand.name!r} is of the plane")
+    plans = space_pools.planned(held, config, told)
+    told("gripping objects", 0, 1)
+    pool = space_pools.pool_of(held, config, plans, config.recipe.episodes, rng)
+    tests = space_pools.tests_of(held, config, told)
+    return [pool], [tests], partial(space_pools.midway, held, config)
 
 
 def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tuple[Plans, Starts, Array]:
@@ -179,11 +221,11 @@ def _add(config: Training, columns: Columns, replay: ReplayBuffer, shown: Iterab
         replay.add(rows_of(columns, episode, looking, terminated=each.terminated))
 
 
-def columns_of(config: Training, hand: HandSpec) -> Columns:
+def columns_of(config: Training, hand: AnyHand) -> Columns:
     """Return the layout of a replay's rows."""
     layout = find_layout(config.interface.observation)
     seen = layout.size(hand)
-    return Columns(seen, layout.actions(hand), size_of(config.interface, hand) - seen)
+    return Columns(seen, layout.actions(hand), size_of(config.interface, hand) - seen, layout.columns)
 
 
 def routes_in(starts: Starts) -> Routes:
@@ -231,6 +273,8 @@ def save_ready(ready: Ready, path: Path) -> None:
         routes = None if starts.routes is None else starts.routes.poses
         asked = ("routes", routes), ("turn", starts.turn), ("legs", starts.legs)
         arrays |= {f"{name}.{part}": given for part, given in asked if given is not None}
+        if starts.space is not None:
+            arrays |= {f"{name}.Space.{f.name}": getattr(starts.space, f.name) for f in fields(Space)}
         if starts.disturbed is not None:
             drawn = tuple(each.drawn for each in starts.disturbed)
             arrays[f"{name}.disturbed"] = np.array(text_of(_Worlds(starts.disturbed[0].spec, drawn)))
@@ -242,7 +286,7 @@ def save_ready(ready: Ready, path: Path) -> None:
 
 def load_ready(config: Training, path: Path) -> Ready:
     """Return what `save_ready` wrote."""
-    held = Held(load_hand(config.hand), load_object(config.object))
+    held = config.held
     with np.load(path, allow_pickle=False) as data:
 
         def starts(name: str) -> Starts:
@@ -252,7 +296,11 @@ def load_ready(config: Training, path: Path) -> Ready:
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
             found = Starts(snapshot, state, angle_deg, distance, None if routes is None else Routes(routes))
             found = replace(found, engine=config.engine, disturbed=worlds(f"{name}.disturbed"), turn=turn, legs=legs)
-            return replace(found, pairs=pairs(name))
+            return replace(found, pairs=pairs(name), space=space(name))
+
+        def space(name: str) -> Space | None:
+            found = {f.name: data.get(f"{name}.Space.{f.name}") for f in fields(Space)}
+            return None if found["along"] is None else Space(**found)
 
         def pairs(name: str) -> Pairs | None:
             if f"{name}.pairs" not in data:

@@ -30,6 +30,7 @@ from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
 from inhand.learning.pairs import Pairs, all_pairs
+from inhand.learning.space import Space, joined_spaces
 from inhand.records import Config
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, draw
@@ -41,8 +42,10 @@ from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import TURNS, primitive_at
 from inhand.tasks.routes import Routes
 
-Plans = Mapping[Any, GraspPlan | list[GraspPlan]]
-"""Grasps by direction [deg], or by the word of what has none: one, or several of which one is drawn."""
+Grips = GraspPlan | list[GraspPlan]
+"""A grasp, or several of which one is drawn."""
+Plans = Mapping[Any, Grips]
+"""Grasps by direction [deg], or by the word of what has none."""
 FAR = 0.75
 """Of several grasps those are taken that reach at least this share of the farthest."""
 GRID_DEG = 7.5
@@ -88,10 +91,23 @@ class Starts:
     """What is asked after that `(N, L, 3)`, as in `inhand.learning.legs`; None where nothing is."""
     pairs: Pairs | None = None
     """The hand and the object of each start, where they differ."""
+    space: Space | None = None
+    """What is asked of a hand in space instead, whose starts have no direction in the plane: 0 stands for it."""
 
     def __len__(self) -> int:
         """Return the number of starts."""
         return len(self.angle_deg)
+
+    @property
+    def asked_in_space(self) -> Space:
+        """What is asked of a hand in space.
+
+        Raises:
+            ValueError: starts of a hand in the plane.
+        """
+        if self.space is None:
+            raise ValueError("starts of a hand in the plane are asked nothing in space")
+        return self.space
 
     def take(self, rows: NDArray[np.int64], angle_deg: Array) -> Starts:
         """Return some starts with other directions [deg] and no way to go yet; routes stay."""
@@ -99,7 +115,8 @@ class Starts:
         disturbed = None if self.disturbed is None else tuple(self.disturbed[row] for row in rows.tolist())
         snapshot, state, distance = self.snapshot.take(rows), select(self.state, rows), np.full(len(rows), np.inf)
         pairs = None if self.pairs is None else self.pairs.take(rows)
-        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs=pairs)
+        space = None if self.space is None else self.space.take(rows)
+        return Starts(snapshot, state, angle_deg, distance, routes, self.engine, disturbed, pairs=pairs, space=space)
 
     def rows(self, rows: NDArray[np.int64]) -> Starts:
         """Return some starts, of which the same is asked."""
@@ -119,7 +136,8 @@ def joined(parts: Sequence[Starts]) -> Starts:
     turn = _together([part.turn for part in parts], parts, 0.0)
     legs = _together([part.legs for part in parts], parts, np.nan)
     pairs = all_pairs([part.pairs for part in parts if part.pairs is not None])
-    return Starts(snapshot, State(**states), angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs)
+    asked = angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs
+    return Starts(snapshot, State(**states), *asked, joined_spaces([p.space for p in parts if p.space is not None]))
 
 
 def _together(given: Sequence[Array | None], parts: Sequence[Starts], nothing: float) -> Array | None:
@@ -211,10 +229,17 @@ def varied_plans(held: Held, poses: Array) -> list[list[GraspPlan]]:
     return plans
 
 
+def grips_along(held: Held, poses: Array, grasp: str, engine: Engine) -> Sequence[Grips]:
+    """Return what starts of each path of poses `(P, S, 3)` are gripped by, planned as `Recipe.grasp` says."""
+    if grasp == "sensed":
+        return varied_plans(held, poses)
+    return [rough_plan(*held)] * len(poses) if grasp == "rough" else direction_plans(*held, poses, engine)
+
+
 def gripped(
     hand: HandSpec,
     spec: ObjectSpec,
-    grips: tuple[Plans | Sequence[GraspPlan], Array],
+    grips: tuple[Plans | Sequence[Grips], Array],
     rng: np.random.Generator,
     noise: Noise | None = None,
     *,
@@ -232,9 +257,9 @@ def gripped(
         InputError: in ten draws a start could not be held.
     """
     given, angles = grips
-    blind = isinstance(given, Mapping) and any(isinstance(each, list) for each in given.values())
+    blind = any(isinstance(each, list) for each in (given.values() if isinstance(given, Mapping) else given))
     noise, bench = noise or Noise(), Bench(engine, threads=threads)
-    plans = [_one_of(given[a], rng) for a in _nearest(given, angles)] if isinstance(given, Mapping) else given
+    plans = [_one_of(each, rng) for each in _offered(given, angles)]
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
         poses = hand.start_pose + noise.spread * rng.standard_normal((len(waiting), 3))
@@ -269,7 +294,7 @@ def taken(
     if of is None:
         return found
     own = of.take(worlds, angle_deg)
-    return replace(found, disturbed=own.disturbed, pairs=own.pairs)
+    return replace(found, disturbed=own.disturbed, pairs=own.pairs, space=own.space)
 
 
 def _worlds(
@@ -281,8 +306,13 @@ def _worlds(
     return tuple(draw(disturb, (key,), hand.n_joints) for key in rng.integers(2**62, size=count).tolist())
 
 
-def _one_of(plans: GraspPlan | list[GraspPlan], rng: np.random.Generator) -> GraspPlan:
+def _one_of(plans: Grips, rng: np.random.Generator) -> GraspPlan:
     return plans[rng.integers(len(plans))] if isinstance(plans, list) else plans
+
+
+def _offered(grips: Plans | Sequence[Grips], angles: Array) -> Sequence[Grips]:
+    """Return what each start is offered to be held by."""
+    return [grips[a] for a in _nearest(grips, angles)] if isinstance(grips, Mapping) else grips
 
 
 def _nearest(plans: Plans, angles: Array) -> list[float]:

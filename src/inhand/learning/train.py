@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 from inhand.control.loop import Told
 from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import name_of
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.learning.commands import TrainConfig
 from inhand.learning.config import Training
 from inhand.learning.config import preset as preset_named
@@ -58,8 +60,7 @@ class Trained(Kept):
     def title(self) -> str:
         """What was trained, in one line."""
         config = self.config
-        names = f"{_name(load_object, config.object)} with {_name(load_hand, config.hand)}"
-        return f"{config.preset} training, {names}, seed {config.seed}"
+        return f"{config.preset} training, {_names(config)}, seed {config.seed}"
 
     @property
     def best(self) -> Path:
@@ -101,8 +102,8 @@ class Trained(Kept):
 
 
 def train(
-    hand: str | Path | HandSpec | None = None,
-    object: str | Path | ObjectSpec | None = None,
+    hand: str | Path | HandSpec | SpatialHand | None = None,
+    object: str | Path | ObjectSpec | SolidSpec | None = None,
     preset: str = "default",
     *,
     episodes: int | None = None,
@@ -118,7 +119,7 @@ def train(
     Args:
         hand: a name, a TOML file or a spec; None for the preset's.
         object: the same.
-        preset: default (on real senses), privileged, thesis (as its chapter 3.3 has it) or smoke, which takes seconds.
+        preset: default (on real senses), privileged, spatial, thesis (its chapter 3.3) or smoke, which takes seconds.
         episodes: episodes of the agent after which training ends.
         seed: of everything drawn.
         demonstrations: a dataset of `inhand.record` or its folder to learn from; None records by the preset.
@@ -133,7 +134,7 @@ def train(
     check_installed()
     folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(path_of("out", out))
     shown = None if demonstrations is None else path_of("demonstrations", demonstrations)
-    named: dict[str, Any] = {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
+    named: dict[str, Any] = {"hand": hand and name_of(hand), "object": object and name_of(object)}
     named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings | disturbance_of(settings)
     given = {name: value for name, value in named.items() if value is not None}
     if resume:
@@ -149,14 +150,28 @@ def run_train(config: TrainConfig, told: Telling = SILENT) -> Trained:
         InputError: anything in the configuration that cannot be trained, or a folder that may not be written.
     """
     check_installed()
-    given = {name: value for name in CHOSEN if (value := getattr(config, name)) is not None}
-    given |= {"demonstrations": str(given["demonstrations"])} if "demonstrations" in given else {}
+    if (config.jobs, config.backend, config.address) != (0, "loky", None):
+        raise InputError("--jobs, --backend and --address are for several trainings: give --seeds, or leave them out")
+    given = _given(config)
     if config.resume:
         preset, overwrite = {"preset": config.preset} if config.preset else {}, {"overwrite": ""}
         refuse_changes(preset | given | (overwrite if config.overwrite else {}), config.out)
         return go_on(config.out, told)
-    training = changed(preset_named(config.preset or "default"), given)
-    return begin(training, config.out, told, overwrite=config.overwrite)
+    return begin(asked(config), config.out, told, overwrite=config.overwrite)
+
+
+def asked(config: TrainConfig) -> Training:
+    """Return the training that words of the command line ask for.
+
+    Raises:
+        InputError: a value that it cannot have.
+    """
+    return changed(preset_named(config.preset or "default"), _given(config))
+
+
+def _given(config: TrainConfig) -> dict[str, Any]:
+    given = {name: value for name in CHOSEN if (value := getattr(config, name)) is not None}
+    return given | ({"demonstrations": str(given["demonstrations"])} if "demonstrations" in given else {})
 
 
 def begin(config: Training, out: Path, told: Telling = SILENT, *, overwrite: bool = False) -> Trained:
@@ -260,12 +275,13 @@ def kept(out: Path) -> tuple[str, str]:
     return "Stopped before anything was written.", "Begin with the same command again."
 
 
-def _name(load: Callable[[str], HandSpec | ObjectSpec], given: str) -> str:
-    """Return the name of a hand or an object, not its file's path, unless the file has gone."""
+def _names(config: Training) -> str:
+    """Return the names of object and hand, not their files' paths, unless the files have gone."""
     try:
-        return load(given).name
+        hand, thing = config.held
     except InputError:
-        return given
+        return f"{config.object} with {config.hand}"
+    return f"{thing.name} with {hand.name}"
 
 
 def _told(out: Path) -> Trained:

@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.contract import contract_of
 from inhand.control.loop import Told
 from inhand.control.policy import Cost, Policy, load_policy, save_policy
 from inhand.errors import InputError
 from inhand.learning.ahead import CHUNK
-from inhand.learning.beginning import begun, collectors_of, policy_of, pool_name
+from inhand.learning.beginning import begun, collectors_of, contract_for, policy_of, pool_name
 from inhand.learning.checkpoint import load_checkpoint, save_checkpoint
 from inhand.learning.collect import Finished
 from inhand.learning.config import Training
@@ -32,7 +31,6 @@ from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
 from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows, rows_of
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried_all
-from inhand.sim.disturbance_files import load_disturbance
 
 LEARNING = "learning"
 """What progress is told while the agent's episodes run."""
@@ -86,7 +84,7 @@ class Trainer:
             spent: time on a core that its preparations took [s].
         """
         self.config, self._ready, self._folder, self._told, self._progress = config, ready, folder, told, progress
-        self._contract = contract_of(ready.held.hand, load_disturbance(config.disturb))
+        self._contract = contract_for(config, ready.held)
         self.counters = Counters()
         self._rng = np.random.default_rng((config.seed, 1))
         self._collectors = collectors_of(config, ready)
@@ -191,7 +189,7 @@ class Trainer:
         for pool in ready.starts:
             rows = rng.choice(len(pool), min(config.relabelled * len(pool) // total, len(pool)), replace=False)
             actor_now = policy_of(config, self._contract, actor)
-            episodes, _ = recorded(config.recording, pool.rows(rows), rng, actor_now)
+            episodes, _ = recorded(config.shows, pool.rows(rows), rng, actor_now)
             for shown in episodes.apart():
                 episode = shown.observations, shown.actions, shown.wanted, shown.rewards
                 self._expert.add(rows_of(ready.columns, episode, looking, terminated=shown.terminated))

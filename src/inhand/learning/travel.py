@@ -40,7 +40,7 @@ from inhand.learning.lerobot_files import (
     write_lerobot,
 )
 from inhand.learning.minari_files import Entry, add_episodes, new_storage
-from inhand.records import read_json, text_of
+from inhand.records import read_json, read_json_file, text_of
 from inhand.repeats import NAME
 from inhand.tasks.primitives import primitive_at
 
@@ -50,6 +50,8 @@ OBJECT, FORCE = "observation.environment_state", "observation.contact_force"
 POSE = ("x [m]", "y [m]", "z [m]", "qw", "qx", "qy", "qz")
 HEAD = f"meta/{OURS}.json"
 """Our part of a LeRobotDataset: what `inhand record` says of its datasets."""
+TRIALS = f"{OURS}/trials-v0"
+"""What Minari calls a dataset of trials."""
 DECISIONS_HZ = 50
 """Decisions and rows of a trial a second."""
 
@@ -159,7 +161,7 @@ def _as_minari(trials: list[Trial], folder: Path) -> Exported:
     storage = new_storage(place, (n_joints + len(POSE), n_joints), np.inf)
     passport = trials[0].passport
     storage.update_metadata({
-        "dataset_id": f"{OURS}/trials-v0", "minari_version": version("minari"),
+        "dataset_id": TRIALS, "minari_version": version("minari"),
         "author": {OURS}, "algorithm_name": passport.controller,
         "description": f"Trials of {passport.controller}: joint angles [rad] and pose of the object (position [m],"
         " quaternion w x y z) in the palm frame, joint targets [rad]; rewards are 0, for none were told",
@@ -250,6 +252,7 @@ def import_demonstrations(place: Path, out: Path, like: Path | None = None, *, o
         head, spec = _head_of(place, like)
         episodes = _from_lerobot(place, head)
     elif (place / MARK).is_file():
+        _refuse_trials(place)
         head, stored = read_dataset(place)
         spec, episodes = env_spec_of(place), iter(stored)
     else:
@@ -265,6 +268,21 @@ def import_demonstrations(place: Path, out: Path, like: Path | None = None, *, o
     with run_folder(out, overwrite=overwrite, mark=MARK) as folder:
         write_dataset(folder, counted(), head, spec)
     return count
+
+
+def _refuse_trials(place: Path) -> None:
+    """Refuse what `inhand export --as minari` writes of trials.
+
+    Raises:
+        InputError: the text tells why they are no demonstrations, and what is.
+    """
+    content = read_json_file(place / MARK)
+    if isinstance(content, dict) and content.get("dataset_id") == TRIALS:
+        raise InputError(
+            f"{place} holds trials as `inhand export` writes them: joint angles, poses and targets, without the"
+            " observations, rewards and wanted actions that are learned from. Demonstrations are recorded by `inhand"
+            " record`; the trials themselves are read by `inhand.load` from the folder of their run"
+        )
 
 
 def _head_of(place: Path, like: Path | None) -> tuple[DatasetHead, str | None]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
-from inhand.hands.fit import Held
+from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.starts import Starts
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.tasks.layouts import find_layout
@@ -31,13 +31,13 @@ class Tried:
     """Whether the object was lost `(N,)`."""
 
 
-def tried_all(held: Held, pools: Sequence[Starts], interface: Interface, actor: Callable[[Array], Array]) -> Tried:
+def tried_all(held: AnyPair, pools: Sequence[Starts], interface: Interface, actor: Callable[[Array], Array]) -> Tried:
     """Return what an actor reaches from every start of several pools."""
     found = [tried(held, starts, interface, actor) for starts in pools]
     return Tried(**{each.name: np.concatenate([getattr(one, each.name) for one in found]) for each in fields(Tried)})
 
 
-def tried(held: Held, starts: Starts, interface: Interface, actor: Callable[[Array], Array]) -> Tried:
+def tried(held: AnyPair, starts: Starts, interface: Interface, actor: Callable[[Array], Array]) -> Tried:
     """Return what an actor reaches from every start."""
     size = find_layout(interface.observation).size(held.hand)
     worlds = ManipulationWorlds(held, starts, len(starts), interface, np.random.default_rng(0))

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from inhand.control import loop
 from inhand.control.loop import control_step, dropped
-from inhand.control.memory import Memory
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.hand import HandSpec
-from inhand.learning.kinds import asked_of, kinds_of, simulator_of
+from inhand.hands.spatial.pair import AnyPair
+from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
+from inhand.learning.memories import Memories, memory_of
 from inhand.learning.starts import Starts
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
@@ -35,12 +35,12 @@ from inhand.tasks.decisions import (
 )
 from inhand.tasks.hand_arrays import arrays_of, slots_of, slotted
 from inhand.tasks.layouts import find_layout
-from inhand.tasks.observations import Aim, Scene, observe
+from inhand.tasks.observations import AnyAim, AnyHand, Scene, observe
 
 if TYPE_CHECKING:
     from inhand.control.between import Between
+    from inhand.control.memory import Memory
 
-_AIMED = ("angle", "start", "distance", "turn")
 _KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start")
 """What worlds go on from, beside their states and aims."""
 
@@ -89,7 +89,7 @@ class ManipulationWorlds:
 
     def __init__(
         self,
-        held: Held,
+        held: AnyPair,
         starts: Starts,
         count: int,
         interface: Interface | None = None,
@@ -105,23 +105,24 @@ class ManipulationWorlds:
         self.interface = interface or Interface()
         if count < 1 or self.interface.horizon < 1:
             raise InputError(f"{count} worlds, horizon {self.interface.horizon}: both must be at least 1")
+        self.hand: AnyHand
         self.hand, spec = held if starts.pairs is None else starts.pairs.held[0]
         self.layout, self.rewards = find_layout(self.interface.observation), find_reward(self.interface.reward)
         self._truth = find_layout(self.interface.truth) if self.interface.truth else None
         self.simulator, self._drawn = simulator_of(held, starts, count, threads)
         self.scene = Scene(self.hand, (spec,) * count)
         self._arrays = None if starts.pairs is None else arrays_of(*zip(*starts.pairs.held, strict=True))
-        self._slots = slots_of(self.hand) if self.layout.slotted else None
+        self._slots = slots_of(self.hand) if self.layout.columns else None
         self.rng, self.count = rng or np.random.default_rng(), count
         self._starts, self._held = starts, held
         self._between: Between | None = None
-        self._memory: Memory | None = None
+        self._memory: Memory | Memories | None = None
         self._pool = asked_of(starts)
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
-        self._aim = Aim(np.empty(count), np.empty((count, 3)), np.empty(count), turn=np.empty(count))
+        self._aim = self._pool.take(np.zeros(count, dtype=np.int64))
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
         self._steps, self._lost, self._row, self._come, self._leg = np.zeros((5, count), dtype=np.int64)
-        self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros((count, 3))
+        self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros_like(self._aim.start)
         self._key = np.zeros(count, dtype=np.int64)
         self._told = self._aim
         self._begin(np.arange(count), self.rng.integers(len(starts), size=count))
@@ -160,12 +161,12 @@ class ManipulationWorlds:
         return joints if self._slots is None else slotted(joints, self._slots)
 
     @property
-    def aim(self) -> Aim:
+    def aim(self) -> AnyAim:
         """What is asked of each world."""
         return self._aim
 
     @property
-    def asked(self) -> Aim:
+    def asked(self) -> AnyAim:
         """The same at this decision: while a hand waits for frames, to stay."""
         if self._memory is None:
             return self._aim
@@ -209,7 +210,8 @@ class ManipulationWorlds:
         self._observation, self._last = successor, decision.action
         ended = np.flatnonzero(gone | truncated)
         if len(ended):
-            self._begin(ended, self.rng.integers(len(self._starts), size=len(ended)))
+            keeps = isinstance(self._memory, Memories)
+            self._begin(ended, drawn_rows(self._starts, self._row[ended], self.rng, keeps_pair=keeps))
         return Step(self._observation, successor, value, terms, gone, truncated, shift, after)
 
     def _along(self, after: State) -> Made | None:
@@ -244,22 +246,23 @@ class ManipulationWorlds:
         self.simulator.restore(worlds, self._starts.snapshot, rows, kinds_of(self._starts, rows))
         self._state = put(self._state, worlds, self._starts.state, rows)
         self._row[worlds], self._come[worlds], self._leg[worlds] = rows, 0, 0
-        self._show_hands()
+        self._show_worlds()
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
         else:
-            aims = {
-                name: put_rows(getattr(self._aim, name), worlds, getattr(self._pool, name)[rows]) for name in _AIMED
-            }
-            self._aim = Aim(**aims)
+            asked, pool = self._aim, self._pool
+            aims = {name: put_rows(getattr(asked, name), worlds, getattr(pool, name)[rows]) for name in asked.KEPT}
+            self._aim = replace(asked, **aims)
         self._look(worlds)
         self._observation = put_rows(self._observation, worlds, self._observed()[worlds])
         self._last = put_rows(self._last, worlds, np.zeros((len(worlds), self.hand.n_joints)))
         self._steps[worlds] = 0
         self._lost[worlds] = 0
 
-    def _show_hands(self) -> None:
-        """Tell the scene which hand and object is in each world, where they differ."""
+    def _show_worlds(self) -> None:
+        """Tell the scene which hand and object is in each world, and which way gravity pulls, where they differ."""
+        if self._starts.space is not None:
+            self.scene = replace(self.scene, gravity=self._starts.space.gravity[self._row])
         if self._arrays is not None and self._starts.pairs is not None:
             self.scene = replace(self.scene, told=self._arrays.take(self._starts.pairs.of[self._row]))
 
@@ -286,10 +289,10 @@ class ManipulationWorlds:
             else:
                 self._between.begin(worlds, self._disturbed(worlds), self._state)
         if not self.layout.sensed:
-            self._seen_start = put_rows(self._seen_start, worlds, self.seen.pose[worlds])
+            self._seen_start = put_rows(self._seen_start, worlds, self._aim.where(self.seen)[worlds])
             self._told = replace(self._aim, start=self._seen_start)
-        elif self._memory is None:
-            self._memory = Memory(self._held, self.seen)
+        elif self._memory is None or len(worlds) == self.count:
+            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
         else:
             self._memory.begin(worlds, self.seen)
 
@@ -298,7 +301,7 @@ class ManipulationWorlds:
         given = self._starts.disturbed or ()
         return [given[self._row[world]].again((int(self._key[world]),)) for world in worlds.tolist()]
 
-    def _seen_aim(self) -> Aim:
+    def _seen_aim(self) -> AnyAim:
         """Return what is asked as a privileged controller knows it: a direction starts where it then saw the object."""
         if self._between is None or self._starts.routes is not None:
             return self._aim
@@ -309,7 +312,7 @@ class ManipulationWorlds:
         snapshot = self.simulator.snapshot()
         arrays = {f"world.{field.name}": getattr(snapshot, field.name) for field in fields(Snapshot)}
         return arrays | {
-            **{f"aim.{name}": np.asarray(getattr(self._aim, name)) for name in _AIMED},
+            **{f"aim.{name}": np.asarray(getattr(self._aim, name)) for name in self._aim.KEPT},
             **{name: getattr(self, f"_{name}").copy() for name in _KEPT},
             **({} if self._between is None else self._between.state_dict()),
             **({} if self._memory is None else self._memory.state_dict()),
@@ -322,22 +325,23 @@ class ManipulationWorlds:
         every = np.arange(self.count)
         for name in _KEPT:
             setattr(self, f"_{name}", kept[name].copy())
-        self._show_hands()
+        self._show_worlds()
         self.simulator.restore(every, snapshot, every, kinds_of(self._starts, self._row))
         self._state = self.simulator.measure()
         if self._between is not None:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
+            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
             self._memory.load_state_dict(kept)
         routes = self._starts.routes
-        asked = {name: kept[f"aim.{name}"] for name in _AIMED}
-        self._aim = Aim(**asked) if routes is None else routes.aim(self._row, self._come)
+        asked = {name: kept[f"aim.{name}"] for name in self._aim.KEPT}
+        self._aim = replace(self._aim, **asked) if routes is None else routes.aim(self._row, self._come)
         self._told = replace(self._aim, start=self._seen_start)
         self.rng.bit_generator.state = kept["rng"]
 
 
-def size_of(interface: Interface, hand: HandSpec) -> int:
+def size_of(interface: Interface, hand: AnyHand) -> int:
     """Return how many numbers an actor sees with a hand, and critics beside."""
     names = [interface.observation, *([interface.truth] if interface.truth else [])]
     return sum(find_layout(name).size(hand) for name in names)

@@ -130,10 +130,14 @@ def check_drawn(spec: Disturbance, hand: HandSpec, thing: ObjectSpec) -> None:
 
 
 def truths(
-    disturbed: Sequence[Disturbed], hand: HandSpec, objects: Sequence[ObjectSpec], scene: SceneSpec | None
+    disturbed: Sequence[Disturbed],
+    hand: HandSpec | Sequence[HandSpec],
+    objects: Sequence[ObjectSpec],
+    scene: SceneSpec | None,
 ) -> tuple[list[HandSpec], list[ObjectSpec], list[SceneSpec]]:
-    """Return the true hand, object and surroundings of each world."""
-    around = scene or SceneSpec()
-    each = [truth(world.drawn, hand, spec, around) for world, spec in zip(disturbed, objects, strict=True)]
+    """Return the true hand, object and surroundings of each world; the hand is one for all or one for each."""
+    around, hands_told = scene or SceneSpec(), [hand] * len(objects) if isinstance(hand, HandSpec) else hand
+    told = zip(disturbed, hands_told, objects, strict=True)
+    each = [truth(world.drawn, own, spec, around) for world, own, spec in told]
     hands, things, scenes = (list(part) for part in zip(*each, strict=True))
     return hands, things, scenes

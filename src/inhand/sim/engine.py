@@ -200,8 +200,9 @@ class Simulator(ABC):
         """Write down what is asked of some worlds' objects at every step."""
         for world in worlds.tolist():
             spec = self._kinds[self._kind[world]][1]
-            self._mass[world], self._height[world] = spec.mass, spec.height / 2
-            self._centre[world] = centre_of_mass(spec)
+            self._mass[world] = spec.mass
+            if isinstance(spec, ObjectSpec):
+                self._height[world], self._centre[world] = spec.height / 2, centre_of_mass(spec)
 
     def _state(
         self, time: Array, body: tuple[Array, Array], joints: tuple[Array, Array], targets: Array, links: Array

@@ -15,11 +15,8 @@ from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.bullet_model import load_pybullet
 from inhand.sim.engine import Body, Hand, Simulator
-from inhand.sim.names import ENGINE, Engine
+from inhand.sim.names import ENGINE, SPATIAL, Engine
 from inhand.sim.scene import SceneSpec
-
-SPATIAL: Engine = "mujoco"
-"""The engine of hands in space."""
 
 
 def make_simulator(

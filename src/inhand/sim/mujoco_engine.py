@@ -2,11 +2,9 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
@@ -14,37 +12,20 @@ from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.polygons import is_box
-from inhand.sim.engine import LINK_SENSOR_SIZE, Simulator
+from inhand.sim.engine import LINK_SENSOR_SIZE
 from inhand.sim.model import build_measuring_model, build_model
+from inhand.sim.mujoco_worlds import MujocoWorlds, model_batch
 from inhand.sim.scene import SceneSpec
 from inhand.sim.snapshot import Snapshot, centre_of, nowhere
-from inhand.sim.state import State, ran_away
+from inhand.sim.state import State
 
 
-@dataclass(frozen=True)
-class Readings:
-    """Live views of the engine's arrays, bound once."""
-
-    time: Array
-    qpos: Array
-    qvel: Array
-    ctrl: Array
-    qacc_warmstart: Array
-    forces: Array
-    sensors: Array
-
-
-_KEPT = tuple(field.name for field in fields(Snapshot) if field.name not in {"forces", "centre", "held"})
-
-
-class MujocoSimulator(Simulator):
+class MujocoSimulator(MujocoWorlds):
     """Worlds in MuJoCo.
 
     A step advances a batch that computes no sensors; a second batch, without contacts, then measures positions
     and distances of the new state. (MuJoCo's own sensors lag one physics step behind the positions.)
     """
-
-    engine = "mujoco"
 
     def __init__(
         self,
@@ -68,42 +49,33 @@ class MujocoSimulator(Simulator):
         models = {kind: (build_model(*kind), build_measuring_model(*kind)) for kind in set(self._kinds)}
         self._models = [models[kind] for kind in self._kinds]
         threads = min(threads or os.cpu_count() or 1, self.n_worlds)
-        self._stepper, self._meter = (model_batch([*own], threads) for own in self._models_now())
-        bind = self._stepper.bind
-        read = {name: bind(name) for name in _KEPT}
-        self._readings = Readings(**read, forces=bind("sensordata"), sensors=self._meter.bind("sensordata"))
-        self._measured_qpos = self._meter.bind("qpos")
-        self._start = self._readings.qpos.copy()
+        self._batch, self._meter = (model_batch([*own], threads) for own in self._models_now())
+        self._bind()
+        self._measured_qpos, self._sensors = self._meter.bind("qpos"), self._meter.bind("sensordata")
 
     def _measure(self, active: NDArray[np.bool_]) -> State:
         self._put_back()
-        self._measured_qpos[:] = self._readings.qpos
+        self._measured_qpos[:] = self._now["qpos"]
         self._meter.forward(active, stage=mujoco.mjtStage.mjSTAGE_POS)
-        now, n = self._readings, self.hand.n_joints
-        qpos, qvel = now.qpos.copy(), now.qvel.copy()
+        now, n = self._now, self.hand.n_joints
+        qpos, qvel = now["qpos"].copy(), now["qvel"].copy()
         velocity = np.concatenate([qvel[:, n : n + 3], turn(qpos[:, n + 3 :], qvel[:, n + 3 :])], axis=-1)
-        links = _nearest_piece(now.sensors.reshape(len(qpos), n, -1, LINK_SENSOR_SIZE))
-        return self._state(now.time.copy(), (qpos[:, n:], velocity), (qpos[:, :n], qvel[:, :n]), now.ctrl, links)
+        links = _nearest_piece(self._sensors.reshape(len(qpos), n, -1, LINK_SENSOR_SIZE))
+        return self._state(now["time"].copy(), (qpos[:, n:], velocity), (qpos[:, :n], qvel[:, :n]), now["ctrl"], links)
 
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on: one of like hand, object and scene goes on alike."""
-        kept = {name: getattr(self._readings, name).copy() for name in _KEPT}
+        kept = self._copies()
         centre = centre_of(kept["qpos"], kept["qvel"], self._centre)
-        return Snapshot(**kept, forces=self._forces.copy(), centre=centre, held=nowhere(self.n_worlds))
+        return Snapshot(**kept, centre=centre, held=nowhere(self.n_worlds))
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
-        n = self.hand.n_joints
-        self._stepper.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
-        self._readings.qpos[:, :n] = joint_angles
-        self._readings.qpos[:, n:] = spatial(object_pose, 0.0)
-        self._readings.qpos[:, n + 2] = self._height
-        self._readings.ctrl[:] = joint_angles
-        self._start[:] = self._readings.qpos
-
-    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
-        self._readings.ctrl[active] = targets[active]
-        self._stepper.step(active, nstep=substeps)
-        self._forces[active] = self._readings.forces.reshape(self._forces.shape)[active]
+        n, qpos = self.hand.n_joints, self._now["qpos"]
+        self._batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        qpos[:, :n] = self._now["ctrl"][:] = joint_angles
+        qpos[:, n:] = spatial(object_pose, 0.0)
+        qpos[:, n + 2] = self._height
+        self._start[:] = qpos
 
     def _models_now(self) -> Iterator[tuple[mujoco.MjModel, ...]]:
         """Give the model of each world, for stepping and for measuring."""
@@ -111,31 +83,8 @@ class MujocoSimulator(Simulator):
 
     def _become(self, worlds: NDArray[np.int64]) -> None:
         del worlds
-        for batch, models in zip((self._stepper, self._meter), self._models_now(), strict=True):
+        for batch, models in zip((self._batch, self._meter), self._models_now(), strict=True):
             batch.set_models([*models])
-
-    def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
-        for name in _KEPT:
-            getattr(self._readings, name)[worlds] = getattr(snapshot, name)[rows]
-
-    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
-        n = self.hand.n_joints
-        self._readings.qvel[worlds, n : n + 3] += impulse / self._mass[worlds, None]
-
-    def _put_back(self) -> None:
-        """Find worlds that diverged and put them at rest where they were last reset to; their time goes on.
-
-        MuJoCo's own answer, a reset to the model's defaults with the clock at 0, is off (`build_model`): it would look
-        like a measurement.
-        """
-        now = self._readings
-        wild = ran_away(now.qpos, now.qvel)
-        if wild.any():
-            self._diverged |= wild
-            now.qpos[wild] = self._start[wild]
-            now.qvel[wild] = 0.0
-            now.qacc_warmstart[wild] = 0.0
-            self._forces[wild] = 0.0
 
 
 def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> None:
@@ -154,25 +103,6 @@ def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> 
             f"scenes of {' and of '.join(str(number) for number in walls)} walls in one simulator; give every scene as"
             " many (a wall out of reach does nothing), or use one simulator for each number"
         )
-
-
-def model_batch(models: list[mujoco.MjModel], threads: int) -> Batch:
-    """Return a batch of a world for each model.
-
-    Raises:
-        InputError: models that differ in more than numbers.
-    """
-    # One MjData for each thread, not for each world, stays in the cache: a seventh faster, and the same bytes.
-    batch = Batch(models[0], len(models), threads, persistent=False)
-    if any(model is not models[0] for model in models):
-        try:
-            batch.set_models(models)
-        except mujoco.FatalError as error:
-            raise InputError(
-                "objects whose models differ in more than numbers in one simulator, as one that is symmetric and one"
-                " that is not: use one simulator for each outline"
-            ) from error
-    return batch
 
 
 def _nearest_piece(readings: Array) -> Array:

@@ -7,5 +7,7 @@ Engine = Literal["planar", "mujoco", "bullet"]
 witness (extra `bullet`; much slower)."""
 ENGINE: Engine = "planar"
 """The engine where none is asked for."""
+SPATIAL: Engine = "mujoco"
+"""The engine of hands in space."""
 UNTOLD: Engine = "mujoco"
 """The engine of files that name none."""

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -13,41 +12,20 @@ from inhand.geometry import Array, turn
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import measure
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.sim.engine import Simulator
-from inhand.sim.mujoco_engine import model_batch
+from inhand.sim.mujoco_worlds import MujocoWorlds, model_batch
 from inhand.sim.scene import PALM_UP, SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.spatial_model import build_spatial_model
-from inhand.sim.state import NEAREST, State, ran_away
+from inhand.sim.state import NEAREST, State
 
 
-@dataclass(frozen=True)
-class Readings:
-    """Live views of the engine's arrays, bound once."""
-
-    time: Array
-    qpos: Array
-    qvel: Array
-    ctrl: Array
-    qacc_warmstart: Array
-    eq_active: Array
-    mocap_pos: Array
-    mocap_quat: Array
-    sensordata: Array
-
-
-_KEPT = ("time", "qpos", "qvel", "ctrl", "qacc_warmstart")
-"""Arrays that a snapshot has under the engine's names."""
-
-
-class SpatialSimulator(Simulator):
+class SpatialSimulator(MujocoWorlds):
     """Worlds of hands in space.
 
     Where worlds differ in gravity alone they share one model, of which each has its own gravity; where they differ in
     hands or objects each has a model of its own.
     """
 
-    engine = "mujoco"
     pose_size = 7
 
     def __init__(
@@ -77,8 +55,7 @@ class SpatialSimulator(Simulator):
         self._batch = model_batch([self._models[kind] for kind in self._kind.tolist()], threads)
         self._pull = self._batch.expand("opt.gravity") if alike else None
         self._become(np.arange(self.n_worlds))
-        self._readings = Readings(**{name: self._batch.bind(name) for name in Readings.__dataclass_fields__})
-        self._start = self._readings.qpos.copy()
+        self._bind("eq_active", "mocap_pos", "mocap_quat")
         self._last_links = np.array([len(finger.links) - 1 for finger in self.hand.fingers])
 
     @property
@@ -88,31 +65,30 @@ class SpatialSimulator(Simulator):
 
     def let_go(self, worlds: NDArray[np.bool_]) -> None:
         """Let go of the objects of some worlds `(B,)`: from now on only the fingers hold them."""
-        self._readings.eq_active[worlds] = 0.0
+        self._now["eq_active"][worlds] = 0.0
 
     def snapshot(self) -> Snapshot:
         """Return copies of all that the worlds' future depends on: one of like hand, object and scene goes on alike."""
-        now = self._readings
-        kept = {name: getattr(now, name).copy() for name in _KEPT}
-        held = np.concatenate([now.eq_active, now.mocap_pos[:, 0], now.mocap_quat[:, 0]], axis=-1)
-        return Snapshot(**kept, forces=self._forces.copy(), centre=np.zeros((self.n_worlds, 6)), held=held)
+        now = self._now
+        held = np.concatenate([now["eq_active"], now["mocap_pos"][:, 0], now["mocap_quat"][:, 0]], axis=-1)
+        return Snapshot(**self._copies(), centre=np.zeros((self.n_worlds, 6)), held=held)
 
     def _measure(self, active: NDArray[np.bool_]) -> State:
         del active
         self._put_back()
-        now, n = self._readings, self.hand.n_joints
-        qpos, qvel = now.qpos.copy(), now.qvel.copy()
+        now, n = self._now, self.hand.n_joints
+        qpos, qvel = now["qpos"].copy(), now["qvel"].copy()
         joints, pose = qpos[:, :n], qpos[:, n:]
         points, normals, gaps, link_gaps = self._touch(joints, pose)
         # Points of a finger that just touches are kept a little apart, so that they tell the normal.
         apart = np.copysign(np.maximum(np.abs(gaps), 2 * NEAREST), gaps)[..., None]
         return State(
-            time=now.time.copy(),
+            time=now["time"].copy(),
             object_pose=pose,
             object_velocity=np.concatenate([qvel[:, n : n + 3], turn(pose[:, 3:], qvel[:, n + 3 :])], axis=-1),
             joint_angles=joints,
             joint_velocities=qvel[:, :n],
-            targets=now.ctrl.copy(),
+            targets=now["ctrl"].copy(),
             link_gaps=link_gaps,
             contact_links=np.tile(self._last_links, (self.n_worlds, 1)),
             finger_points=points + apart * normals,
@@ -136,18 +112,13 @@ class SpatialSimulator(Simulator):
         return points, normals, gaps, link_gaps
 
     def _place(self, object_pose: Array, joint_angles: Array) -> None:
-        now, n = self._readings, self.hand.n_joints
+        now, n = self._now, self.hand.n_joints
         self._batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
-        now.qpos[:, :n] = now.ctrl[:] = joint_angles
-        now.qpos[:, n:] = object_pose
-        now.mocap_pos[:, 0], now.mocap_quat[:, 0] = object_pose[:, :3], object_pose[:, 3:]
-        now.eq_active[:] = 1.0
-        self._start[:] = now.qpos
-
-    def _advance(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
-        self._readings.ctrl[active] = targets[active]
-        self._batch.step(active, nstep=substeps)
-        self._forces[active] = self._readings.sensordata.reshape(self._forces.shape)[active]
+        now["qpos"][:, :n] = now["ctrl"][:] = joint_angles
+        now["qpos"][:, n:] = object_pose
+        now["mocap_pos"][:, 0], now["mocap_quat"][:, 0] = object_pose[:, :3], object_pose[:, 3:]
+        now["eq_active"][:] = 1.0
+        self._start[:] = now["qpos"]
 
     def _become(self, worlds: NDArray[np.int64]) -> None:
         if self._pull is not None:
@@ -156,31 +127,16 @@ class SpatialSimulator(Simulator):
         self._batch.set_models([self._models[kind] for kind in self._kind.tolist()])
 
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
-        now = self._readings
-        for name in _KEPT:
-            getattr(now, name)[worlds] = getattr(snapshot, name)[rows]
-        held = snapshot.held[rows]
-        now.eq_active[worlds] = held[:, :1]
-        now.mocap_pos[worlds, 0], now.mocap_quat[worlds, 0] = held[:, 1:4], held[:, 4:]
+        super()._put(worlds, snapshot, rows)
+        now, held = self._now, snapshot.held[rows]
+        now["eq_active"][worlds] = held[:, :1]
+        now["mocap_pos"][worlds, 0], now["mocap_quat"][worlds, 0] = held[:, 1:4], held[:, 4:]
 
-    def _knock(self, worlds: NDArray[np.int64], impulse: Array) -> None:
-        n = self.hand.n_joints
-        self._readings.qvel[worlds, n : n + 3] += impulse / self._mass[worlds, None]
-
-    def _know(self, worlds: NDArray[np.int64]) -> None:
-        for world in worlds.tolist():
-            self._mass[world] = self._kinds[self._kind[world]][1].mass
-
-    def _put_back(self) -> None:
-        """Find worlds that diverged and put them at rest where they were last reset to, held; their time goes on."""
-        now = self._readings
-        wild = ran_away(now.qpos, now.qvel)
-        if wild.any():
-            self._diverged |= wild
-            now.qpos[wild] = self._start[wild]
-            for array in (now.qvel, now.qacc_warmstart, self._forces):
-                array[wild] = 0.0
-            now.eq_active[wild] = 1.0
+    def _put_back(self) -> NDArray[np.bool_]:
+        """Put worlds that diverged back, their objects held again."""
+        wild = super()._put_back()
+        self._now["eq_active"][wild] = 1.0
+        return wild
 
 
 def _check_alike(objects: Sequence[SolidSpec], scenes: Sequence[SceneSpec]) -> None:

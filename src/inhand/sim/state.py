@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.geometry import Array, planar
+from inhand.geometry import Array, planar, spatial
 
 CONTACT_TOLERANCE = 1e-4
 """A finger touches the object where its distance is at most this [m] (guessed: a tenth of a millimetre)."""
@@ -93,6 +93,42 @@ class State:
     def n_worlds(self) -> int:
         """Number of worlds B."""
         return int(self.time.shape[0])
+
+
+def believed(
+    time: Array,
+    moving: tuple[Array, Array],
+    joints: tuple[Array, Array, Array],
+    links: NDArray[np.int64],
+    points: Array,
+) -> State:
+    """Return a state of which this much is believed: fingers touch, forces are not known.
+
+    Args:
+        time: `(B,)` [s].
+        moving: poses `(B, 3)` [m, m, rad] of the objects, and their velocities `(B, 3)` in a second.
+        joints: angles, velocities and targets, each `(B, n)`.
+        links: the link of each finger that touches `(B, F)`.
+        points: where fingers touch `(B, F, 2)` [m].
+    """
+    (pose, velocity), (count, fingers) = moving, links.shape
+    spots = np.concatenate([points, np.zeros((count, fingers, 1))], axis=-1)
+    still = np.zeros((count, 3))
+    return State(
+        time=time,
+        object_pose=spatial(pose, 0.0),
+        object_velocity=np.concatenate([velocity[:, :2], still, velocity[:, 2:]], axis=-1),
+        joint_angles=joints[0],
+        joint_velocities=joints[1],
+        targets=joints[2],
+        link_gaps=np.zeros_like(joints[0]),
+        contact_links=links,
+        finger_points=spots,
+        object_points=spots,
+        gaps=np.zeros((count, fingers)),
+        forces=np.zeros((count, fingers, 3)),
+        diverged=np.zeros(count, dtype=bool),
+    )
 
 
 def ran_away(*parts: Array) -> NDArray[np.bool_]:

@@ -26,18 +26,23 @@ class PartCard:
     name: str
     """What its numbers are, and their unit before they are scaled."""
     fixed: int
-    """How many they are with every hand of as many fingers as `yardstick`,"""
+    """How many they are with every hand, in the plane of as many fingers as `yardstick`,"""
     for_joint: int
-    """and how many more for each joint."""
+    """how many more for each joint,"""
     scale: tuple[float, ...]
     """How far from the middle becomes 1, with the hand of `yardstick`."""
     middle: tuple[float, ...]
     """What becomes 0 with it."""
+    for_finger: int = 0
+    """And how many more they are for each finger of a hand in space, which may have any number."""
 
     def __post_init__(self) -> None:
         """Refuse a size that no part has, before anything of that size is made."""
-        if not (0 <= self.fixed <= LARGEST_PART and 0 <= self.for_joint <= LARGEST_PART):
-            raise InputError(f"{self.name!r} has {self.fixed} numbers and {self.for_joint} for each joint")
+        if not all(0 <= count <= LARGEST_PART for count in (self.fixed, self.for_joint, self.for_finger)):
+            raise InputError(
+                f"{self.name!r} has {self.fixed} numbers, {self.for_joint} for each joint and {self.for_finger} for"
+                " each finger"
+            )
 
 
 @dataclass(frozen=True)
@@ -51,9 +56,9 @@ class InterfaceCard:
     largest_step: float
     """What an action of 1 moves a joint target where actions are steps [rad]."""
 
-    def size(self, n_joints: int) -> int:
-        """Return how many numbers an observation has with a hand of so many joints."""
-        return sum(part.fixed + part.for_joint * n_joints for part in self.parts)
+    def size(self, n_joints: int, n_fingers: int = 0) -> int:
+        """Return how many numbers an observation has with a hand of so many joints, and in space of so many fingers."""
+        return sum(part.fixed + part.for_joint * n_joints + part.for_finger * n_fingers for part in self.parts)
 
 
 def yardstick() -> HandSpec:
@@ -69,9 +74,17 @@ def interface_card(layout: Layout, actions: Actions = "steps") -> InterfaceCard:
         numbers: Array = np.atleast_1d(numbers_for(given, hand))
         return tuple(float(f"{number:.{DIGITS}g}") for number in numbers)
 
+    count = 0 if layout.space else len(hand.fingers)
     parts = (
-        PartCard(p.name, p.fixed + p.for_finger * len(hand.fingers), p.for_joint, shown(p.half), shown(p.middle))
-        for p in layout.parts
+        PartCard(
+            part.name,
+            part.fixed + part.for_finger * count,
+            part.for_joint,
+            shown(part.half),
+            shown(part.middle),
+            part.for_finger if layout.space else 0,
+        )
+        for part in layout.parts
     )
     return InterfaceCard(layout.name, tuple(parts), largest_step(actions))
 

@@ -17,7 +17,7 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
-from inhand.tasks.observations import Aim
+from inhand.tasks.observations import AnyAim
 
 Actions = Literal["angles", "steps", "fine"]
 """`angles`: joint targets over the joints' ranges (thesis 3.3.2). `steps`: how far the last targets move on.
@@ -120,7 +120,7 @@ class Decision:
     """The action before it `(B, n)`."""
     dropped: NDArray[np.bool_]
     """Whether the episode ended by losing the object `(B,)`."""
-    aim: Aim
+    aim: AnyAim
     route: Made | None = None
     """What was made of a route's way; None where a primitive was asked for."""
 
@@ -130,15 +130,15 @@ class Decision:
         if self.route is not None:
             return self.route
         aim = self.aim
-        after, before = self.shift, aim.shift(self.before.pose)
+        after, before = self.shift, aim.shift(aim.where(self.before))
         come = aim.come(after)
         gained = np.minimum(come, aim.distance) - np.minimum(aim.come(before), aim.distance)
         return Made(gained, aim.distance - come, *aim.off(after))
 
     @cached_property
     def shift(self) -> Array:
-        """Way along the primitive, way to its left [m] and angle turned [rad] `(B, 3)`."""
-        return self.aim.shift(self.after.pose)
+        """Way along the primitive, way to its left [m] and angle turned [rad] `(B, 3)`, or as `SpatialAim.shift`."""
+        return np.asarray(self.aim.shift(self.aim.where(self.after)))
 
 
 @dataclass(frozen=True)

@@ -173,6 +173,6 @@ JOINTS = Layout(
             fixed=RAYS,
         ),
     ),
-    slotted=True,
+    columns=len(COLUMNS),
 )
 """The same numbers for any hand: rows first, then what belongs to hand, object and aim."""

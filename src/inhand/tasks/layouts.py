@@ -9,8 +9,10 @@ from inhand.geometry import Array
 from inhand.registry import Registry, describe
 from inhand.sim.state import State
 from inhand.tasks.joint_rows import JOINTS
+from inhand.tasks.joint_senses import JOINT_SENSES
 from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Layout, Part, Scene
 from inhand.tasks.past import SENSES
+from inhand.tasks.spatial.rows import SPACE
 
 LAYOUTS = {
     "thesis": THESIS,
@@ -20,6 +22,8 @@ LAYOUTS = {
     "truth": TRUTH,
     "senses": SENSES,
     "joints": JOINTS,
+    "joint-senses": JOINT_SENSES,
+    "space": SPACE,
 }
 """Layouts by the name that configurations use."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, chain, inverse_transform, perpendicular, unit, wrap_angle
 from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
 from inhand.sim.state import State
 from inhand.tasks.hand_arrays import SLOTS, HandArrays, arrays_of
 
 View: TypeAlias = Any
 """What a layout is of: a `State`, or a `Past` where it is of what is sensed."""
+AnyHand: TypeAlias = Any
+AnyAim: TypeAlias = Any
+"""A hand in the plane or in space, and what is asked of it: an `Aim` or a `SpatialAim`."""
 DRAWN = 9
 """Numbers that are drawn of a world and that holding depends on."""
 LARGEST_SIZE = 0.12
@@ -33,6 +35,9 @@ LARGEST_SIZE = 0.12
 @dataclass(frozen=True)
 class Aim:
     """The primitive of each of B worlds: a direction, and the pose from which it starts."""
+
+    KEPT: ClassVar[tuple[str, ...]] = ("angle", "start", "distance", "turn")
+    """What tells one primitive from another."""
 
     angle: Array
     """Direction `(B,)`, counter-clockwise from +x [rad]."""
@@ -47,6 +52,11 @@ class Aim:
     turn: Array | float = 0.0
     """Side to which the object is to turn on the spot `(B,)`, 1 counter-clockwise and -1 clockwise; 0 where it is to
     move along a direction."""
+
+    @staticmethod
+    def where(state: State) -> Array:
+        """Return the poses `(B, 3)` of a state that shifts are of."""
+        return state.pose
 
     @cached_property
     def direction(self) -> Array:
@@ -95,13 +105,15 @@ class Aim:
 class Scene:
     """What stays the same while a batch runs."""
 
-    hand: HandSpec
-    objects: tuple[ObjectSpec, ...]
+    hand: AnyHand
+    objects: tuple[Any, ...]
     """The object of each world."""
     drawn: Array | None = None
     """What is drawn of each world, as numbers `(B, DRAWN)`; None where nothing is."""
     told: HandArrays | None = None
     """Each world's hand and object as arrays where hands differ; None where all have `hand`."""
+    gravity: Array | None = None
+    """Gravity of each world in the palm frame of a hand in space `(B, 3)` [m/s^2]."""
 
     @cached_property
     def arrays(self) -> HandArrays:
@@ -119,7 +131,7 @@ class Part:
 
     name: str
     """What they are, and their unit before they are scaled."""
-    values: Callable[[View, Aim, Scene], Array]
+    values: Callable[[View, AnyAim, Scene], Array]
     """Gives them `(B, size)`."""
     half: OfHand
     """How far from the middle becomes 1."""
@@ -132,9 +144,9 @@ class Part:
     for_finger: int = 0
     """and for each finger."""
 
-    def size(self, hand: HandSpec) -> int:
+    def size(self, hand: AnyHand) -> int:
         """Return how many numbers they are with a hand."""
-        return self.fixed + self.for_joint * hand.n_joints + self.for_finger * len(hand.fingers)
+        return int(self.fixed + self.for_joint * hand.n_joints + self.for_finger * len(hand.fingers))
 
 
 @dataclass(frozen=True)
@@ -146,19 +158,21 @@ class Layout:
     parts: tuple[Part, ...]
     sensed: bool = False
     """Whether they are of what is sensed, a `Past`, instead of a `State`."""
-    slotted: bool = False
-    """Whether observations and actions have a place for every joint that a hand may have (`tasks/hand_arrays.py`)."""
+    columns: int = 0
+    """Numbers of each joint's slot (`tasks/hand_arrays.py`), column by column at first; 0 where it has no slots."""
+    space: bool = False
+    """Whether they are of hands in space."""
 
-    def size(self, hand: HandSpec) -> int:
+    def size(self, hand: AnyHand) -> int:
         """Return how many numbers an observation has."""
         return sum(part.size(hand) for part in self.parts)
 
-    def actions(self, hand: HandSpec) -> int:
+    def actions(self, hand: AnyHand) -> int:
         """Return how many numbers an action has."""
-        return SLOTS if self.slotted else hand.n_joints
+        return SLOTS if self.columns else int(hand.n_joints)
 
 
-def observe(layout: Layout, state: View, aim: Aim, scene: Scene) -> Array:
+def observe(layout: Layout, state: View, aim: AnyAim, scene: Scene) -> Array:
     """Return the observations of a batch `(B, size)`, cut to [-1, 1]."""
     hand = scene.hand
     parts = [
@@ -168,7 +182,7 @@ def observe(layout: Layout, state: View, aim: Aim, scene: Scene) -> Array:
     return np.clip(np.concatenate(parts, axis=-1), -1.0, 1.0)
 
 
-def numbers_for(given: OfHand, hand: HandSpec) -> Array:
+def numbers_for(given: OfHand, hand: AnyHand) -> Array:
     """Return a scale or a middle with a hand."""
     return np.asarray(given(hand) if callable(given) else given)
 

@@ -11,6 +11,9 @@ from inhand.tasks.observations import Aim, Layout, Part, Scene, by_rank
 LAGS = (0, 1, 2, 4, 8)
 """Decisions back that are remembered, the present one first: 160 ms, in which a camera of 30 Hz takes five frames."""
 
+LAGGED = ("joints", "commands", "frames", "ages")
+"""What a `Past` has of each of them."""
+
 
 @dataclass(frozen=True)
 class Past:
@@ -34,6 +37,8 @@ class Past:
     """Where an estimator believes the object now `(B, 3)` [m, m, rad]."""
     believed: Array
     """Where it believed it when the wait ended `(B, 3)` [m, m, rad]."""
+    velocity: Array
+    """How it believes the object to move now `(B, 3)` [m/s, m/s, rad/s]."""
     points: Array
     """Where it believes the fingers to touch, in the object's frame `(B, F, 2)` [m]."""
     askew: Array
@@ -56,8 +61,7 @@ class Past:
 
     def select(self, worlds: NDArray[np.int64]) -> "Past":
         """Return what is known of some worlds alone."""
-        lagged = ("joints", "commands", "frames", "ages")
-        return Past(**{name: each[:, worlds] if name in lagged else each[worlds] for name, each in vars(self).items()})
+        return Past(**{name: each[:, worlds] if name in LAGGED else each[worlds] for name, each in vars(self).items()})
 
     def shift(self, aim: Aim) -> Array:
         """Return the way along and to the left [m] and the angle turned [rad] as believed, since the wait `(B, 3)`."""

@@ -8,7 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from inhand.control.replays import Shown, replays
-from inhand.geometry import planar
+from inhand.control.spatial_replays import solid_replays
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import Trial
 from inhand.pages import Part
 from inhand.plots.page.charts import Axis, Chart, Charts, Line, line
 from inhand.plots.page.document import html_of, settings_of
@@ -17,10 +19,10 @@ from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.figures import MOST_COLOURS, plan_line, wall_mm
 from inhand.tracing.follow import Followed
-from inhand.tracing.trace import Trace, deviations
+from inhand.tracing.trace import Trace, deviations, poses_along, turned_deg
 
 KIND = "A trace"
-NOWHERE = np.zeros(2)
+NOWHERE = np.zeros(3)
 """The origin of the palm frame."""
 
 
@@ -50,19 +52,23 @@ def views_of(groups: Sequence[Group], wall: Wall | None) -> list[View]:
 
 
 def _replays(groups: Sequence[Group], wall: Wall | None) -> list[View]:
-    shown = [
+    found = [(name, followed, trace) for name, pairs in groups for followed, trace in pairs]
+    solid = [
+        Shown(each.trial, name, _told(trace)) for name, each, trace in found if isinstance(each.trial, SpatialTrial)
+    ]
+    flats = [
         Shown(
-            followed.trial,
+            each.trial,
             name,
             _told(trace),
-            f"{followed.plan.name}, trial {trace.trial}",
-            plan_line(followed.plan, NOWHERE),
+            f"{each.plan.name}, trial {trace.trial}",
+            plan_line(each.plan, NOWHERE),
         )
-        for name, found in groups
-        for followed, trace in found
+        for name, each, trace in found
+        if isinstance(each.trial, Trial)
     ]
-    walls = [] if wall is None else [flat(wall_mm(wall, NOWHERE))]
-    return replays(shown, walls=walls)
+    walls = [] if wall is None else [flat(wall_mm(wall, NOWHERE[:2]))]
+    return [*replays(flats, walls=walls), *solid_replays(solid)]
 
 
 def _told(trace: Trace) -> str:
@@ -87,7 +93,6 @@ def _errors(groups: Sequence[Group]) -> View:
 
 
 def _turned(followed: Followed, name: str, series: int, *, faint: bool) -> Line:
-    trial = followed.trial
-    theta = np.rad2deg(np.unwrap(planar(trial.object_pose[trial.manipulation])[:, 2]))
-    time = trial.passport.period * np.arange(1.0, len(theta) + 1.0)
-    return line(name, time, np.asarray(theta), series, faint=faint)
+    theta = turned_deg(poses_along(followed))
+    time = followed.trial.passport.period * np.arange(1.0, len(theta) + 1.0)
+    return line(name, time, theta, series, faint=faint)

@@ -9,6 +9,7 @@ from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.polylines import without_repeats
 from inhand.hands.sizes import check_length
+from inhand.tracing.poses import places
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +19,7 @@ class Drawing:
     name: str
     """What it shows: `square`, `letter A`, or the stem of its file's name."""
     poses: Array
-    """Way-points `(N, 3)` in order: x, y, theta [rad]; x right, y away from the palm."""
+    """Way-points `(N, 3)` in order: x, y, theta [rad], x right, y away from the palm; or those of space `(N, 6)`."""
     sized: bool
     """True: x and y are metres. False: a size has yet to be chosen.
 
@@ -41,18 +42,20 @@ def scaled(drawing: Drawing, size: float) -> Drawing:
     check_length(f"the size of drawing {drawing.name!r}", size, "--size and files give mm, Python gives metres")
     side = larger_side(drawing)
     if not side > 0.0:
+        axes = " (x, y)" if drawing.poses.shape[1] == 3 else ""
         raise InputError(
-            f"drawing {drawing.name!r} has no extent: all its {len(drawing.poses)} way-points are at one place (x, y);"
+            f"drawing {drawing.name!r} has no extent: all its {len(drawing.poses)} way-points are at one place{axes};"
             " leave its size as it is, or take a drawing that goes somewhere"
         )
-    about = np.zeros(2) if drawing.sized else _middle(drawing.poses[:, :2])
-    points = about + (drawing.poses[:, :2] - about) * (size / side)
-    return replace(drawing, poses=np.column_stack([points, drawing.poses[:, 2]]), sized=True)
+    first = places(drawing.poses.shape[1])
+    points, turned = drawing.poses[:, :first], drawing.poses[:, first:]
+    about = np.zeros(first) if drawing.sized else _middle(points)
+    return replace(drawing, poses=np.column_stack([about + (points - about) * (size / side), turned]), sized=True)
 
 
 def larger_side(drawing: Drawing) -> float:
     """Return the larger side of the way-points' bounding box: metres, or 1 where a size has yet to be chosen."""
-    return float(np.ptp(drawing.poses[:, :2], axis=0).max())
+    return float(np.ptp(drawing.poses[:, : places(drawing.poses.shape[1])], axis=0).max())
 
 
 def unit_drawing(name: str, points: Array) -> Drawing:

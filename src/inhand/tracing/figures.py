@@ -11,16 +11,20 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 
 from inhand.control.scenes import scene_at
-from inhand.geometry import Array, planar, transform
+from inhand.control.trial import Trial
+from inhand.geometry import Array, transform
+from inhand.hands.fit import Held
 from inhand.hands.objects import polygon
+from inhand.hands.spatial.fit import SpatialHeld
 from inhand.plots.shapes import WALL, Extent, draw_cross, draw_scene, extent_of, scene_key, show_extent
 from inhand.plots.sheet import sheet
 from inhand.plots.style import INK, MUTED, series_look
 from inhand.sim.walls import Wall
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
+from inhand.tracing.poses import places
 from inhand.tracing.run import TraceSetup
-from inhand.tracing.trace import Trace, deviations
+from inhand.tracing.trace import Trace, deviations, poses_along, turned_deg
 
 MOST_PANELS = 4
 """Trials that get a panel each where every trial has a plan of its own."""
@@ -55,7 +59,7 @@ class Path:
     followed: Followed
     trace: Trace
     points_mm: Array
-    """Object positions in the manipulation phase `(M, 2)` [mm] from the object's start."""
+    """Object positions in the manipulation phase `(M, 2)`, in space `(M, 3)` [mm] from the object's start."""
     colour: str
     first: bool
     """Whether it is drawn stronger."""
@@ -76,9 +80,10 @@ class Path:
 
     @property
     def faults(self) -> list[tuple[str, Array]]:
-        """What went wrong, and where `(2,)` [mm] from the object's start."""
-        origin = self.followed.trial.passport.hand.start_pose[:2]
-        found = [(event.what, 1e3 * (np.array(event.place) - origin)) for event in self.followed.events]
+        """What went wrong, and where `(2,)`, in space `(3,)` [mm] from the object's start."""
+        origin = self.followed.trial.passport.hand.start_pose
+        events = self.followed.events
+        found = [(event.what, 1e3 * (np.array(event.place) - origin[: len(event.place)])) for event in events]
         if self.trace.dropped and len(self.points_mm):
             found.append(("object lost", self.points_mm[-1]))
         return found
@@ -91,33 +96,43 @@ def trace_figure(
 
     Trials of one plan share a panel. Where each has its own, the first `MOST_PANELS` get a panel each.
     """
+    held = setup.held
+    if isinstance(held, SpatialHeld):
+        raise TypeError("a run in space has a figure of its own")
     shared = one_plan(followed)
-    few = not shared or len(traces) <= MOST_COLOURS
-    paths = [_path(k, *each, few, not shared) for k, each in enumerate(zip(followed, traces, strict=True))]
+    few = len(traces) if shared else 1
+    paths = [path_of(k, *each, few=few, alone=not shared) for k, each in enumerate(zip(followed, traces, strict=True))]
     panels = [paths] if shared else [[path] for path in paths[:MOST_PANELS]]
     shown = [path for panel in panels for path in panel]
     width = ONE_IN if len(panels) == 1 else SEVERAL_IN
-    extent = _extent(setup, shown)
+    extent = _extent(setup, held, shown)
     height = width * (extent[3] - extent[2]) / (extent[1] - extent[0])
-    turns = any(leg.kind == "turn" for path in shown for leg in path.followed.plan.legs)
+    turns = turns_there(shown)
     wide = len(panels) * (width + GAP_IN) - GAP_IN, PLOT_IN
     rows = [[(width, height)] * len(panels), [wide], *([[wide]] if turns else [])]
-    with sheet(rows, title, subtitle, gap=(GAP_IN, 0.65), beside=_handles(setup, shown)) as (figure, axes):
+    with sheet(rows, title, subtitle, gap=(GAP_IN, 0.65), beside=_handles(held, setup.wall, shown)) as (figure, axes):
         for ax, panel in zip(axes, panels, strict=False):
-            _draw_panel(ax, setup, panel, extent)
+            show_extent(ax, extent)
+            _draw_panel(ax, held, setup.wall, panel)
             ax.set_title("" if shared else f"trial {panel[0].trace.trial}", loc="left", fontweight="normal")
         for ax in axes[1 : len(panels)]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        _draw_errors(axes[len(panels)], shown)
+        draw_errors(axes[len(panels)], shown)
         if turns:
-            _draw_turns(axes[-1], shown, shared=shared)
+            draw_turns(axes[-1], shown, shared=shared)
     return figure
 
 
 def plan_line(plan: Plan, origin: Array) -> Array:
-    """Return the positions `(S, 2)` [mm] along a plan, approach included, from an origin `(2,)` [m]."""
-    return np.asarray(1e3 * (plan.path.poses[:, :2] - origin))
+    """Return the positions `(S, 2)`, in space `(S, 3)` [mm] along a plan, approach included, from an origin [m]."""
+    first = places(plan.path.poses.shape[1])
+    return np.asarray(1e3 * (plan.path.poses[:, :first] - origin[:first]))
+
+
+def turns_there(paths: Sequence[Path]) -> bool:
+    """Return whether plans turn the object."""
+    return any(leg.kind == "turn" for path in paths for leg in path.followed.plan.legs)
 
 
 def one_plan(followed: Sequence[Followed]) -> bool:
@@ -125,21 +140,22 @@ def one_plan(followed: Sequence[Followed]) -> bool:
     return all(each.plan.legs == followed[0].plan.legs for each in followed)
 
 
-def _path(number: int, followed: Followed, trace: Trace, few: bool, alone: bool) -> Path:
+def path_of(number: int, followed: Followed, trace: Trace, *, few: int, alone: bool = False) -> Path:
     """Return a trial as it is drawn, in a colour of its own if it is the first or one of few."""
-    poses = planar(followed.trial.object_pose[followed.trial.manipulation])
-    points = 1e3 * (poses[:, :2] - followed.trial.passport.hand.start_pose[:2])
-    colour = series_look(number).colour if few or number == 0 else OTHERS
+    poses = poses_along(followed)
+    first = places(poses.shape[1])
+    points = 1e3 * (poses[:, :first] - followed.trial.passport.hand.start_pose[:first])
+    colour = series_look(number).colour if few <= MOST_COLOURS or number == 0 else OTHERS
     return Path(followed, trace, points, colour, number == 0, alone)
 
 
-def _extent(setup: TraceSetup, paths: Sequence[Path]) -> Extent:
+def _extent(setup: TraceSetup, held: Held, paths: Sequence[Path]) -> Extent:
     """Return what the panels show: plans, paths unless they go far, the object at its start, and a wall [mm]."""
-    origin = setup.hand.start_pose[:2]
+    origin = held.start[:2]
     plans = np.concatenate([plan_line(path.followed.plan, origin) for path in paths])
     far = plans.min(axis=0) - FAR_MM, plans.max(axis=0) + FAR_MM
-    drawn = [plans, 1e3 * polygon(setup.object), *(np.clip(path.points_mm, *far) for path in paths)]
-    drawn += [corners for path in paths for corners in _turned(setup, path.followed.plan)]
+    drawn = [plans, 1e3 * polygon(held.object), *(np.clip(path.points_mm, *far) for path in paths)]
+    drawn += [corners for path in paths for corners in _turned(held, path.followed.plan)]
     if setup.wall is not None:
         drawn.append(wall_mm(setup.wall, origin))
     left, right, bottom, top = extent_of(np.concatenate(drawn), 7.0, least_mm=30.0)
@@ -147,15 +163,15 @@ def _extent(setup: TraceSetup, paths: Sequence[Path]) -> Extent:
     return left - wider, right + wider, bottom, top
 
 
-def _draw_panel(ax: Axes, setup: TraceSetup, paths: Sequence[Path], extent: Extent) -> None:
+def _draw_panel(ax: Axes, held: Held, wall: Wall | None, paths: Sequence[Path]) -> None:
     """Draw hand and object at the start, the plan that paths share, the paths, and where something went wrong."""
-    show_extent(ax, extent)
-    trial, origin = paths[0].followed.trial, setup.hand.start_pose[:2]
-    draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin))
-    if setup.wall is not None:
-        ax.add_patch(Polygon(wall_mm(setup.wall, origin), **WALL, linewidth=0.9, zorder=1.25))
+    trial, origin = paths[0].followed.trial, held.start[:2]
+    if isinstance(trial, Trial):
+        draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin))
+    if wall is not None:
+        ax.add_patch(Polygon(wall_mm(wall, origin), **WALL, linewidth=0.9, zorder=1.25))
     plan = paths[0].followed.plan
-    for corners in _turned(setup, plan):
+    for corners in _turned(held, plan):
         ax.add_patch(Polygon(corners, fill=False, edgecolor=MUTED, linewidth=0.8, linestyle=":", zorder=1.9))
     ends = [leg.end[:2] for leg in plan.legs[max(plan.approach - 1, 0) :] if leg.kind != "press"]
     ax.plot(*plan_line(plan.measured(), origin).T, color=BAND, linewidth=BANDS[paths[0].alone], zorder=2.0)
@@ -164,24 +180,26 @@ def _draw_panel(ax: Axes, setup: TraceSetup, paths: Sequence[Path], extent: Exte
         ax.plot(*(1e3 * (ways - origin)).T, color=MUTED, linewidth=1.0, linestyle="--", alpha=0.7, zorder=2.1)
     ax.plot(*(1e3 * (np.array(ends) - origin)).T, "o", color=INK, markersize=2.4, zorder=3.6)
     for path in reversed(paths):
-        _draw_path(ax, path)
+        draw_path(ax, path)
     ax.plot(0, 0, "o", markersize=4.4, color=INK, markerfacecolor="white", zorder=4.5)
 
 
-def _draw_path(ax: Axes, path: Path) -> None:
-    """Draw one trial's path, its approach lighter, and a cross wherever something went wrong."""
+def draw_path(ax: Axes, path: Path, plane: tuple[int, int] = (0, 1)) -> None:
+    """Draw one trial's path in a plane of two axes, its approach lighter, and a cross where something went wrong."""
     begun = int(np.argmax(path.followed.legs >= path.followed.plan.approach)) if len(path.followed.legs) else 0
     missed = not (path.followed.legs >= path.followed.plan.approach).any()
     parts = [(path.points_mm[: len(path.points_mm) if missed else begun + 1], 0.45)]
     if not missed:
         parts.append((path.points_mm[begun:], 1.0))
     for points, alpha in parts:
-        ax.plot(*points.T, color=path.colour, alpha=alpha, linewidth=path.line_points, zorder=path.layer)
+        ax.plot(
+            *points[:, list(plane)].T, color=path.colour, alpha=alpha, linewidth=path.line_points, zorder=path.layer
+        )
     for what, place in path.faults:
-        draw_cross(ax, place, path.colour, MARKS[what], 8.0)
+        draw_cross(ax, place[list(plane)], path.colour, MARKS[what], 8.0)
 
 
-def _draw_errors(ax: Axes, paths: Sequence[Path]) -> None:
+def draw_errors(ax: Axes, paths: Sequence[Path]) -> None:
     """Draw how far each path was from its plan over the way along it."""
     most, longest = 1.0, 10.0
     for path in reversed(paths):
@@ -197,30 +215,35 @@ def _draw_errors(ax: Axes, paths: Sequence[Path]) -> None:
     )
 
 
-def _draw_turns(ax: Axes, paths: Sequence[Path], *, shared: bool) -> None:
+def draw_turns(ax: Axes, paths: Sequence[Path], *, shared: bool) -> None:
     """Draw each object's rotation over time, and dashed where its plan wants it; of one plan the first trial's."""
     ax.set(xlabel="time since the plan began [s]", ylabel="rotation [°]")
     for path in reversed(paths):
-        trial = path.followed.trial
-        theta = np.rad2deg(np.unwrap(planar(trial.object_pose[trial.manipulation])[:, 2]))
-        time = np.arange(1, len(theta) + 1) * trial.passport.period
+        theta = turned_deg(poses_along(path.followed))
+        time = np.arange(1, len(theta) + 1) * path.followed.trial.passport.period
         ax.plot(time, theta, color=path.colour, linewidth=path.line_points, zorder=path.layer)
         if path.first or not shared:
-            wanted = [
-                path.followed.plan.legs[min(leg, len(path.followed.plan.legs) - 1)].end[2] for leg in path.followed.legs
-            ]
+            legs = path.followed.plan.legs
+            wanted = [legs[min(leg, len(legs) - 1)].end for leg in path.followed.legs.tolist()]
             colour = MUTED if shared else path.colour
-            ax.step(time, np.rad2deg(wanted), color=colour, linewidth=1.1, linestyle="--", where="post", zorder=2.5)
+            ax.step(
+                time,
+                turned_deg(np.array(wanted)),
+                color=colour,
+                linewidth=1.1,
+                linestyle="--",
+                where="post",
+                zorder=2.5,
+            )
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, -LEAST_TURN), max(high, LEAST_TURN))
 
 
-def _turned(setup: TraceSetup, plan: Plan) -> list[Array]:
+def _turned(held: Held, plan: Plan) -> list[Array]:
     """Return the outlines of the object where a plan has it turned [mm]; none where those are many."""
-    there = [leg.end for leg in plan.legs if leg.kind != "press" and leg.end[:2] != plan.legs[0].start[:2]]
-    places = dict.fromkeys(place for place in there if abs(place[2]) > TURNED)
-    origin = setup.hand.start_pose[:2]
-    outlines = [1e3 * (transform(np.array(place), polygon(setup.object)) - origin) for place in places]
+    ends = [leg.end for leg in plan.legs if leg.kind != "press" and leg.end[:2] != plan.legs[0].start[:2]]
+    there = dict.fromkeys(place for place in ends if abs(place[2]) > TURNED)
+    outlines = [1e3 * (transform(np.array(place), polygon(held.object)) - held.start[:2]) for place in there]
     return outlines if len(outlines) <= MOST_TURNED else []
 
 
@@ -229,8 +252,8 @@ def wall_mm(wall: Wall, origin: Array) -> Array:
     return np.asarray(1e3 * (wall.outline - origin))
 
 
-def _handles(setup: TraceSetup, paths: Sequence[Path]) -> list[Artist]:
-    """Return the legend: only what is drawn."""
+def handles_of(paths: Sequence[Path]) -> list[Artist]:
+    """Return the legend of plans and paths: only what is drawn."""
     handles: list[Artist] = []
     for path in paths if len(paths) <= MOST_COLOURS else paths[:2]:
         number, rms = path.trace.trial, path.trace.rms_mm
@@ -243,14 +266,19 @@ def _handles(setup: TraceSetup, paths: Sequence[Path]) -> list[Artist]:
     if any(plan.approach for plan in plans):
         handles.append(Line2D([], [], color=MUTED, linewidth=1.0, linestyle="--", label="approach"))
     handles.append(Line2D([], [], color=INK, linestyle="none", marker="o", markersize=2.6, label="ends of primitives"))
-    if any(_turned(setup, plan) for plan in plans):
-        handles.append(Patch(fill=False, edgecolor=MUTED, linestyle=":", label="object turned, as planned"))
     found = {what for path in paths for what, _ in path.faults}
-    handles += [
+    return handles + [
         Line2D([], [], color=INK, linestyle="none", marker=mark, markersize=7, label=what)
         for what, mark in MARKS.items()
         if what in found
     ]
-    if setup.wall is not None:
+
+
+def _handles(held: Held, wall: Wall | None, paths: Sequence[Path]) -> list[Artist]:
+    """Return the legend of the plane, where a scene is drawn as well."""
+    handles = handles_of(paths)
+    if any(_turned(held, path.followed.plan) for path in paths):
+        handles.append(Patch(fill=False, edgecolor=MUTED, linestyle=":", label="object turned, as planned"))
+    if wall is not None:
         handles.append(Patch(label="wall", **WALL))
     return [*handles, scene_key("hand, object at start")]

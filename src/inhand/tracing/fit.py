@@ -8,12 +8,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.rehearsal import PLAN_EVERY
+from inhand.control.spatial_rehearsal import search_of
 from inhand.errors import InputError
 from inhand.geometry import Array, way_along
 from inhand.hands.fit import Held
@@ -22,10 +23,16 @@ from inhand.hands.hand import FingerSpec, HandSpec
 from inhand.hands.objects import polygon
 from inhand.hands.reach.limits import farthest, reaches
 from inhand.hands.shapes import link_outline
+from inhand.hands.spatial.fit import SpatialHeld
+from inhand.hands.spatial.grasp_search import search_grasps
+from inhand.rotations import SpatialPath
 from inhand.tracing.drawing import Drawing, larger_side
 from inhand.tracing.plan import Plan
+from inhand.tracing.ways import from_to
 
-Carries: TypeAlias = Callable[[Held, Plan], float]
+AnyHeld: TypeAlias = Held | SpatialHeld
+"""Which object is in which hand, in the plane or in space."""
+Carries: TypeAlias = Callable[[Any, Plan], float]
 """Gives the way along a plan up to which a controller plans to carry the object [m], looking at nothing."""
 LOOK = 0.004
 """Spacing at which a path that has left the reach is looked at for where it comes back [m]."""
@@ -45,6 +52,8 @@ class Fit:
     """Where the plan leaves the hand's reach and comes back to it, or ends: pairs of poses `(3,)`."""
     grip: float
     """Way along the plan that the best single grip carries the object [m]."""
+    looked: bool = True
+    """Whether it was looked at what lies outside of the reach."""
 
     @property
     def fits(self) -> bool:
@@ -52,19 +61,23 @@ class Fit:
         return not self.outside and self.grip >= self.way - 1e-9
 
 
-def check_extent(held: Held, drawing: Drawing) -> None:
+def check_extent(held: AnyHeld, drawing: Drawing) -> None:
     """Refuse at once a drawing with a size that is farther away than fingers and object are long, and a very long one.
+
+    In space only the latter: the search for a grip soon ends where fingers do.
 
     Raises:
         InputError: the text says which way-point, how far the hand reaches, and the size that cannot be passed.
     """
-    hand, spec = held
     way = float(way_along(drawing.poses)[-1])
     if way > LONGEST:
         raise InputError(
             f"{drawing.name} has a way of {way:,.1f} m, turns counted as arcs; it may have {LONGEST:g} m: leave a part"
             " of it out"
         )
+    if isinstance(held, SpatialHeld):
+        return
+    hand, spec = held
     size, points = larger_side(drawing), drawing.poses[:, :2]
     most = np.array([_longest(hand, finger) for finger in hand.fingers])
     most += np.linalg.norm(polygon(spec), axis=-1).max()
@@ -95,25 +108,41 @@ def _longest(hand: HandSpec, finger: FingerSpec) -> float:
     return max(float(d + np.linalg.norm(corners, axis=-1).max()) for d, corners in zip(before, outlines, strict=False))
 
 
-def reached(held: Held, plan: Plan) -> bool:
-    """Return whether a plan lies inside the hand's reach."""
+def reached(held: AnyHeld, plan: Plan) -> bool:
+    """Return whether a plan lies inside the hand's reach; in space, whether one grip carries the object along it."""
+    if isinstance(held, SpatialHeld):
+        return carried(held, plan) >= float(plan.way[-1]) - 1e-9
     return reaches(*held, plan.path.poses)
 
 
-def carried(held: Held, plan: Plan) -> float:
+def carried(held: AnyHeld, plan: Plan) -> float:
     """Return the way along a plan that the best single grip carries the object [m].
 
     Raises:
         InputError: no grip holds the object at the start.
     """
+    if isinstance(held, SpatialHeld):
+        return _carried_in_space(held, plan)
     last = len(plan.path.poses) - 1
     looked = np.append(np.arange(0, last, PLAN_EVERY), last)
     reach = plan_grasps(*held, plan.path.poses[looked][None])[0][0].reach
     return float(plan.path.way[looked[reach - 1]])
 
 
+def _carried_in_space(held: SpatialHeld, plan: Plan) -> float:
+    (hand, spec, gravity), way = held, from_to(np.array(plan.legs[0].start), plan.path.poses)
+    path, pulls = SpatialPath(way[:, :3], way[:, 3:]), np.array([gravity])
+    (found,) = search_grasps((hand, spec), hand.start_pose, [path], pulls, config=search_of(spec, pulls))
+    if not found:
+        raise InputError(
+            f"no grasp of {hand.name} holds {spec.name} against its weight for {plan.name}: use a lighter or smaller"
+            " object, more friction, or another hand or gravity"
+        )
+    return float(plan.way[-1] * found[0].way / path.length)
+
+
 def fit_of(
-    held: Held, plan: Plan, told: Callable[[float], None] = lambda _: None, carries: Carries | None = None
+    held: AnyHeld, plan: Plan, told: Callable[[float], None] = lambda _: None, carries: Carries | None = None
 ) -> Fit:
     """Return what a hand can do of a plan; `told` is told the way [m] that has been looked at.
 
@@ -122,6 +151,8 @@ def fit_of(
     Raises:
         InputError: no grip holds the object at the start.
     """
+    if isinstance(held, SpatialHeld):
+        return Fit(float(plan.way[-1]), (), carried(held, plan), looked=False)
 
     def compute() -> Arrays:
         outside = np.array(_outside(held, plan, told)).reshape(-1, 2, 3)
@@ -158,10 +189,8 @@ def refusal(name: str, fit: Fit, origin: Array, largest_mm: str) -> InputError:
         parts = "; ".join(f"from {_place(start, origin)} to {_place(end, origin)}" for start, end in fit.outside)
         why = f"lies outside of what the hand can reach with this object: {parts} (mm from the object's start)"
     else:
-        why = (
-            f"lies inside the hand's reach, but the best single grip carries the object only {1e3 * fit.grip:.0f} of"
-            f" {1e3 * fit.way:.0f} mm along it"
-        )
+        why = "lies inside the hand's reach, but" if fit.looked else "is too much for one grip:"
+        why += f" the best single grip carries the object only {1e3 * fit.grip:.0f} of {1e3 * fit.way:.0f} mm along it"
     return InputError(f"{name} {why}; {largest_mm}")
 
 

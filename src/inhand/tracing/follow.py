@@ -3,27 +3,35 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.catalogue import ControllerEntry
-from inhand.control.controller import Task
+from inhand.control.controller import Controller, SpatialTask, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE
 from inhand.control.loop import Bench, simulate
 from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
 from inhand.control.seen import SENSED
-from inhand.control.trial import REACHED, STOPPED, Trial
-from inhand.geometry import Array, Path, planar
+from inhand.control.spatial_catalogue import SpatialEntry
+from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.control.trial import REACHED, STOPPED, AnyTrial, Passport, Trial
+from inhand.geometry import Array, Path
 from inhand.hands.fit import Held
+from inhand.hands.spatial.fit import SpatialHeld
 from inhand.sim.drawn import Disturbed
 from inhand.tasks.paths import stacked
+from inhand.tasks.spatial.paths import SpatialReference, stacked_paths
 from inhand.tracing.plan import Plan
+from inhand.tracing.poses import plain, poses_of
 from inhand.tracing.sensed import SensedSequencer
 from inhand.tracing.sequencer import End, Repertoire, Sequencer
 from inhand.tracing.walk import Event, SequenceConfig
+from inhand.tracing.ways import from_to
 
 PUSH = 0.8
 """Force of a push against a wall [N]."""
@@ -35,13 +43,17 @@ ARRIVED = 0.001
 """A plan that is followed as a whole is done where the object has come to within this of its end [m]."""
 
 
+Driver: TypeAlias = Sequencer | SensedSequencer | RouteController
+"""What takes worlds through plans."""
+
+
 @dataclass(frozen=True, eq=False)
 class Followed:
     """What one world left."""
 
     plan: Plan
     """Its plan."""
-    trial: Trial
+    trial: AnyTrial
     """What was recorded; the outcome is `stopped` where the sequencer gave up."""
     legs: NDArray[np.int64]
     """The primitive of each row of the manipulation phase `(M,)`; the number of all where the plan was done."""
@@ -94,19 +106,45 @@ def follow(
     driver = _driver(replace(task, start=poses[:, 0], distance=grasp.way), plans, entry, config)
     longest = max(map(_longest, plans))
     _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
-    signed = passports(hand, spec, entry, seed=seed, engine=bench.engine)
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "engine": bench.engine}
+    signed = passports(Passport, **same, seed=seed, angle_deg=None, rotation_deg=0.0)
     worlds: Sequence[Disturbed | None] = disturbed or [None] * len(plans)
     found = [
-        signed(plan.name, None, 0.0, plan.name, number, disturbed=world)
+        signed(primitive=plan.name, path=plan.name, trial=number, disturbed=world)
         for number, (plan, world) in enumerate(zip(plans, worlds, strict=True), start=1)
     ]
-    trials = cut_trials(recording, found, task.path.poses)
+    trials = cut_trials(Trial, recording, found, task.path.poses)
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 
 
-def _driver(
-    task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None
-) -> Sequencer | SensedSequencer | RouteController:
+def follow_in_space(
+    held: SpatialHeld, entry: SpatialEntry, plans: Sequence[Plan], starts: Array, bench: Bench, *, seed: int = 0
+) -> tuple[Followed, ...]:
+    """Take one object for each plan through it with a hand in space; objects stand at `starts` `(B, 7)`."""
+    (hand, spec, gravity), count = held, len(plans)
+    firsts = np.array([plan.legs[0].start for plan in plans])
+    ways = [from_to(firsts[k], plan.path.poses) for k, plan in enumerate(plans)]
+    names = [f"{plan.name} {plans.index(plan) + 1}" for plan in plans]  # trials of one plan share its grasps
+    paths = [SpatialReference(way[:, :3], way[:, 3:], name) for way, name in zip(ways, names, strict=True)]
+    pulls = np.tile(gravity, (count, 1))
+    grasp = entry.grasp(hand, spec, paths, pulls, starts, bench=bench, fixed=True)
+    task = SpatialTask(hand, (spec,) * count, stacked_paths(paths), gravity=pulls)
+    parts: Repertoire = {"move": entry.manipulate, "turn": entry.manipulate, "hold": SpatialIkController}
+    driver = Sequencer(task, plans, parts)
+
+    def carry(task: SpatialTask) -> Controller:
+        return driver if task.distance is None else entry.manipulate(task)  # who holds the object before it is carried
+
+    longest = max(map(_longest, plans))
+    _, recording = simulate(task, grasp, starts, carry, bench, longest=longest)
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "gravity": gravity}
+    signed = passports(SpatialPassport, **same, seed=seed, engine=bench.engine, along=None, about=None)
+    found = [signed(primitive=plan.name, trial=number) for number, plan in enumerate(plans, start=1)]
+    trials = cut_trials(SpatialTrial, recording, found, stacked(ways))
+    return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
+
+
+def _driver(task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None) -> Driver:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
     if entry.reads == SENSED:
         return SensedSequencer(task, plans, repertoire_of(entry), config, remembers=entry.policy is not None)
@@ -115,15 +153,15 @@ def _driver(
     return Sequencer(task, plans, repertoire_of(entry), config)
 
 
-def _followed(plan: Plan, trial: Trial, driver: Sequencer | SensedSequencer | RouteController, world: int) -> Followed:
+def _followed(plan: Plan, trial: AnyTrial, driver: Driver, world: int) -> Followed:
     """Return what one world left, up to its last row."""
     rows = trial.manipulation
     if rows.stop <= rows.start:
         return Followed(plan, trial, np.zeros(0, dtype=np.int64), (), 0.0)
     sequence, count = driver.sequence if isinstance(driver, SensedSequencer) else driver, rows.stop - rows.start
     if isinstance(sequence, Sequencer):
-        x, y, theta = planar(trial.object_pose[-1]).tolist()
-        legs, end = np.array(sequence.legs)[:, world], sequence.end_of(world, count, (x, y, theta))
+        last = plain(poses_of(trial.object_pose[-1], space=plan.in_space))
+        legs, end = np.array(sequence.legs)[:, world], sequence.end_of(world, count, last)
     else:
         came, whole = np.array(sequence.came)[:, world], float(plan.way[-1])
         legs = np.minimum(np.searchsorted(plan.way, came, side="right"), len(plan.legs)) - 1

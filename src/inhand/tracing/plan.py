@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -13,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.errors import InputError
-from inhand.geometry import SAME, TURN_ARM, Array, Path, distance_to
+from inhand.geometry import SAME, Array, Path, distance_to
 from inhand.tasks.paths import TURN_STEP
+from inhand.tracing.poses import Pose, apart, arms, between, nearest_rotation, places, plain, turned_beyond
 
 Kind = Literal["move", "turn", "press"]
 """What a primitive does: carry the object straight on, turn it on the spot, or push it on against what resists."""
@@ -30,9 +29,9 @@ class Leg:
 
     kind: Kind
     """What it does."""
-    start: tuple[float, float, float]
-    """Pose of the object where it is planned to start: x [m], y [m], theta [rad]."""
-    end: tuple[float, float, float]
+    start: Pose
+    """Pose of the object where it is planned to start: x [m], y [m], theta [rad]; or that in space."""
+    end: Pose
     """Pose where it ends; of a press, where it would end if nothing resisted."""
     stay: float = 0.0
     """Time to hold the object at the end, or to press [s]."""
@@ -42,11 +41,13 @@ class Leg:
         """Way of the leg [m]; a turn counts as an arc at `TURN_ARM`, a press goes nowhere."""
         return 0.0 if self.kind == "press" else float(Path(np.array([self.start, self.end])).length)
 
-    def turned(self, theta: float) -> float:
-        """Return by how much an angle is out of what the leg allows, signed [rad]."""
-        middle, half = (self.start[2] + self.end[2]) / 2, abs(self.end[2] - self.start[2]) / 2
-        away = math.remainder(theta - middle, 2 * math.pi)
-        return math.copysign(max(abs(away) - half, 0.0), away)
+    def allowed(self, pose: Pose) -> Pose:
+        """Return the rotation that the leg has on its way and that is nearest to a pose's [rad]."""
+        return nearest_rotation(self.start, self.end, pose)
+
+    def turned(self, pose: Pose) -> float:
+        """Return by how much a pose is turned out of what the leg allows [rad]."""
+        return turned_beyond(self.start, self.end, pose)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,28 +62,32 @@ class Plan:
     """Number of legs at the beginning that only lead to the path and are not measured."""
 
     @property
+    def in_space(self) -> bool:
+        """Whether its poses are those of space."""
+        return len(self.legs[0].start) > 3
+
+    @property
     def way(self) -> Array:
         """Way up to the start of each leg and to the end of the last `(L + 1,)` [m]."""
         return np.concatenate([[0.0], np.cumsum([leg.length for leg in self.legs])])
 
     @cached_property
     def path(self) -> Path:
-        """The object's poses along all legs `(S, 3)`, at most `STEP` or `TURN_STEP` apart."""
+        """The object's poses along all legs `(S, k)`, at most `STEP` or `TURN_STEP` apart."""
         found = [np.array([self.legs[0].start])]
         for leg in self.legs:
-            start, end = np.array(leg.start), np.array(leg.end)
-            parts = max(leg.length / STEP, abs(end[2] - start[2]) / TURN_STEP)
+            parts = max(leg.length / STEP, apart(leg.start, leg.end) / TURN_STEP)
             if leg.kind != "press":
                 shares = np.linspace(0.0, 1.0, max(int(np.ceil(parts - SAME)), 1) + 1)[1:]
-                found.append(start + shares[:, None] * (end - start))
+                found.append(between(leg.start, leg.end, shares))
         return Path(np.concatenate(found))
 
-    def come(self, number: int, pose: tuple[float, float, float]) -> float:
+    def come(self, number: int, pose: Pose) -> float:
         """Return the way that an object at a pose has come [m], which is on a leg, or past the last."""
         if number >= len(self.legs):
             return float(self.way[-1])
         leg = self.legs[number]
-        here, start, end = (np.array(each) * (1.0, 1.0, TURN_ARM) for each in (pose, leg.start, leg.end))
+        here, start, end = (np.array(each) * arms(len(each)) for each in (pose, leg.start, leg.end))
         come = float((here - start) @ (end - start)) / max(leg.length, SAME)
         return float(self.way[number] + min(max(come, 0.0), leg.length))
 
@@ -92,20 +97,22 @@ class Plan:
 
 
 def plan_along(name: str, poses: Array, start: Array, *, stay: float = 0.0, tolerance: float = TOLERANCE) -> Plan:
-    """Return the plan that follows way-points `(N, 3)` from a start pose, and stays at the last for `stay` [s].
+    """Return the plan that follows way-points `(N, k)` from a start pose `(k,)`, and stays at the last for `stay` [s].
 
-    Where two way-points differ in angle the object is turned on the spot first (the order of the Asterisk Test's
-    twists), then carried. Way-points that lie within the tolerance [m] of a straight line between others fall away.
+    In the plane way-points are x, y, theta, in space x, y, z and a rotation vector. Where two differ in angle the
+    object is turned on the spot first (the order of the Asterisk Test's twists), then carried. Way-points that lie
+    within the tolerance [m] of a straight line between others fall away.
 
     Raises:
         InputError: no way-points, some that are not finite, or all at the start.
     """
     poses = np.asarray(poses, dtype=float)
-    if poses.ndim != 2 or poses.shape[1:] != (3,) or len(poses) == 0:
-        raise InputError(f"way-points of shape {poses.shape}; give an array (N, 3) of x [m], y [m], theta [rad]")
+    if poses.ndim != 2 or poses.shape[1:] != start.shape or len(poses) == 0:
+        wanted = "x [m], y [m], theta [rad]" if len(start) == 3 else "x, y, z [m] and a rotation vector [rad]"
+        raise InputError(f"way-points of shape {poses.shape}; give an array (N, {len(start)}) of {wanted}")
     if not np.isfinite(poses).all():
         row = int(np.argwhere(~np.isfinite(poses))[0, 0])
-        raise InputError(f"way-point {row + 1} of {name} is {poses[row].tolist()}: give finite x, y and theta")
+        raise InputError(f"way-point {row + 1} of {name} is {poses[row].tolist()}: give finite numbers")
     kept = poses[simplified(poses, tolerance)]
     legs = _legs(np.concatenate([start[None], kept[:1]]))
     approach = len(legs)
@@ -119,12 +126,12 @@ def plan_along(name: str, poses: Array, start: Array, *, stay: float = 0.0, tole
 
 
 def simplified(poses: Array, tolerance: float) -> NDArray[np.int64]:
-    """Return which way-points `(N, 3)` are kept so that none lies farther than the tolerance [m] from their line.
+    """Return which way-points `(N, k)` are kept so that none lies farther than the tolerance [m] from their line.
 
     Douglas and Peucker's cut: the farthest point from a chord is kept, and both parts are looked at in turn. An angle
     counts as an arc at `TURN_ARM`.
     """
-    points = poses * np.array([1.0, 1.0, TURN_ARM])
+    points = poses * arms(poses.shape[1])
     keep = np.zeros(len(points), dtype=bool)
     keep[[0, -1]] = True
     parts = [(0, len(points) - 1)]
@@ -143,18 +150,12 @@ def simplified(poses: Array, tolerance: float) -> NDArray[np.int64]:
 
 
 def _legs(poses: Array) -> list[Leg]:
-    """Return the legs through way-points `(N, 3)`: at each, a turn on the spot first, then a move."""
-    legs = []
+    """Return the legs through way-points `(N, k)`: at each, a turn on the spot first, then a move."""
+    legs, first = [], places(poses.shape[1])
     for here, there in pairwise(poses):
-        turned = np.array([here[0], here[1], there[2]])
-        if abs(turned[2] - here[2]) > SAME:
-            legs.append(Leg("turn", triple(here), triple(turned)))
-        if np.hypot(*(there - turned)[:2]) > SAME:
-            legs.append(Leg("move", triple(turned), triple(there)))
+        turned = np.concatenate([here[:first], there[first:]])
+        if np.abs(turned - here).max() > SAME:
+            legs.append(Leg("turn", plain(here), plain(turned)))
+        if np.linalg.norm(there - turned) > SAME:
+            legs.append(Leg("move", plain(turned), plain(there)))
     return legs
-
-
-def triple(pose: Array | Sequence[float]) -> tuple[float, float, float]:
-    """Return a pose as plain numbers."""
-    x, y, theta = (float(value) for value in pose)
-    return x, y, theta

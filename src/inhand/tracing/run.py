@@ -4,31 +4,45 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.catalogue import ControllerEntry, find_controller
-from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
+from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise, start_noise_in_space
 from inhand.control.knowing import check_held
 from inhand.control.loop import Bench, Told
+from inhand.control.run_config import TrialsConfig
 from inhand.control.seen import SENSED
+from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
+from inhand.control.spatial_rehearsal import check_weight
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.engines import check_engine
+from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
+from inhand.hands.spatial.fit import SpatialHeld, check_solid_fit
+from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import pose_from
+from inhand.sim.engines import check_engine, engine_in_space
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.drawings import SHAPES, find_drawing
-from inhand.tracing.fit import Carries, carried, check_extent, fit_of, largest, reached, refusal
-from inhand.tracing.follow import Followed, follow
-from inhand.tracing.plan import Plan, plan_along
+from inhand.tracing.fit import AnyHeld, Carries, carried, check_extent, fit_of, largest, reached, refusal
+from inhand.tracing.follow import Followed, follow, follow_in_space
+from inhand.tracing.plan import TOLERANCE, Plan, plan_along
+from inhand.tracing.spatial_drawings import HELIX, PLANES, find_spatial_drawing
+from inhand.tracing.spatial_tasks import SPATIAL_TASKS
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.tracing.trace import Trace, trace_of
 
+CLOSE = 1e-4
+"""How far a plan in space may leave its drawing [m]."""
 SHARE = 0.6
 """Share of the reachable size that a drawing without a size gets."""
 
@@ -37,9 +51,9 @@ SHARE = 0.6
 class TraceSetup:
     """Everything a run needs, checked before anything is written."""
 
-    hand: HandSpec
-    object: ObjectSpec
-    controller: ControllerEntry
+    held: AnyHeld
+    """Which object is in which hand, and in space how gravity pulls."""
+    controller: ControllerEntry | SpatialEntry
     """The low-level controller."""
     plans: tuple[Plan, ...]
     """The plan of each trial."""
@@ -51,14 +65,28 @@ class TraceSetup:
     """What a reader should know, a sentence each."""
 
     @property
+    def hand(self) -> HandSpec | SpatialHand:
+        """The hand."""
+        return self.held.hand
+
+    @property
+    def object(self) -> ObjectSpec | SolidSpec:
+        """The object."""
+        return self.held.object
+
+    @property
     def wall(self) -> Wall | None:
         """The wall that the object is to be pushed against, if any."""
         task = self.task
-        return None if task is None or task.wall is None else task.wall(Held(self.hand, self.object))
+        return None if task is None or task.wall is None or isinstance(self.held, SpatialHeld) else task.wall(self.held)
 
 
-def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | SequenceTask]:
-    """Return hand and object, controller, and what is to be traced or done: all that a run names.
+Named: TypeAlias = tuple[AnyHeld, ControllerEntry | SpatialEntry, Drawing | SequenceTask]
+"""Hand and object, controller, and what is to be traced or done."""
+
+
+def check_trace(config: TraceConfig) -> Named:
+    """Return all that a run names.
 
     Raises:
         InputError: a name or a number that no run can have; nothing is searched yet.
@@ -67,17 +95,13 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
         raise InputError(f"--trials {config.trials}: give at least one trial")
     check_count(config.trials, f"--trials {config.trials}")
     check_draws(config)
-    held = Held(load_hand(config.hand), load_object(config.object))
-    entry = find_controller(config.controller)
-    check_fit(*held)
-    check_engine(config.engine)
-    if entry.policy is not None:
-        check_held(entry.policy, held.hand, (held.object,))
-    task = TASKS.find(config.path)
+    held, entry = _in_space(config) if is_spatial_hand(config.hand) else _in_the_plane(config)
+    space = isinstance(held, SpatialHeld)
+    task = SPATIAL_TASKS.get(config.path) if space else TASKS.find(config.path)
     if task is None:
         if config.size is not None and config.size <= 0:
             raise InputError(f"--size {config.size:g}: give a positive size in mm")
-        drawing = find_path(config.path)
+        drawing = find_path(config.path, space=space)
         if config.size is not None:
             drawing = scaled(drawing, config.size / 1e3)
         if drawing.sized and not config.scale:
@@ -88,6 +112,37 @@ def check_trace(config: TraceConfig) -> tuple[Held, ControllerEntry, Drawing | S
     return held, entry, task
 
 
+def _in_the_plane(config: TraceConfig) -> tuple[Held, ControllerEntry]:
+    if config.gravity is not None:
+        raise InputError(
+            f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
+            " it out, or use a hand in space (3f_60.60_40_10)"
+        )
+    held = Held(load_hand(config.hand), load_object(config.object))
+    entry = find_controller(config.controller, held)
+    check_fit(*held)
+    check_engine(config.engine)
+    if entry.policy is not None:
+        check_held(entry.policy, held.hand, (held.object,))
+    return held, entry
+
+
+def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
+    if config.disturb != TrialsConfig.disturb:
+        raise InputError(f"--disturb with {config.hand}, a hand in space: disturbances are of the plane; leave it out")
+    hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
+    entry = find_spatial_controller(config.controller)
+    if entry.policy is not None:
+        raise InputError(
+            f"--controller {config.controller} in a sequence of {config.hand}, a hand in space: a policy there knows"
+            " single primitives (inhand asterisk); use ik"
+        )
+    engine_in_space(config.engine)
+    check_solid_fit(hand, spec)
+    check_weight(hand, spec)
+    return SpatialHeld(hand, spec, gravity_of(config.gravity or USUAL_PALM)), entry
+
+
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
     """Return a run's setup; `told` is told how the search for the reachable size goes.
 
@@ -96,7 +151,7 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
             lies outside of the hand's reach, and the largest that fits.
     """
     held, entry, asked = check_trace(config)
-    helped = entry.policy is not None and entry.reads != SENSED
+    helped = isinstance(entry, ControllerEntry) and entry.policy is not None and entry.reads != SENSED
     notes = ("The policy moves; twists and recoveries are the expert's (`ik`).",) if helped else ()
     if isinstance(asked, SequenceTask):
         draws = [
@@ -104,42 +159,45 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
         ]
         carries = _planned(config, entry)
         plans = tuple(fitting_plan(asked, held, rng, name, told=told, carries=carries) for rng, name in draws)
-        return TraceSetup(*held, entry, plans, asked, None, notes)
+        return TraceSetup(held, entry, plans, asked, None, notes)
     drawing, more = _sized(config, (held, entry), asked, told)
     plan = plan_of(held, drawing)
-    return TraceSetup(*held, entry, (plan,) * config.trials, None, larger_side(drawing), (*notes, *more))
+    return TraceSetup(held, entry, (plan,) * config.trials, None, larger_side(drawing), (*notes, *more))
 
 
-def find_path(text: str) -> Drawing:
-    """Return the drawing that `--path` names.
+def find_path(text: str, *, space: bool = False) -> Drawing:
+    """Return the drawing that `--path` names, of a hand in the plane or in space.
 
     Raises:
         InputError: there is none; the text offers near matches, tasks among them.
     """
+    tasks, shapes = (SPATIAL_TASKS, (*SHAPES, HELIX)) if space else (TASKS, tuple(SHAPES))
     try:
-        return find_drawing(text)
+        return find_spatial_drawing(text) if space else find_drawing(text)
     except InputError as error:
-        near = near_matches(text, (*TASKS, *SHAPES))
+        near = near_matches(text, (*tasks, *shapes))
         if "unknown drawing" not in str(error):
             raise
+        planes = f", each in a plane as A@xz ({', '.join(PLANES)}), joined by +" if space else ""
         raise InputError(
-            f"unknown --path {text!r}{near}; allowed are {', '.join(SHAPES)}, a letter A to Z, an .svg or .csv file,"
-            f" and the tasks {', '.join(TASKS)}"
+            f"unknown --path {text!r}{near}; allowed are {', '.join(shapes)}, a letter A to Z, an .svg or .csv file"
+            f"{planes}, and the tasks {', '.join(tasks)}"
         ) from error
 
 
-def plan_of(held: Held, drawing: Drawing) -> Plan:
+def plan_of(held: AnyHeld, drawing: Drawing) -> Plan:
     """Return the plan that traces a drawing with a size about the object's start."""
     start = held.start
-    return plan_along(drawing.name, start + drawing.poses, start)
+    tolerance = CLOSE if isinstance(held, SpatialHeld) else TOLERANCE
+    return plan_along(drawing.name, start + drawing.poses, start, tolerance=tolerance)
 
 
-def reachable_size(held: Held, drawing: Drawing, told: Told | None = None) -> float:
+def reachable_size(held: AnyHeld, drawing: Drawing, told: Told | None = None) -> float:
     """Return the largest size of a drawing that lies inside the hand's reach [m]."""
     return _largest("reach", held, drawing, reached, told)
 
 
-def _largest(what: str, held: Held, drawing: Drawing, fits: Callable[[Held, Plan], bool], told: Told | None) -> float:
+def _largest(what: str, held: AnyHeld, drawing: Drawing, fits: Callable[[Any, Plan], bool], told: Told | None) -> float:
     """Return the largest size of a drawing that fits [m], searched once and kept on disk."""
 
     def compute() -> Arrays:
@@ -153,17 +211,27 @@ def simulate_trace(
     config: TraceConfig, setup: TraceSetup, progress: Told | None = None
 ) -> tuple[tuple[Followed, ...], tuple[Trace, ...]]:
     """Follow every plan at once; return what each trial left and reached, in their order."""
-    held = Held(setup.hand, setup.object)
-    whose = [(None, 0.0, number) for number in range(1, config.trials + 1)]
-    starts = setup.hand.start_pose + start_noise(config, whose)
-    worlds = disturbed_worlds(config, whose, setup.hand.n_joints)
-    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), progress=progress)
-    found = follow(held, setup.controller, setup.plans, starts, bench, seed=config.seed, disturbed=worlds)
+    found = _followed(config, setup, progress)
     return found, tuple(trace_of(each, setup.wall) for each in found)
 
 
+def _followed(config: TraceConfig, setup: TraceSetup, progress: Told | None) -> tuple[Followed, ...]:
+    held, entry = setup.held, setup.controller
+    if isinstance(held, SpatialHeld) and isinstance(entry, SpatialEntry):
+        starts = pose_from(held.hand.start_pose, *start_noise_in_space(config, range(1, config.trials + 1)))
+        bench = Bench(engine_in_space(config.engine), progress=progress)
+        return follow_in_space(held, entry, setup.plans, starts, bench, seed=config.seed)
+    if isinstance(held, SpatialHeld) or isinstance(entry, SpatialEntry):
+        raise InputError(f"controller {entry.name!r} and hand {held.hand.name!r} are not both of the plane or of space")
+    whose = [(None, 0.0, number) for number in range(1, config.trials + 1)]
+    starts = held.start + start_noise(config, whose)
+    worlds = disturbed_worlds(config, whose, held.hand.n_joints)
+    bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), progress=progress)
+    return follow(held, entry, setup.plans, starts, bench, seed=config.seed, disturbed=worlds)
+
+
 def _sized(
-    config: TraceConfig, by: tuple[Held, ControllerEntry], drawing: Drawing, told: Told | None
+    config: TraceConfig, by: tuple[AnyHeld, ControllerEntry | SpatialEntry], drawing: Drawing, told: Told | None
 ) -> tuple[Drawing, tuple[str, ...]]:
     """Return the drawing at the size that is to be traced, and what a reader should know of that."""
     (held, entry), carries = by, _planned(config, by[1])
@@ -202,7 +270,7 @@ def _sized(
     raise refusal(name, fit, held.start, fits if most > 0 else none)
 
 
-def _fits(held: Held, plan: Plan, carries: Carries | None, *, inside: bool) -> bool:
+def _fits(held: AnyHeld, plan: Plan, carries: Carries | None, *, inside: bool) -> bool:
     """Return whether a grip carries the object along a whole plan, which may be known to lie `inside` the reach."""
     whole = plan.way[-1] - 1e-9
     if carried(held, plan) < whole or not (inside or reached(held, plan)):
@@ -210,9 +278,9 @@ def _fits(held: Held, plan: Plan, carries: Carries | None, *, inside: bool) -> b
     return carries is None or carries(held, plan) >= whole
 
 
-def _planned(config: TraceConfig, entry: ControllerEntry) -> Carries | None:
+def _planned(config: TraceConfig, entry: ControllerEntry | SpatialEntry) -> Carries | None:
     """Return what gives how far a controller that reads what is sensed plans to carry an object; None of another."""
-    if entry.reads != SENSED:
+    if isinstance(entry, SpatialEntry) or entry.reads != SENSED:
         return None
 
     def carries(held: Held, plan: Plan) -> float:

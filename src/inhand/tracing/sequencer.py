@@ -6,23 +6,23 @@ primitive at the same decision share one low-level controller.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Controller, Task
-from inhand.control.follow import follow_limit
-from inhand.control.ik import IkConfig
+from inhand.control.controller import AnyTask, Controller
 from inhand.control.seen import SENSED, Seen, View, reads_of
 from inhand.control.sensed_policy import PolicyPrimitive
-from inhand.geometry import Array, Path, wrap_angle
+from inhand.geometry import Array
 from inhand.sim.state import State, select
 from inhand.tasks.past import Past
-from inhand.tasks.paths import stacked
 from inhand.tracing.plan import STEP, Plan
-from inhand.tracing.walk import Event, Pose, Request, SequenceConfig, Walk, What
+from inhand.tracing.poses import Pose
+from inhand.tracing.walk import Event, Request, SequenceConfig, Walk, What
+from inhand.tracing.ways import rest_held, straight, where
 
-Repertoire = Mapping[What, Callable[[Task], Controller]]
+Repertoire = Mapping[What, Callable[[Any], Controller]]
 """What makes the low-level controllers: to move the object straight on, to turn it on the spot, to press it on against
 what resists, and to hold it where it is when something went wrong."""
 
@@ -49,7 +49,7 @@ class Sequencer:
     """Takes every world through its plan, on states as they are, or as they are believed to be."""
 
     def __init__(
-        self, task: Task, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
+        self, task: AnyTask, plans: Sequence[Plan], repertoire: Repertoire, config: SequenceConfig | None = None
     ) -> None:
         """Take worlds through plans, one each, given in the palm frame.
 
@@ -80,7 +80,7 @@ class Sequencer:
         self._predict(state, every)
         for walk in self.walks:
             walk.time = self._period * len(self.legs)
-        poses = _poses(state)
+        poses = where(self._task, state)
         self._start(state, {world: walk.begin(poses[world]) for world, walk in enumerate(self.walks)})
 
     def act(self, state: State) -> Array:
@@ -91,7 +91,7 @@ class Sequencer:
         both = np.asarray(state.touching.all(axis=-1))
         requests = {
             world: self.walks[world].decide(pose, touching=bool(both[world]))
-            for world, pose in enumerate(_poses(state))
+            for world, pose in enumerate(where(self._task, state))
         }
         self._start(state, {world: asked for world, asked in requests.items() if asked is not None})
         self.legs.append(np.array([walk.leg for walk in self.walks]))
@@ -119,16 +119,14 @@ class Sequencer:
         """Predict how far along the rest of its plan the grip of each of some worlds will carry its object."""
         if self._planned or self.seen is not None:
             return
-        poses, rest, begins = _poses(state), [], []
+        poses, rest, begins = where(self._task, state), [], []
         for world in worlds.tolist():
             walk, pose = self.walks[world], poses[world]
             come = walk.come(pose)
-            rest.append(np.concatenate([[pose], walk.plan.path.beyond(come).poses]) - pose)
+            rest.append(np.concatenate([[pose], walk.plan.path.beyond(come).poses]))
             begins.append(come)
-        task = self._part(worlds, Path(stacked(rest)))
-        config = IkConfig()
-        limit = follow_limit(task, select(state, worlds), config.friction_share, config.margin)
-        for world, begin, way, found in zip(worlds.tolist(), begins, task.path.way, limit, strict=True):
+        path, limit = rest_held(self._task, state, worlds, rest)
+        for world, begin, way, found in zip(worlds.tolist(), begins, path.way, limit, strict=True):
             whole = found >= way[-1] - STEP / 10
             self.walks[world].limit = np.inf if whole else begin + max(float(found - way[1]), 0.0)
 
@@ -138,7 +136,7 @@ class Sequencer:
             worlds = np.array([world for world, asked in requests.items() if asked.what == what], dtype=np.int64)
             if len(worlds) == 0:
                 continue
-            task = self._primitive(worlds, [requests[world] for world in worlds.tolist()])
+            task = straight(self._task, worlds, [requests[world] for world in worlds.tolist()])
             controller = self._repertoire[what](task)
             controller.begin(self.view(controller, state, worlds))
             self._groups[self._made] = _Group(controller, worlds)
@@ -147,16 +145,6 @@ class Sequencer:
         used = set(self._group.tolist())
         self._groups = {number: group for number, group in self._groups.items() if number in used}
 
-    def _primitive(self, worlds: NDArray[np.int64], asked: Sequence[Request]) -> Task:
-        """Return the task of carrying some worlds' objects straight from one pose to another."""
-        start = np.array([request.start for request in asked])
-        relative = np.array([request.end for request in asked]) - start
-        relative[:, 2] = wrap_angle(relative[:, 2])
-        longest = Path(np.stack([np.zeros_like(relative), relative], axis=1)).length.max()
-        shares = np.linspace(0.0, 1.0, max(int(np.ceil(longest / STEP)), 1) + 1)
-        path = Path(shares[:, None] * relative[:, None])
-        return replace(self._part(worlds, path), distance=path.length, start=start)
-
     def view(self, controller: Controller, state: State, worlds: NDArray[np.int64]) -> View:
         """Return what a low-level controller of some worlds sees: what is true or believed, sensed or remembered."""
         if self.past is not None and isinstance(controller, PolicyPrimitive):
@@ -164,10 +152,3 @@ class Sequencer:
         if self.seen is not None and reads_of(controller) == SENSED:
             return self.seen.select(worlds)
         return select(state, worlds)
-
-    def _part(self, worlds: NDArray[np.int64], path: Path) -> Task:
-        return replace(self._task, objects=tuple(self._task.objects[world] for world in worlds), path=path)
-
-
-def _poses(state: State) -> list[Pose]:
-    return [(x, y, theta) for x, y, theta in state.pose.tolist()]

@@ -10,6 +10,7 @@ from inhand.control.trial import DIVERGED, NO_GRASP, REACHED
 from inhand.geometry import Array
 from inhand.pages import NO_VERDICT, NOTHING
 from inhand.tracing.follow import Followed
+from inhand.tracing.poses import place
 from inhand.tracing.run import TraceSetup
 from inhand.tracing.trace import PUSHED, Trace
 from inhand.tracing.walk import Event
@@ -63,7 +64,7 @@ def faults(setup: TraceSetup, followed: Sequence[Followed], traces: Sequence[Tra
 
 
 def trace_entry(followed: Followed, trace: Trace, origin: Array) -> dict[str, Any]:
-    """Return a trial as one entry of the JSON's `trials` list; places are relative to the object's start `(3,)`."""
+    """Return a trial as one entry of the JSON's `trials` list; places are relative to the object's start pose."""
     plan = followed.plan
     events = [
         {
@@ -89,9 +90,9 @@ def _fault(followed: Followed, trace: Trace, origin: Array) -> str:
     if len(failures) > MOST_FAILURES:
         parts.append(f"{len(failures) - MOST_FAILURES} more")
     if trace.outcome != REACHED:
-        x, y = _place(followed.trial.object_pose[-1, :2], origin)
+        last_place = followed.trial.object_pose[-1, : len(place(followed.plan.legs[0].start))]
         last = followed.events[-1].what if followed.events and followed.events[-1].what in ENDS else "ended"
-        parts.append(f"{last} at ({x:.1f}, {y:.1f}) mm after {100 * trace.completion:.1f} % of the way")
+        parts.append(f"{last} at {_shown(last_place, origin)} mm after {100 * trace.completion:.1f} % of the way")
     elif parts:
         parts.append("then went on to the end")
     if trace.pushed_s is not None and trace.pushed_s < PUSHED:
@@ -102,15 +103,18 @@ def _fault(followed: Followed, trace: Trace, origin: Array) -> str:
 
 
 def _told(event: Event, followed: Followed, origin: Array) -> str:
-    x, y = _place(event.place, origin)
     legs = followed.plan.legs
     return (
-        f"{event.what} at ({x:.1f}, {y:.1f}) mm after {event.time:.1f} s, {1e3 * event.off:.1f} mm and"
+        f"{event.what} at {_shown(event.place, origin)} mm after {event.time:.1f} s, {1e3 * event.off:.1f} mm and"
         f" {np.rad2deg(event.turned):.1f} deg off, in primitive {event.leg + 1} of {len(legs)}"
         f" ({legs[event.leg].kind})"
     )
 
 
-def _place(place: Sequence[float] | Array, origin: Array) -> list[float]:
-    """Return a position `(2,)` from the object's start [mm]."""
-    return [float(1e3 * (value - begin)) for value, begin in zip(place, origin[:2], strict=True)]
+def _shown(where: Sequence[float] | Array, origin: Array) -> str:
+    return f"({', '.join(f'{value:.1f}' for value in _place(where, origin))})"
+
+
+def _place(where: Sequence[float] | Array, origin: Array) -> list[float]:
+    """Return a position `(2,)`, in space `(3,)`, from the object's start [mm]."""
+    return [float(1e3 * (value - begin)) for value, begin in zip(where, origin[: len(where)], strict=True)]

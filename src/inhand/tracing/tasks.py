@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from inhand.tasks.primitives import TRAIN, UNSEEN
 from inhand.tasks.reach import limits
 from inhand.tracing.drawing import scaled
 from inhand.tracing.drawings import find_drawing
-from inhand.tracing.fit import Carries, Fit, check_extent, fit_of, refusal
-from inhand.tracing.plan import Leg, Plan, plan_along, triple
+from inhand.tracing.fit import AnyHeld, Carries, Fit, check_extent, fit_of, refusal
+from inhand.tracing.plan import Leg, Plan, plan_along
+from inhand.tracing.poses import plain
 
 SHARE = 0.5
 """Share of the hand's reach in which goals and way-points are drawn."""
@@ -47,7 +49,7 @@ class SequenceTask:
     """What the command line calls it."""
     summary: str
     """One sentence for lists."""
-    plan: Callable[[Held, np.random.Generator], Plan]
+    plan: Callable[[Any, np.random.Generator], Plan]
     """Draws a plan, in the palm frame, for an object at its start."""
     wall: Callable[[Held], Wall] | None = None
     """What stands in the way."""
@@ -95,7 +97,7 @@ def _wall(held: Held, rng: np.random.Generator) -> Plan:
     start, out = held.start, np.array([0.0, 1.0, 0.0])
     near, beyond = start + (WALL_WAY - WALL_BEFORE) * out, start + (WALL_WAY + WALL_BEYOND) * out
     there, back = (plan_along("wall", np.stack(ends), ends[0]).legs for ends in ((start, near), (near, start)))
-    return Plan("wall", (*there, Leg("press", there[0].end, triple(beyond), WALL_STAY), *back))
+    return Plan("wall", (*there, Leg("press", there[0].end, plain(beyond), WALL_STAY), *back))
 
 
 def the_wall(held: Held) -> Wall:
@@ -182,7 +184,7 @@ def find_task(text: str) -> SequenceTask:
 
 def fitting_plan(
     task: SequenceTask,
-    held: Held,
+    held: AnyHeld,
     rng: np.random.Generator,
     name: str,
     *,
@@ -211,6 +213,6 @@ def fitting_plan(
 
 
 @lru_cache(maxsize=128)
-def _fit(held: Held, legs: tuple[Leg, ...], carries: Carries | None) -> Fit:
+def _fit(held: AnyHeld, legs: tuple[Leg, ...], carries: Carries | None) -> Fit:
     """Return what a hand can do of a plan; the same plan of another trial is free."""
     return fit_of(held, Plan("task", legs), carries=carries)

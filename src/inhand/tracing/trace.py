@@ -1,15 +1,18 @@
 """How well plans were followed: tracking error, completion and time of every world of a run."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.trial import LOST, REACHED
-from inhand.geometry import TURN_ARM, Array, Path, distance_to, frechet, longest_run, planar, wrap_angle
+from inhand.geometry import Array, Path, distance_to, frechet, longest_run, planar
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.walls import Wall, clearance
 from inhand.tracing.follow import Followed
 from inhand.tracing.plan import Plan
+from inhand.tracing.poses import apart, arms, place, places, plain, poses_of
 
 POINTS, MOST_POINTS = 300, 1000
 """Points of path and plan between which the Frechet distance is taken: one for each millimetre of the plan, but not
@@ -85,7 +88,7 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
     rows = deviations(followed)
     off, turned = 1e3 * rows.off, rows.turned
     approach, whole = plan.way[plan.approach], plan.way[-1]
-    last = planar(trial.object_pose[-1]) - np.array(plan.legs[-1].end)
+    last, end = plain(poses_of(trial.object_pose[-1], space=plan.in_space)), plan.legs[-1].end
     done = trial.outcome == REACHED
     return Trace(
         trial.passport.trial,
@@ -95,8 +98,8 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
         float(off.max(initial=0.0)) if len(off) else np.nan,
         _frechet(poses, plan) if len(off) else np.nan,
         float(np.rad2deg(turned.max(initial=0.0))),
-        float(1e3 * np.hypot(*last[:2])),
-        float(np.rad2deg(abs(wrap_angle(last[2])))),
+        1e3 * math.dist(place(last), place(end)),
+        math.degrees(apart(last, end)),
         len(poses) * trial.passport.period,
         sum(event.what != "gave up" for event in followed.events),
         trial.force_max_n,
@@ -106,12 +109,24 @@ def trace_of(followed: Followed, wall: Wall | None = None) -> Trace:
 
 
 def measured_rows(followed: Followed) -> tuple[Array, NDArray[np.int64]]:
-    """Return the object's poses `(M, 3)` after the approach [m, m, rad], and the primitive of each `(M,)`."""
-    rows = followed.trial.manipulation
-    poses = planar(followed.trial.object_pose[rows])
+    """Return the object's poses `(M, k)` after the approach [m, rad], and the primitive of each `(M,)`."""
+    poses = poses_along(followed)
     count = len(followed.plan.legs)
     measured = (followed.legs >= followed.plan.approach) & (followed.legs < count)
     return poses[measured], followed.legs[measured]
+
+
+def poses_along(followed: Followed) -> Array:
+    """Return the object's poses `(M, k)` in the manipulation phase [m, rad], as its plan has them."""
+    trial = followed.trial
+    return poses_of(trial.object_pose[trial.manipulation], space=followed.plan.in_space)
+
+
+def turned_deg(poses: Array) -> Array:
+    """Return how far poses `(M, k)` are turned `(M,)` [deg]: counter-clockwise, in space about any axis."""
+    if poses.shape[1] > 3:
+        return np.asarray(np.rad2deg(np.linalg.norm(poses[:, 3:], axis=-1)))
+    return np.asarray(np.rad2deg(np.unwrap(poses[:, 2])))
 
 
 def deviations(followed: Followed) -> Deviations:
@@ -119,8 +134,8 @@ def deviations(followed: Followed) -> Deviations:
     plan, (poses, legs) = followed.plan, measured_rows(followed)
     ends = _ends(plan)[legs]
     start, end = ends[:, 0], ends[:, 1]
-    turned = np.array([abs(plan.legs[leg].turned(theta)) for leg, theta in zip(legs, poses[:, 2], strict=True)])
-    scale = np.array([1.0, 1.0, TURN_ARM])
+    turned = np.array([plan.legs[leg].turned(plain(pose)) for leg, pose in zip(legs, poses, strict=True)])
+    scale = arms(poses.shape[1])
     line, gone = (end - start) * scale, (poses - start) * scale
     share = np.clip((gone * line).sum(axis=-1) / np.maximum((line**2).sum(axis=-1), SAME), 0.0, 1.0)
     way = plan.way[legs] - plan.way[plan.approach] + share * np.diff(plan.way)[legs]
@@ -128,7 +143,7 @@ def deviations(followed: Followed) -> Deviations:
 
 
 def _ends(plan: Plan) -> Array:
-    """Return where each primitive of a plan starts and ends `(L, 2, 3)` [m, m, rad]."""
+    """Return where each primitive of a plan starts and ends `(L, 2, k)` [m, rad]."""
     return np.array([(leg.start, leg.end) for leg in plan.legs])
 
 
@@ -138,12 +153,13 @@ def _off(plan: Plan, poses: Array, legs: NDArray[np.int64]) -> Array:
     A primitive has arrived a little before its end, and a push ends where something resisted: there the next one
     starts, still on the planned path.
     """
-    lines = [_ends(plan)[which][..., :2] for which in (legs, np.maximum(legs - 1, plan.approach))]
-    return np.minimum(*(distance_to(poses[:, :2], line[:, 0], line[:, 1]) for line in lines))
+    first = places(poses.shape[1])
+    lines = [_ends(plan)[which][..., :first] for which in (legs, np.maximum(legs - 1, plan.approach))]
+    return np.minimum(*(distance_to(poses[:, :first], line[:, 0], line[:, 1]) for line in lines))
 
 
 def _frechet(poses: Array, plan: Plan) -> float:
-    """Return the discrete Frechet distance of positions `(M, 3)` to a plan without its approach [mm]."""
+    """Return the discrete Frechet distance of the positions of poses `(M, k)` to a plan without its approach [mm]."""
     wanted = plan.measured()
     count = int(np.clip(np.ceil(1e3 * wanted.way[-1]), POINTS, MOST_POINTS))
     path, target = (_evenly(points, count) for points in (poses, wanted.path.poses))
@@ -151,13 +167,17 @@ def _frechet(poses: Array, plan: Plan) -> float:
 
 
 def _evenly(poses: Array, count: int) -> Array:
-    """Return points `(count, 2)` evenly along the positions of poses `(M, 3)`; standing still counts once."""
-    line = Path(poses * np.array([1.0, 1.0, 0.0]))
-    return line.at(np.linspace(0.0, line.length, count))[:, :2]
+    """Return points `(count, 2)`, in space `(count, 3)`, evenly along poses `(M, k)`; standing still counts once."""
+    first = places(poses.shape[1])
+    line = Path(np.where(np.arange(poses.shape[1]) < first, poses, 0.0))
+    return line.at(np.linspace(0.0, line.length, count))[:, :first]
 
 
 def _pushed(followed: Followed, wall: Wall) -> float:
     """Return the longest time for which the object touched a wall, held by all fingers [s]."""
     trial = followed.trial
-    near = clearance(wall, trial.passport.object, planar(trial.object_pose)) <= TOUCHES
+    spec = trial.passport.object
+    if isinstance(spec, SolidSpec):
+        return 0.0
+    near = clearance(wall, spec, planar(trial.object_pose)) <= TOUCHES
     return longest_run(near & trial.touching.all(axis=-1)) * trial.passport.period

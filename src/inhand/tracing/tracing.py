@@ -6,11 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from inhand.control.catalogue import CONTROLLERS, notes_of
+from inhand.control.catalogue import CONTROLLERS, ControllerEntry
 from inhand.control.draws import disturbance_notes
-from inhand.hands.files import HANDS, OBJECTS
+from inhand.control.notes import notes_of
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import name_of
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
 from inhand.sim.disturbance import disturbance_of
 from inhand.tracing.config import TraceConfig
@@ -29,8 +32,8 @@ Simulate = Callable[[TraceConfig, TraceSetup], tuple[tuple[Followed, ...], tuple
 
 def trace(
     path: str | Path = DEFAULT.path,
-    hand: str | Path | HandSpec = DEFAULT.hand,
-    object: str | Path | ObjectSpec = DEFAULT.object,
+    hand: str | Path | HandSpec | SpatialHand = DEFAULT.hand,
+    object: str | Path | ObjectSpec | SolidSpec = DEFAULT.object,
     controller: object = DEFAULT.controller,
     *,
     size: float | None = None,
@@ -54,7 +57,7 @@ def trace(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"path": str(path), "size": size, "trials": trials, "seed": seed}
-    settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
+    settings |= {"hand": name_of(hand), "object": name_of(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings |= disturbance_of(settings)
     return run_trace(configured(TraceConfig, settings))
@@ -72,10 +75,9 @@ def run_trace(
     from inhand.tracing.report import TraceRun
 
     entry = setup.controller
-    notes = (
-        *setup.notes,
-        *notes_of(entry, config.hand, config.object),
-        *disturbance_notes(config, entry.reads, entry.contract),
-    )
+    notes = setup.notes
+    if isinstance(entry, ControllerEntry):
+        notes += notes_of(entry, config.hand, config.object)
+        notes += disturbance_notes(config, entry.reads, entry.contract)
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

@@ -9,15 +9,16 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from inhand.geometry import TURN_ARM
 from inhand.tracing.plan import Leg, Plan
+from inhand.tracing.poses import Pose, apart, between, place, plain, rotation
 
 Mode = Literal["go", "return", "recover", "done", "stopped"]
 """What a world is doing."""
 What = Literal["move", "turn", "press", "hold"]
 """Which part of the repertoire carries a primitive out."""
-Pose = tuple[float, float, float]
-"""x [m], y [m], theta [rad]."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ class Event:
     """Time since the plan began [s]."""
     leg: int
     """Number of the primitive, from 0."""
-    place: tuple[float, float]
-    """Where the object was [m]."""
+    place: tuple[float, ...]
+    """Where the object was `(2,)`, in space `(3,)` [m]."""
     off: float
     """How far it was from the planned line [m]."""
     turned: float
@@ -95,7 +96,7 @@ class Walk:
     time: float = 0.0
     """Time since the plan began [s]."""
     _what: What = "move"
-    _target: Pose = (0.0, 0.0, 0.0)
+    _target: Pose = ()
     _begun: Pose | None = None
     _nearest: float = math.inf
     _timer: float = 0.0
@@ -143,7 +144,7 @@ class Walk:
     def off(self, pose: Pose) -> float:
         """Return how far a pose is from the line of the primitive under way [m]."""
         start, end = self._line()
-        return math.dist(pose[:2], _nearest(pose, start, end))
+        return math.dist(place(pose), _nearest(pose, start, end))
 
     def come(self, pose: Pose) -> float:
         """Return the way along the plan that an object at a pose has come [m]."""
@@ -156,8 +157,8 @@ class Walk:
 
     def _left(self, pose: Pose) -> float:
         if self._what == "turn":
-            return TURN_ARM * abs(math.remainder(self._target[2] - pose[2], 2 * math.pi))
-        return math.dist(pose[:2], self._target[:2])
+            return TURN_ARM * apart(pose, self._target)
+        return math.dist(place(pose), place(self._target))
 
     def _arrived(self, left: float) -> bool:
         """Return whether the primitive is over: at its end, and held there for as long as asked."""
@@ -172,7 +173,7 @@ class Walk:
         config = self.config
         if self._loose >= config.loose:
             return "lost a finger"
-        if self.mode == "go" and (off > config.stray or abs(self.now.turned(pose[2])) > config.stray_turn):
+        if self.mode == "go" and (off > config.stray or self.now.turned(pose) > config.stray_turn):
             return "left its path"
         return "stuck" if self._timer >= config.patience and self._stayed < 0 else None
 
@@ -191,11 +192,10 @@ class Walk:
 
     def _resume(self, pose: Pose) -> Request:
         """Go on after the grip has been closed: first turned back if the object is turned far, then brought back."""
-        turned = self.now.turned(pose[2])
-        if abs(turned) <= self.config.stray_turn / 2:
+        if self.now.turned(pose) <= self.config.stray_turn / 2:
             return self._bring_back(pose)
         self.mode = "return"
-        return self._request("turn", pose, (*pose[:2], pose[2] - turned))
+        return self._request("turn", pose, (*place(pose), *self.now.allowed(pose)))
 
     def _bring_back(self, pose: Pose) -> Request:
         """Bring the object back to the planned line if it is off it, and go on."""
@@ -203,7 +203,8 @@ class Walk:
             return self._go(pose)
         self.mode = "return"
         start, end = self._line()
-        return self._request("move", (*pose[:2], self.now.start[2]), (*_nearest(pose, start, end), self.now.start[2]))
+        turned = rotation(self.now.start)
+        return self._request("move", (*place(pose), *turned), (*_nearest(pose, start, end), *turned))
 
     def _arrive(self, pose: Pose, off: float) -> Request | None:
         if self.mode == "return":
@@ -222,10 +223,10 @@ class Walk:
         leg = self.now
         carried = (self.limit - self.plan.way[self.leg]) / max(leg.length, 1e-9)
         share = 1.0 if leg.kind == "press" else min(max(carried, 0.0), 1.0)
-        x, y, theta = (s + share * (e - s) for s, e in zip(leg.start, leg.end, strict=True))
+        end = plain(between(leg.start, leg.end, np.array([share]))[0])
         if leg.kind == "turn":
-            return self._request("turn", (*leg.start[:2], pose[2]), (x, y, theta))
-        return self._request(leg.kind, (*pose[:2], leg.start[2]), (x, y, theta))
+            return self._request("turn", (*place(leg.start), *rotation(pose)), end)
+        return self._request(leg.kind, (*place(pose), *rotation(leg.start)), end)
 
     def _request(self, what: What, start: Pose, end: Pose) -> Request:
         self._what, self._target, self._nearest = what, end, math.inf
@@ -233,12 +234,14 @@ class Walk:
         return Request(what, start, end)
 
     def _tell(self, pose: Pose, off: float, what: str) -> None:
-        self.events.append(Event(self.time, self.leg, pose[:2], off, abs(self.now.turned(pose[2])), what))
+        self.events.append(Event(self.time, self.leg, place(pose), off, self.now.turned(pose), what))
 
 
-def _nearest(pose: Pose, start: Pose, end: Pose) -> tuple[float, float]:
+def _nearest(pose: Pose, start: Pose, end: Pose) -> Pose:
     """Return the point of a straight line that is nearest to a pose [m]."""
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    size = max(dx * dx + dy * dy, 1e-18)
-    share = min(max(((pose[0] - start[0]) * dx + (pose[1] - start[1]) * dy) / size, 0.0), 1.0)
-    return start[0] + share * dx, start[1] + share * dy
+    size, gone = 0.0, 0.0
+    for here, first, last in zip(place(pose), start, end, strict=False):
+        size += (last - first) * (last - first)
+        gone += (here - first) * (last - first)
+    share = min(max(gone / max(size, 1e-18), 0.0), 1.0)
+    return tuple(first + share * (last - first) for first, last in zip(place(start), end, strict=False))

@@ -46,7 +46,8 @@ class Bout:
     @property
     def settings(self) -> dict[str, Any]:
         """Everything that its numbers depend on, as JSON holds it."""
-        config, policy = self.config, find_controller(self.config.controller).policy
+        config, held = self.config, Held(self.hand, self.object)
+        policy = find_controller(config.controller, held).policy
         numbers = {"seed": config.seed, "seeds": self.seeds, "engine": config.engine, "controller": config.controller}
         known = {"policy": None if policy is None else policy.digest, "versions": versions()}
         return table_of(
@@ -167,9 +168,10 @@ ARC = 1e3 * TURN_ARM * np.pi / 180
 
 def _setup(bout: Bout) -> Setup:
     check_fit(bout.hand, bout.object)
-    entry, primitives = find_controller(bout.config.controller), bout.asked.primitives
+    held, primitives = Held(bout.hand, bout.object), bout.asked.primitives
+    entry = find_controller(bout.config.controller, held)
     assignments = tuple(Assignment(each, path_of(each), 1) for each in primitives)
-    check_known(entry, Held(bout.hand, bout.object), stacked([whole_path(each.path) for each in assignments]))
+    check_known(entry, held, stacked([whole_path(each.path) for each in assignments]))
     return Setup(bout.hand, bout.object, entry, assignments)
 
 

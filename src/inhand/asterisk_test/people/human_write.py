@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from inhand.asterisk_test.people.human_rows import FRAME, MOST_ROWS, REQUIRED
+from inhand.asterisk_test.people.human_units import SMALLEST_MM
 from inhand.control.trial import Trial
 from inhand.errors import InputError
 from inhand.folders import in_place
@@ -47,13 +48,19 @@ def write_recording(trial: Trial, folder: Path) -> Path:
     all their digits.
 
     Raises:
-        InputError: a direction that recordings have no word for, or a trial that is too long for one.
+        InputError: a direction that recordings have no word for, or a trial that is too long for one or moves too
+            little for its unit to be told.
     """
     name = recording_name(trial)
     path, rotation, _ = trial.manipulated_path()
+    which = f"{trial.passport.primitive}, trial {trial.passport.trial}"
     if len(path) > MOST_ROWS:
-        which = f"{trial.passport.primitive}, trial {trial.passport.trial}"
         raise InputError(f"{which}, has {len(path)} rows; a recording has at most {MOST_ROWS}")
+    if 0.0 < np.abs(path).max() < SMALLEST_MM:
+        raise InputError(
+            f"{which}, moves {np.abs(path).max():.2g} mm: of a recording that never leaves {SMALLEST_MM:g} mm nobody"
+            " could tell the unit"
+        )
     rows = zip(*path.T.tolist(), np.abs(rotation).tolist(), strict=True)
     with in_place(folder / name) as part, part.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")

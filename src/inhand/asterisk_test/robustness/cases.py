@@ -11,7 +11,6 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spread import Plan, planned
-from inhand.control.catalogue import find_controller
 from inhand.control.policy import Policy
 from inhand.control.run_config import DrawConfig, HeldConfig
 from inhand.errors import InputError, near_matches
@@ -154,8 +153,7 @@ def _shared(config: RobustnessConfig) -> dict[str, Any]:
 
 def _contender(config: AsteriskConfig) -> Contender:
     """Return the controller of a run, which could be run."""
-    prepare(config)
-    entry = find_controller(config.controller)
+    entry = prepare(config).controller
     trained = None if entry.policy is None else entry.policy.trained
     kin = None if trained is None or "seed" not in trained else {k: v for k, v in trained.items() if k != "seed"}
     cost = "no training" if entry.policy is None else _cost(Path(config.controller), entry.policy)

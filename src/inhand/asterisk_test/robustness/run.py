@@ -17,8 +17,10 @@ from inhand.asterisk_test.robustness.cases import CASES, Case, Contender, plan
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.spread import Compute, computed
 from inhand.asterisk_test.study import Study, told_in
-from inhand.control.catalogue import CONTROLLERS, find_controller, notes_of
-from inhand.hands.files import HANDS, OBJECTS
+from inhand.control.catalogue import CONTROLLERS, find_controller
+from inhand.control.notes import notes_of
+from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import checked, configured, read_record
@@ -149,7 +151,8 @@ def run_robustness(config: RobustnessConfig, compute: Compute = computed) -> Rob
     """
     began = time.perf_counter()
     found, contenders, cases = plan(config)
-    entries = [find_controller(each.word) for each in contenders]
+    held = Held(load_hand(config.hand), load_object(config.object))
+    entries = [find_controller(each.word, held) for each in contenders]
     notes = dict.fromkeys(note for entry in entries for note in notes_of(entry, config.hand, config.object))
     for _ in compute(found, config):
         pass

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from inhand.asterisk_test.browser import told_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import Result
-from inhand.control.spatial_replays import ShownInSpace, solid_replays
+from inhand.control.replays import Shown
+from inhand.control.spatial_replays import solid_replays
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.pages import Part
 from inhand.plots.page.document import html_of, settings_of
@@ -33,7 +34,7 @@ def spatial_page(
         config: of the run.
     """
     title, intro, *told = parts
-    shown = [ShownInSpace(trial, told_of(result)) for trial, result in zip(*found, strict=True)]
+    shown = [Shown(trial, trial.passport.controller, told_of(result)) for trial, result in zip(*found, strict=True)]
     views = [*_distances(*drawn), *solid_replays(shown)]
     return html_of(
         "A run of the Asterisk Test in space", [title, intro, *views, "## Results", *told, settings_of(config)]

@@ -1,32 +1,25 @@
 """A finished run in space and its report: figures, a replay and a Markdown page, from its trials and results."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 
 from inhand.aside import Aside, here
-from inhand.asterisk_test.beside import Beside
-from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.people.human_trial import HumanTrial
-from inhand.asterisk_test.report import FRAME_STEPS, command
-from inhand.asterisk_test.results import Result, as_entry, by_direction, summary_of, tidy
-from inhand.asterisk_test.table import endings, failures, shown_columns, table_rows
+from inhand.asterisk_test.report import command
+from inhand.asterisk_test.results import Result, by_direction
+from inhand.asterisk_test.table import endings, failures, shown_columns
+from inhand.asterisk_test.tested import FRAME_STEPS, Tested, farthest_trial
 from inhand.control.spatial_scenes import solid_frames
 from inhand.control.spatial_trial import SpatialTrial
-from inhand.control.trial import write_json, write_trials
 from inhand.geometry import Array, interpolate
 from inhand.hands.spatial.gravity import USUAL_PALM
-from inhand.pages import Part, Picture, again, counted, listed, page_of, table_of
+from inhand.pages import Part, Picture, again, counted, listed, table_of
 from inhand.plots.save import save_picture
 from inhand.plots.spatial_asterisk import MANY, SpatialCurve, Turned, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import write_spatial_replay
-from inhand.repeats import write_repeat
-from inhand.shown import HTML, Shown
-from inhand.versions import versions
 
 POINTS = 60
 """Points of a mean path."""
@@ -35,25 +28,17 @@ SETTINGS = ("hand", "object", "controller", "engine", "gravity")
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialRun(Shown):
-    """A finished run of a hand in space."""
+class SpatialRun(Tested):
+    """A finished run of a hand in space; nobody has done the test there, and it stands beside no other yet."""
 
-    config: AsteriskConfig
     trials: tuple[SpatialTrial, ...]
-    results: tuple[Result, ...]
-    """Their results, in the same order."""
-    notes: tuple[str, ...] = ()
-    """What a reader should know, a sentence each."""
-    people: tuple[HumanTrial, ...] = ()
-    beside: tuple[Beside, ...] = ()
-    """Nobody has done the test in space, and no run is set beside another yet."""
 
-    def table(self) -> pd.DataFrame:
-        """Return a row for each trial: hand, object, controller, engine, gravity, direction, outcome, every metric."""
+    @property
+    def settings(self) -> dict[str, object]:
+        """Hand, object, controller, engine and gravity."""
         passport = self.trials[0].passport
         names = passport.hand.name, passport.object.name, passport.controller, passport.engine, gravity_told(self)
-        same = dict(zip(SETTINGS, names, strict=True)) | {"reads": passport.reads}
-        return tidy(same | as_entry(result) for result in self.results)
+        return dict(zip(SETTINGS, names, strict=True))
 
     def figure(self) -> Figure:
         """Return planes, maps of directions and turns."""
@@ -63,43 +48,16 @@ class SpatialRun(Shown):
         """Return its page for a browser."""
         from inhand.asterisk_test.spatial.browser import spatial_page
 
-        return spatial_page(parts(self, []), (self.trials, self.results), drawn(self), self.config)
+        return spatial_page(self.parts(), (self.trials, self.results), drawn(self), self.config)
 
-    def write(self, folder: Path, aside: Aside = here) -> None:
-        """Write everything into a folder that is there; the replay may be drawn aside."""
-        write_trials(self.trials, folder)
+    def pictures(self, folder: Path, aside: Aside = here) -> list[Part]:
+        """Draw figures and a replay into `figures` of a folder, that aside, and return their parts of the page."""
         waited = aside(draw_replay, self, folder)
-        pictures = _pictures(self, folder)
-        (folder / "report.md").write_text(page(self, [*pictures, waited()]), encoding="utf-8")
-        (folder / HTML).write_text(self.html(), encoding="utf-8")
-        content = {
-            "trials": [as_entry(result) for result in self.results],
-            "directions": summary_of(self.results),
-            "notes": self.notes,
-            "config": asdict(self.config),
-            "versions": versions(),
-            "seed": self.config.seed,
-            "reads": self.trials[0].passport.reads,
-        }
-        write_json(content, folder / "metrics.json")
-        self.table().to_csv(folder / "trials.csv", index=False)
-        write_repeat(folder, "asterisk", self.config)
+        return [*_pictures(self, folder), waited()]
 
-    def draw(self, folder: Path) -> None:
-        """Draw figures and replay into `figures` of a folder."""
-        _pictures(self, folder)
-        draw_replay(self, folder)
-
-    @property
-    def name(self) -> str:
-        """What tells it from others."""
-        return self.trials[0].passport.controller
-
-    @property
-    def subject(self) -> str:
-        """Its controller, object and hand by their names."""
-        passport = self.trials[0].passport
-        return f"{passport.controller} on {passport.object.name} with {passport.hand.name}"
+    def parts(self, pictures: Sequence[Part] = ()) -> list[Part]:
+        """Return the parts of its page, the figures before the last."""
+        return _parts(self, pictures)
 
 
 def gravity_told(run: SpatialRun) -> str:
@@ -149,10 +107,7 @@ def _pictures(run: SpatialRun, folder: Path) -> list[Picture]:
 
 def draw_replay(run: SpatialRun, folder: Path) -> Picture:
     """Draw the trial that went farthest and return its part of the page."""
-    best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
-    trial, result = run.trials[best], run.results[best]
-    rows = list(range(0, len(trial.time), FRAME_STEPS))
-    first = min(trial.manipulation.start, len(trial.time) - 1)
+    trial, result, rows, first = farthest_trial(run)
     origin = trial.object_pose[first, :3]
     trail = 1e3 * (trial.object_pose[rows, :3] - origin)
     title = f"{result.direction}, trial {result.trial}"
@@ -182,13 +137,7 @@ def _told(trail: Array, result: Result) -> Sequence[str]:
     return [f"{each:z.0f} mm" for each in way]
 
 
-def page(run: SpatialRun, pictures: Sequence[Part]) -> str:
-    """Return the page: what was run, the table, what failed and why, the figures, and how to run it again."""
-    return page_of(*parts(run, ["## Figures", *pictures]))
-
-
-def parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
-    """Return the parts of the page, the figures before the last."""
+def _parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
     config, passport = run.config, run.trials[0].passport
     x, y, z = passport.gravity
     return [
@@ -202,7 +151,7 @@ def parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
         " deg), Contact (share of steps with every finger touching), Gap (longest time without), Force"
         " (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are the worst"
         " trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
-        table_of(*shown_columns(table_rows(run.results, ()))),
+        table_of(*shown_columns(run.rows)),
         endings(run.results),
         errors_told(run.results),
         listed(failures(run.results), "What failed"),

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.endings import ended_in_space
+from inhand.asterisk_test.endings import ended
 from inhand.control.controller import SpatialTask
-from inhand.control.draws import check_count, check_draws
-from inhand.control.loop import Bench, Told
-from inhand.control.recording import cut_spatial_trials
+from inhand.control.draws import check_count, check_draws, start_noise_in_space
+from inhand.control.loop import Bench, Told, simulate
+from inhand.control.recording import cut_trials, passports
 from inhand.control.run_config import TrialsConfig
-from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
-from inhand.control.spatial_phases import simulate_in_space
+from inhand.control.spatial_catalogue import SpatialEntry, check_known_in_space, find_spatial_controller
+from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_rehearsal import check_weight
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.errors import InputError
@@ -25,11 +25,9 @@ from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import pose_from
 from inhand.sim.engines import engine_in_space
-from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
 from inhand.tasks.spatial.reach import limits_in_space
-from inhand.versions import versions
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +66,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     _check_known(config)
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
+    check_known_in_space(entry, hand)
     gravity = gravity_of(config.gravity or USUAL_PALM)
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
@@ -117,41 +116,46 @@ def simulate_asterisk_in_space(
     primitives = tuple(dict.fromkeys(each.primitive for each in assignments))
     reach = limits_in_space((hand, spec), primitives, np.array([setup.gravity]), progress=told)
     limits = {limit.primitive: limit.distance for limit in reach}
-    starts = pose_from(hand.start_pose, *start_noise_in_space(config, assignments))
+    starts = pose_from(hand.start_pose, *starts_of(config, assignments))
     gravity = np.tile(setup.gravity, (count, 1))
     grasp = setup.controller.grasp(hand, spec, [each.path for each in assignments], gravity, starts, bench=bench)
     path = stacked_paths([each.path for each in assignments])
-    task = SpatialTask(hand, (spec,) * count, path, gravity, distance=grasp.way)
-    _, recording = simulate_in_space(
+    task = SpatialTask(hand, (spec,) * count, path, gravity=gravity, distance=grasp.way)
+    _, recording = simulate(
         task,
         grasp,
         starts,
         setup.controller.manipulate,
         bench,
         twists=stacked_paths([hold_path(each.path) for each in assignments]),
+        holds=SpatialIkController,
     )
-    passports = [_passport(config, setup, each, limits[each.primitive]) for each in assignments]
-    references = np.concatenate([path.moves, path.turns], axis=-1)
-    return tuple(ended_in_space(trial) for trial in cut_spatial_trials(recording, passports, references))
+    references, found = path.path.poses, _passports(config, setup, limits)
+    return tuple(ended(trial) for trial in cut_trials(SpatialTrial, recording, found, references))
 
 
-def _passport(config: AsteriskConfig, setup: SpatialSetup, each: SpatialAssignment, limit: float) -> SpatialPassport:
-    return SpatialPassport(
-        setup.hand,
-        setup.object,
-        setup.controller.name,
-        each.primitive.name,
-        each.primitive.direction,
-        _axis(each.primitive),
-        setup.gravity,
-        each.trial,
-        config.seed,
-        SUBSTEPS,
-        SceneSpec.timestep,
-        versions(),
-        engine_in_space(config.engine),
-        limit,
-    )
+def _passports(
+    config: AsteriskConfig, setup: SpatialSetup, reach: dict[SpatialPrimitive, float]
+) -> list[SpatialPassport]:
+    hand, spec, entry = setup.hand, setup.object, setup.controller
+    same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "gravity": setup.gravity}
+    signed = passports(SpatialPassport, **same, seed=config.seed, engine=engine_in_space(config.engine))
+    return [
+        signed(
+            primitive=each.primitive.name,
+            along=each.primitive.direction,
+            about=_axis(each.primitive),
+            trial=each.trial,
+            limit=reach[each.primitive],
+        )
+        for each in setup.assignments
+    ]
+
+
+def starts_of(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
+    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each."""
+    goals = [(*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation) for each in whose]
+    return start_noise_in_space(config, [each.trial for each in whose], goals)
 
 
 def _axis(primitive: SpatialPrimitive) -> Vector | None:
@@ -159,18 +163,3 @@ def _axis(primitive: SpatialPrimitive) -> Vector | None:
         return None
     x, y, z = primitive.axis.tolist()
     return (x, y, z)
-
-
-def start_noise_in_space(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
-    """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each.
-
-    It follows from the seed, the primitive and the trial's number alone, so that runs of other hands, objects and
-    gravities are paired with it.
-    """
-    drawn = []
-    for each in whose:
-        goal = (*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation)
-        key = [round(1e6 * part) % 2**32 for part in goal]  # a seed takes no negative number
-        drawn.append(np.random.default_rng((config.seed, each.trial, *key)).standard_normal((2, 3)))
-    moved, turned = np.stack(drawn, axis=1)
-    return config.noise_mm / 1e3 * moved, np.deg2rad(config.noise_deg) * turned

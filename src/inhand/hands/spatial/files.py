@@ -5,46 +5,38 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from inhand.errors import InputError
+from inhand.hands import files
+from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.names import is_spatial, parse_spatial_name
 from inhand.hands.spatial.objects import Solid, SolidSpec, parse_solid_name
 from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
-from inhand.registry import Registry, describe
+from inhand.registry import Registry
 
 if TYPE_CHECKING:
     from inhand.hands.spatial.robots import RobotFinger
 
-S = TypeVar("S", SpatialHand, SolidSpec)
-"""A hand in space or an object."""
-
 _SIZED_KEYS = ("name", "shape", "size_mm", "mass_kg", "friction")
 _MESH_KEYS = ("name", "mesh", "unit", "hull", "mass_kg", "friction")
 _FINGER_KEYS = ("name", "joints", "tip", "tip_radius_mm", "tip_offset_mm")
-_ROBOT_NUMBERS = {
-    "friction": "friction",
-    "stiffness": "stiffness",
-    "damping": "damping",
-    "torque_nm": "torque",
-    "armature_kg_m2": "armature",
-}
-_ROBOT_KEYS = ("name", "robot", "palm", "palm_x", "palm_y", "origin_mm", "start_mm", "fingers", *_ROBOT_NUMBERS)
+_ROBOT_KEYS = ("name", "robot", "palm", "palm_x", "palm_y", "origin_mm", "start_mm", "fingers", *files.SERVOS)
 MESHES = (".stl", ".obj")
 """Endings of files that are objects by themselves."""
 
 
-def _made(kind: type[S], what: str, name: str, given: object) -> S:
-    if not isinstance(given, kind):
-        raise InputError(f"{what} {name!r} is {describe(given)}: it must be a {kind.__name__}")
-    return given
-
-
-HANDS: Registry[SpatialHand] = Registry("hand", {}, partial(_made, SpatialHand, "hand"))
+HANDS: Registry[SpatialHand] = Registry("hand", {}, partial(files.made, SpatialHand, "hand"))
 """Specs of hands in space that calls were given, by their names."""
-SOLIDS: Registry[SolidSpec] = Registry("object", {}, partial(_made, SolidSpec, "object"))
+SOLIDS: Registry[SolidSpec] = Registry("object", {}, partial(files.made, SolidSpec, "object"))
 """The same of their objects."""
+
+
+def name_of(given: object) -> str:
+    """Return the name of what a call was given as a hand or an object; a spec is taken up under its own."""
+    registries: dict[type, Registry[Any]] = {SpatialHand: HANDS, SolidSpec: SOLIDS, ObjectSpec: files.OBJECTS}
+    return registries.get(type(given), files.HANDS).name_of(given)
 
 
 def is_spatial_hand(given: str | Path | object) -> bool:
@@ -101,7 +93,7 @@ def load_spatial_robot(path: Path) -> tuple[SpatialHand, tuple[str, ...]]:
         _place(table, "origin_mm", where) or (0.0, 0.0, 0.0),
         _place(table, "start_mm", where),
     )
-    numbers = {field: number_in(table, key, where) for key, field in _ROBOT_NUMBERS.items() if key in table}
+    numbers = {field: number_in(table, key, where) for key, field in files.SERVOS.items() if key in table}
     robot = path.parent / text_in(table, "robot", where)
     return read_spatial_robot(robot, text_in(table, "name", where), parts, numbers)
 
@@ -110,12 +102,9 @@ def _finger_from(table: dict[str, Any], where: str) -> RobotFinger:
     from inhand.hands.spatial.robots import RobotFinger
 
     check_keys(table, _FINGER_KEYS, ("name", "joints", "tip", "tip_radius_mm"), where)
-    joints = table["joints"]
-    if not isinstance(joints, list):
-        raise InputError(f"{where}: joints = {joints!r}; it must be a list of names, the palm's first")
     return RobotFinger(
         text_in(table, "name", where),
-        tuple(text_in({"joints": joint}, "joints", where) for joint in joints),
+        files.joints_in(table, where),
         text_in(table, "tip", where),
         number_in(table, "tip_radius_mm", where) / 1e3,
         _place(table, "tip_offset_mm", where) or (0.0, 0.0, 0.0),
@@ -162,7 +151,7 @@ def _sized_from(table: dict[str, Any], where: str) -> SolidSpec:
         raise InputError(f"{where}: size_mm = {list(size)}; it must be [x, y, z] in mm")
     shape = cast("Solid", text_in(table, "shape", where))
     spec = SolidSpec(text_in(table, "name", where), shape, (size[0] / 1e3, size[1] / 1e3, size[2] / 1e3))
-    return _weighed(spec, table, where)
+    return files.weighed(spec, table, where)
 
 
 def _mesh_from(table: dict[str, Any], folder: Path, where: str) -> SolidSpec:
@@ -174,13 +163,7 @@ def _mesh_from(table: dict[str, Any], folder: Path, where: str) -> SolidSpec:
         raise InputError(f"{where}: hull = {hull!r}; it must be true or false")
     unit = text_in(table, "unit", where) if "unit" in table else None
     spec = mesh_object(folder / text_in(table, "mesh", where), unit, hull=hull)
-    return _weighed(replace(spec, name=text_in(table, "name", where)), table, where)
-
-
-def _weighed(spec: SolidSpec, table: dict[str, Any], where: str) -> SolidSpec:
-    mass = number_in(table, "mass_kg", where) if "mass_kg" in table else spec.mass
-    friction = number_in(table, "friction", where) if "friction" in table else spec.friction
-    return replace(spec, mass=mass, friction=friction)
+    return files.weighed(replace(spec, name=text_in(table, "name", where)), table, where)
 
 
 def _pair(given: str, pair: str) -> tuple[str, object]:

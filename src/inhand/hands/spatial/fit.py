@@ -1,13 +1,15 @@
 """Whether an object fits between the fingers of a hand in space at its start."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from inhand.errors import InputError
+from inhand.geometry import Array, fixed
 from inhand.hands.spatial import kinematics
 from inhand.hands.spatial.forces import GripRules
-from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import Mesh, SolidSpec
 from inhand.hands.spatial.rolling import NONE, off_the_palm
 from inhand.hands.spatial.start_contacts import contacts_at, held_together
@@ -18,6 +20,20 @@ GRIPPING = 1.0
 """Friction with which a grip would be found; whether the object's own is enough is not a matter of its size."""
 HALVINGS = 7
 """Times that the largest object is looked for between two sizes: to a hundredth of it."""
+
+
+class SpatialHeld(NamedTuple):
+    """Which object is in which hand in space, and how gravity pulls."""
+
+    hand: SpatialHand
+    object: SolidSpec
+    gravity: Vector
+    """Gravity in the palm frame [m/s^2]."""
+
+    @property
+    def start(self) -> Array:
+        """Place and rotation vector in which the object starts `(6,)` [m, rad]."""
+        return fixed([*self.hand.start_position, 0.0, 0.0, 0.0])
 
 
 def check_solid_fit(hand: SpatialHand, spec: SolidSpec) -> None:

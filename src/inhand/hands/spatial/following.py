@@ -28,7 +28,7 @@ class FollowRules:
     rules: GripRules = field(default_factory=lambda: GripRules(rounds=60))
     """How contacts hold; their friction is the hand's and the object's."""
     stride: int = 2
-    """Each so many poses of the paths are looked at."""
+    """Each so many poses of the paths are looked at, and the last."""
     every: int = 3
     """Forces and fingers on one of so many of those, and where they end on each."""
 
@@ -50,7 +50,8 @@ def follow_grips(
     """
     config = config or FollowRules()
     (hand, spec), (joints, pose), (path, starts, gravities) = held, now, asked
-    moves, turns = path.moves[:, :: config.stride], path.turns[:, :: config.stride]
+    looked = np.append(np.arange(0, path.moves.shape[1] - 1, config.stride), path.moves.shape[1] - 1)
+    moves, turns = path.moves[:, looked], path.turns[:, looked]
     poses = SpatialPath(moves, turns).poses(starts)
     rows = kinematics.rows_of(poses)
     told = kinematics.measure(hand, spec, joints, pose)
@@ -66,5 +67,5 @@ def follow_grips(
     weights = weights_of(spec, poses, gravities[:, None, None])
     rules = rules_for(held, config.rules, config.share)
     reached, _ = follow_tuples(stack_of(hand, tracks, config.margins), numbers, lengths, (weights, rules), config.every)
-    way = path.way[:, :: config.stride]
+    way = path.way[:, looked]
     return np.where(reached > 0, way[np.arange(len(way)), np.maximum(reached - 1, 0)], 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache, partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,10 +92,10 @@ def search_grasps(
     """
     config, gravities = config or SpatialSearchConfig(), np.atleast_2d(gravities)
     rules = rules_for(held, config.rules, config.share)
-    together = cache(lambda: held_together(held, start, config.spacing, config.margins, rules))
 
     def compute(path: SpatialPath) -> Arrays:
-        return _as_arrays(_search(held, start, (path, gravities), together(), (config, rules)))
+        together = _together(held[0], held[1], tuple(start.tolist()), config, rules)
+        return _as_arrays(_search(held, start, (path, gravities), together, (config, rules)))
 
     found = []
     for path in paths:
@@ -108,6 +108,14 @@ def search_grasps(
         if progress is not None:
             progress()
     return found
+
+
+@lru_cache(maxsize=2)
+def _together(
+    hand: SpatialHand, spec: SolidSpec, start: tuple[float, ...], config: SpatialSearchConfig, rules: GripRules
+) -> Together:
+    """Return contacts that hold an object at its start under some gravity, which takes longer than following a path."""
+    return held_together((hand, spec), np.array(start), config.spacing, config.margins, rules)
 
 
 def _as_arrays(grasps: list[SpatialGrasp]) -> Arrays:

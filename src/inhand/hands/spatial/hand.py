@@ -8,13 +8,13 @@ finger, each from the palm outwards.
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, pairwise
 from typing import TypeAlias
 
 import numpy as np
 
 from inhand.errors import InputError
 from inhand.geometry import Array, fixed
+from inhand.hands.jointed import Jointed
 from inhand.hands.sizes import check_length, check_mass
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -103,12 +103,8 @@ class Box:
         return self.centre[2] + self.half[2]
 
 
-_POSITIVE = ("stiffness", "torque")
-_NOT_NEGATIVE = ("friction", "damping", "armature")
-
-
 @dataclass(frozen=True)
-class SpatialHand:
+class SpatialHand(Jointed):
     """A hand of N fingers on a still palm; its links' weight is carried by their motors (none falls at rest)."""
 
     name: str
@@ -136,11 +132,10 @@ class SpatialHand:
             raise InputError(f"hand {self.name!r} has {len(self.fingers)} fingers; give two or more")
         if len(set(self.finger_names)) < len(self.fingers):
             raise InputError(f"hand {self.name!r} has two fingers of one name: {', '.join(self.finger_names)}")
-        for name in _POSITIVE + _NOT_NEGATIVE:
-            value = getattr(self, name)
-            if not (np.isfinite(value) and (value > 0 or (value == 0 and name in _NOT_NEGATIVE))):
-                zero = " or zero" if name in _NOT_NEGATIVE else ""
-                raise InputError(f"hand {self.name!r}: {name} is {value:g}; it must be positive{zero} (SI units)")
+        starts = {tuple(np.round(finger.links[0].origin, 6)) if finger.links else () for finger in self.fingers}
+        if len(starts) == 1:
+            raise InputError(f"hand {self.name!r}: its fingers all begin at one place: give each its own")
+        self.check_numbers(("stiffness", "torque"), ("friction", "damping", "armature"))
         for finger in self.fingers:
             _check_finger(f"hand {self.name!r}: finger {finger.name!r}", finger)
         _check_finite(f"hand {self.name!r}: start_position", self.start_position)
@@ -149,27 +144,6 @@ class SpatialHand:
     def finger_names(self) -> tuple[str, ...]:
         """Names of the fingers."""
         return tuple(finger.name for finger in self.fingers)
-
-    @cached_property
-    def n_joints(self) -> int:
-        """Number of joints of all fingers."""
-        return sum(len(finger.links) for finger in self.fingers)
-
-    @cached_property
-    def slices(self) -> tuple[slice, ...]:
-        """Places of each finger's joints in an array of all joints."""
-        ends = list(accumulate((len(finger.links) for finger in self.fingers), initial=0))
-        return tuple(slice(*pair) for pair in pairwise(ends))
-
-    @cached_property
-    def finger_length(self) -> float:
-        """Mean length of the straight fingers [m]."""
-        return sum(finger.length for finger in self.fingers) / len(self.fingers)
-
-    @cached_property
-    def limits(self) -> Array:
-        """Lowest and highest joint angles `(n_joints, 2)` [rad]."""
-        return fixed(np.concatenate([finger.limits for finger in self.fingers]))
 
     @cached_property
     def start_pose(self) -> Array:

@@ -2,11 +2,12 @@
 
 import re
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
 from inhand.errors import InputError, near_matches
-from inhand.geometry import unit
+from inhand.geometry import Array, unit
 from inhand.hands.sizes import check_length
 from inhand.hands.spatial.hand import Box, Link, Quaternion, SpatialFinger, SpatialHand, Vector, rod
 
@@ -78,6 +79,7 @@ def parse_spatial_name(name: str) -> SpatialHand:
         raise _wrong(name, parts[3], "is not the radius of the fingertips in mm, such as 10")
     check_length(f"hand {name!r}: the radius of its fingertips", tip)
     bases = _bases(name, parts[2], count)
+    _check_apart(name, parts[2], np.array([place for place, _ in bases]))
     fingers = tuple(_finger(f"finger {k + 1}", base, links, tip) for k, base in enumerate(bases))
     reach = np.abs([place for place, _ in bases]).max(axis=0) + RIM
     palm = Box((0.0, 0.0, -SUNK - RIM), (float(reach[0]), float(reach[1]), RIM))
@@ -137,6 +139,15 @@ def _bases(name: str, part: str, count: int) -> list[tuple[tuple[float, float], 
     check_length(f"hand {name!r}: the radius of the circle of its fingers", radius / 1e3)
     places = radius / 1e3 * unit(angles)
     return [((float(x), float(y)), float(angle + np.pi)) for (x, y), angle in zip(places, angles, strict=True)]
+
+
+def _check_apart(name: str, part: str, places: Array) -> None:
+    """Refuse fingers at places `(F, 2)` [m] where their links would be in each other."""
+    for one, other in combinations(range(len(places)), 2):
+        apart = float(np.linalg.norm(places[one] - places[other]))
+        if apart < 2 * LINK_RADIUS:
+            why = f"places fingers {one + 1} and {other + 1} {1e3 * apart:.1f} mm apart; links are"
+            raise _wrong(name, part, f"{why} {2e3 * LINK_RADIUS:g} mm thick")
 
 
 def _row(count: int, apart: float) -> list[float]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
-from inhand.hands.sizes import check_length, check_mass
+from inhand.hands.sizes import check_body, check_length
 from inhand.hands.spatial.hand import Vector
 
 Solid = Literal["box", "cylinder", "sphere", "ellipsoid", "mesh"]
@@ -72,11 +72,7 @@ class SolidSpec:
         ):
             alike = "all three diameters alike, or shape 'ellipsoid'" if self.shape == "sphere" else "x and y alike"
             raise InputError(f"{what}: a {self.shape} of {1e3 * x:g} x {1e3 * y:g} x {1e3 * z:g} mm; give {alike}")
-        if not (np.isfinite(self.mass) and self.mass > 0):
-            raise InputError(f"{what}: mass {self.mass:g} kg; the mass must be positive")
-        check_mass(f"{what}: its mass", self.mass)
-        if not (np.isfinite(self.friction) and self.friction >= 0):
-            raise InputError(f"{what}: friction {self.friction:g}; friction must be 0 or more")
+        check_body(what, self.mass, self.friction)
         if (self.shape == "mesh") != (self.mesh is not None):
             raise InputError(f"{what}: shape {self.shape!r}; a mesh and only a mesh has a surface of triangles")
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from inhand.plots.page.packed import Packed
-from inhand.plots.page.views import Flat
+from inhand.plots.page.views import Flat, Replayed
 
 Point: TypeAlias = tuple[float, float, float]
 """A point [mm] or a direction."""
@@ -57,30 +56,12 @@ class Solid:
     """Its faces in its own frame, counter-clockwise from outside [mm]."""
 
 
-@dataclass(frozen=True)
-class SolidMotion:
-    """A trial that can be replayed."""
+@dataclass(frozen=True, kw_only=True)
+class SolidMotion(Replayed):
+    """A trial in space; packed are also the object's quaternion and the force of each finger [N]."""
 
-    name: str
-    group: str
-    direction: str
     along: Point | None
     """Its direction; None where it only turns."""
-    hand: int
-    object: int
-    rows: int
-    start: int
-    """The row at which manipulation begins."""
-    period: float
-    phases: tuple[tuple[int, str], ...]
-    outcome: str
-    failed: bool
-    told: str
-    target: Flat
-    """The path it was to take [mm]."""
-    packed: Packed
-    """Joint angles [rad], place [mm] and quaternion of the object, and the force of each finger [N]."""
-    contact: str
 
 
 @dataclass(frozen=True)

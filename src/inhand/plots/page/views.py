@@ -121,17 +121,14 @@ class Body:
     """Length of the line that shows where it is turned to [mm]."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """A trial that can be replayed."""
+@dataclass(frozen=True, kw_only=True)
+class Replayed:
+    """A trial that can be replayed, in the plane or in space."""
 
     name: str
     group: str
     """Whose it is: a controller, or a run."""
     direction: str
-    angle: float | None
-    """The direction [deg]; None where it has none."""
-    colour: str
     hand: int
     """Number of its hand,"""
     object: int
@@ -150,10 +147,18 @@ class Motion:
     target: Flat
     """The path it was to take, in the palm frame [mm]."""
     packed: Packed
-    """Joint angles [rad], x, y [mm] and angle [rad] of the object, and for each finger its nearest point [mm] and its
-    force on the object [N]."""
+    """Joint angles [rad] and place [mm] of the object; how it is turned and what fingers do follow."""
     contact: str
     """Whether each finger touches, a bit each."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion(Replayed):
+    """A trial in the plane; packed are also the object's angle [rad], fingers' nearest points [mm] and forces [N]."""
+
+    angle: float | None
+    """The direction [deg]; None where it has none."""
+    colour: str
 
 
 @dataclass(frozen=True)

@@ -190,7 +190,10 @@ def parse_spatial_directions(text: str | Sequence[str], twist_deg: float = 0.0) 
     words = [word for word in re.split(r"[,;\s]+", ",".join(pieces)) if word]
     if not words:
         raise InputError(f"no direction given. {_allowed()}")
-    found = tuple(dict.fromkeys(primitive for word in words for primitive in _meant_by(word)))
+    each_once: dict[object, SpatialPrimitive] = {}
+    for primitive in (each for word in words for each in _meant_by(word)):
+        each_once.setdefault(_motion(primitive), primitive)
+    found = tuple(each_once.values())
     if not twist_deg:
         return found
     held = [
@@ -199,6 +202,12 @@ def parse_spatial_directions(text: str | Sequence[str], twist_deg: float = 0.0) 
         for each in found
     ]
     return tuple(replace(made, name=twisted_name(each.name, turn)) for each, turn, made in held)
+
+
+def _motion(primitive: SpatialPrimitive) -> object:
+    """Return what two primitives of different names but one motion have in common."""
+    parts = (*(primitive.direction or ()), *primitive.rotation)
+    return primitive.direction is None, tuple(round(part / SAME) for part in parts), primitive.path
 
 
 def _meant_by(word: str) -> tuple[SpatialPrimitive, ...]:

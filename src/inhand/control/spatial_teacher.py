@@ -1,0 +1,91 @@
+"""The teacher in space: the expert's law from the state alone, so that it can judge any state.
+
+As in the plane (`control/teacher.py`) it moves the object along its aim at a speed that falls towards the end, at which
+the object may come up only by little at a time, and takes back what the object is off. There is no integral part: the
+forces carry the whole weight.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from inhand.control.ik import finger_law
+from inhand.control.spatial_ik import SpatialIkConfig, grip_for
+from inhand.geometry import Array
+from inhand.hands.spatial.forces import GripRules, hold, weight_held
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.kinematics import place, point_jacobian
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import carried
+from inhand.sim.state import State
+from inhand.tasks.spatial.aims import SpatialAim
+
+
+@dataclass(frozen=True)
+class SpatialTeacherConfig:
+    """Numbers of the teacher, guessed but where said."""
+
+    speed: float = 0.035
+    """Speed along the aim [m/s]; a turn counts as an arc at `TURN_ARM`."""
+    acceleration: float = 0.1
+    """Braking towards the end [m/s^2],"""
+    near: float = 5.0
+    """at most so much speed for each metre left [1/s],"""
+    faster: float = 0.03
+    """and by how much faster than it is the object is asked to become [m/s]."""
+    lead: float = 0.015
+    """Time in which speeds that are off are to be made up for [s]."""
+    push: float = 0.001
+    """Displacement along the aim that is asked for beside [m], near the end `proportional` of the way left."""
+    proportional: float = 2.5
+    """Displacement for each metre (radian) that the object is off; with 1.2 it is twice as far off its line."""
+    most: tuple[float, float] = (0.006, 0.2)
+    """Largest displacement along and angle about each axis asked for in a decision [m, rad]."""
+    law: SpatialIkConfig = field(default_factory=SpatialIkConfig)
+    """The expert's grip, friction and damping."""
+
+
+class SpatialTeacher:
+    """Joint targets for B worlds, from each as it is."""
+
+    def __init__(self, hand: SpatialHand, spec: SolidSpec, config: SpatialTeacherConfig | None = None) -> None:
+        """Know hand and object."""
+        self.config, self._hand, self._spec = config or SpatialTeacherConfig(), hand, spec
+
+    def act(self, state: State, aim: SpatialAim, gravity: Array) -> Array:
+        """Return the commands `(B, n_joints)` [rad] for a true state, what is asked and gravity `(B, 3)` [m/s^2]."""
+        law, hand, spec = self.config.law, self._hand, self._spec
+        weight = spec.mass * np.linalg.norm(gravity, axis=-1)
+        friction = np.full(len(gravity), law.friction_share * hand.friction * spec.friction)
+        held = hold(
+            (state.object_points, state.normals),
+            weight_held(spec.mass, gravity),
+            state.object_pose[:, :3],
+            rules=GripRules(least=law.least, rounds=2 * law.rounds),  # as it remembers none to begin from
+            grip=grip_for(weight, law),
+            friction=friction,
+        )
+        (step, velocity), points = self._wanted(state, aim), state.object_points
+        told, targets = place(hand, state.joint_angles), state.joint_angles.copy()
+        for i, own in enumerate(hand.slices):
+            jacobian = point_jacobian(told.places[:, own], told.axes[:, own], points[:, i])
+            arm = points[:, i] - state.object_pose[:, :3]
+            closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
+            moves = carried(step, arm) + closer, carried(velocity, arm)
+            targets[:, own] += finger_law(hand, jacobian, moves, held.forces[:, i], law.damping)
+        return targets
+
+    def _wanted(self, state: State, aim: SpatialAim) -> tuple[Array, Array]:
+        """Return the wanted displacement of each object and its velocity, each `(B, 6)` in palm axes [m, rad]."""
+        config = self.config
+        now = aim.speed(state)
+        room = aim.left(state.object_pose)
+        brake = np.minimum(np.sqrt(2 * config.acceleration * np.abs(room)), config.near * np.abs(room))
+        speed = np.sign(room) * np.minimum(config.speed, brake)
+        speed = np.minimum(speed, np.maximum(now, 0.0) + config.faster)[:, None]
+        aside = state.object_velocity - now[:, None] * aim.motion
+        away = -config.proportional * aim.off_by(state.object_pose) - config.lead * aside
+        push = np.sign(room) * np.minimum(config.proportional * np.abs(room), config.push)
+        away += (config.lead * (speed - now[:, None]) + push[:, None]) * aim.motion
+        most = np.repeat(config.most, 3)
+        return np.clip(away, -most, most), speed * aim.motion

@@ -88,7 +88,7 @@ study: .venv/.run
 	$(BIN)/python benchmarks/sequences.py
 
 # Policies with 12 hands and 10 objects that they never saw, beside each hand's own expert: on perfect knowledge, ten core
-# minutes; on real senses, undisturbed and at field, along four directions and both turns, a quarter of an hour.
+# minutes; on real senses, undisturbed and at field, along four directions and both turns, an hour of a core in all.
 SOME := --directions Out,Right,In-Left,"Out'-Left'",twist --new
 family: .venv/.dev
 	$(BIN)/python studies/family.py --policy rl-family-privileged

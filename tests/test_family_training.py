@@ -141,6 +141,14 @@ def test_a_world_that_begins_anew_keeps_its_hand(mixed: Starts) -> None:
     again = np.stack([mixed.pairs.again(rows, rng) for _ in range(40)])
     assert (mixed.pairs.of[again] == mixed.pairs.of).all()
     assert set(again.ravel().tolist()) == set(rows.tolist())
+    short = replace(SMALL.interface, horizon=2)
+    worlds = ManipulationWorlds(HELD[0], mixed, len(mixed), short, np.random.default_rng(0), threads=1)
+    worlds.reset(rows)
+    links = [worlds.scene.arrays.links]
+    for _ in range(4):
+        worlds.step(np.zeros((len(mixed), 6)))
+        links.append(worlds.scene.arrays.links)
+    assert all(np.array_equal(each, links[0]) for each in links)
 
 
 def test_each_pair_is_shown_by_its_own_teacher(mixed: Starts, ready: Ready) -> None:

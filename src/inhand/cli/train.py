@@ -14,7 +14,7 @@ from rich.table import Table
 
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import Screen, progress, say
-from inhand.learning import seeds, train
+from inhand.learning import train
 from inhand.learning.commands import TrainConfig
 from inhand.learning.progress import (
     COMPILING,
@@ -59,6 +59,8 @@ def _leave() -> NoReturn:
 
 def _several(config: TrainConfig) -> Answer:
     """Train once with each seed, and end with a table of all."""
+    from inhand.learning import seeds
+
     jobs = seeds.planned(config)
     done = 0
     with progress(spoken=True) as tell:

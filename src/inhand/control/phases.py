@@ -120,10 +120,7 @@ def standard_phases(
     go_on, phases = _taking_over(last, manipulate), (*phases, *between)
     if twists is not None and twists.length.any():
         phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
-
-    def carry(task: AnyTask) -> Controller:
-        return go_on(_as_far_as_seen(task, grasp, looked))
-
+    carry = _as_far_as_seen(go_on, grasp, looked)
     return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=True))
 
 
@@ -146,12 +143,18 @@ def _taking_over(last: list[Controller], make: Callable[[Any], Controller]) -> C
     return go_on
 
 
-def _as_far_as_seen(task: AnyTask, grasp: Grasp, placing: Sequence[Looking]) -> AnyTask:
-    """Return a task whose ways are those of the grade that each camera showed while fingers were placed."""
-    if grasp.ways is None or grasp.way is None or task.distance is None:
-        return task
-    ways = np.take_along_axis(grasp.ways, grade_of(placing[0].scatter)[:, None], axis=1)[:, 0]
-    return replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0))
+def _as_far_as_seen(
+    make: Callable[[Any], Controller], grasp: Grasp, looked: Sequence[Looking]
+) -> Callable[[Any], Controller]:
+    """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed."""
+
+    def made(task: AnyTask) -> Controller:
+        if grasp.ways is None or grasp.way is None or task.distance is None:
+            return make(task)
+        ways = np.take_along_axis(grasp.ways, grade_of(looked[0].scatter)[:, None], axis=1)[:, 0]
+        return make(replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0)))
+
+    return made
 
 
 def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:

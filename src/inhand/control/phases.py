@@ -97,7 +97,7 @@ def standard_phases(
     `between`; None ends with the object gripped. Where worlds have `held` their objects, as in space, it presses on
     them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
     """
-    looked: list[Looking] = []
+    looked, last = list[Looking](), list[Controller]()
     (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     phases: tuple[Phase, ...] = (
         Phase("place", place, longest=placing),
@@ -105,7 +105,6 @@ def standard_phases(
     )
     if (lifts := holds or manipulate) is None:
         return phases
-    last: list[Controller] = []
     if held:
         hold = _taking_over(last, lifts)
 

@@ -14,7 +14,7 @@ from inhand.control.estimator import WAIT
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import Seen, exact
-from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
+from inhand.control.sensed_policy import ARRIVED, PolicyPrimitive, SensedPolicyController
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, Path
@@ -178,14 +178,14 @@ def test_a_policy_on_senses_holds_while_it_waits_then_is_told_its_way_and_ends(s
         done.append(bool(controller.finished(seen_at(starts, decision)).all()))
     waits = round(WAIT / PERIOD)
     np.testing.assert_allclose(
-        np.array(told)[..., 3], np.repeat([0.0, 0.03], [waits, 40 - waits])[:, None] * np.ones(4)
+        np.array(told)[..., 3], np.repeat([0.0, 0.03 + ARRIVED], [waits, 40 - waits])[:, None] * np.ones(4)
     )
     assert done.index(True) == pytest.approx(waits + 0.4 / PERIOD, abs=2)
 
 
 def test_a_twist_comes_before_the_way_and_nothing_is_waited_for_between(starts: Starts) -> None:
     told = list[Array]()
-    turns = np.array([0.02, -0.5, 0.0, 0.02])  # the first is nothing, the second is never reached by who holds
+    turns = np.array([0.02, -0.5, 0.0, 0.5])  # one is nothing, two are never reached by who holds
     ways = np.linspace(0.0, 1.0, 3)[:, None]
     path = stacked([np.concatenate([ways * [0.0, 0.0, a], [0.0, 0.0, a] + ways * [0.0, 0.04, 0.0]]) for a in turns])
     task = Task(HAND, (CUBE,) * 4, Path(path), distance=np.array([0.03, 0.03, 0.03, 0.0005]))
@@ -194,12 +194,12 @@ def test_a_twist_comes_before_the_way_and_nothing_is_waited_for_between(starts: 
     controller.begin(seen_at(starts, 0))
     for decision in range(30):
         controller.act(seen_at(starts, decision))
-    waits, asked = round(WAIT / PERIOD), np.array(told)
+    waits, asked, way = round(WAIT / PERIOD), np.array(told), 0.03 + ARRIVED
     np.testing.assert_allclose(asked[:waits, :, 3], 0.0)
     np.testing.assert_allclose(asked[:waits, :, 2], np.tile(np.sign(turns), (waits, 1)))
-    still = [*asked[waits - 1, :3, 3], *asked[-1, :3, 3]]
-    np.testing.assert_allclose(still[:3], 0.0)
-    np.testing.assert_allclose(still[3:], [0.03 - 0.02 * TURN_ARM, 0.5 * TURN_ARM, 0.03], atol=1e-12)
+    np.testing.assert_allclose(asked[waits - 1, :, 3], 0.0)
+    ends = [way - 0.02 * TURN_ARM, 0.5 * TURN_ARM, way, 0.0005 + ARRIVED]
+    np.testing.assert_allclose(asked[-1, :, 3], ends, atol=1e-12)
     np.testing.assert_allclose(asked[-1, :, 2], [0.0, -1.0, 0.0, 1.0])
     np.testing.assert_allclose(asked[-1, [0, 2], :2], [[0.0, 1.0], [0.0, 1.0]], atol=1e-12)
     np.testing.assert_allclose(controller.progress, [0.02 * TURN_ARM, 0.0, 0.0, 0.0], atol=2e-4)

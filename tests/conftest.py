@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from commands import Call
+from commands import Call, warm
 from inhand import aside, caches, cli
 
 settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
@@ -52,6 +52,6 @@ def inhand(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) 
         except SystemExit as stop:
             code = int(stop.code or 0)
         out, err = capsys.readouterr()
-        return code, out, err
+        return code, out, warm(err)
 
     return call

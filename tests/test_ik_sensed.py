@@ -16,11 +16,12 @@ from inhand.control import loop, sensed_plan
 from inhand.control.catalogue import find_controller
 from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
+from inhand.control.grades import USUAL
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import CROOKED, MARGIN, PRICE, Candidate, Carrier, sensed_grasp, told_way
+from inhand.control.sensed_plan import MARGIN, Candidate, Carrier, sensed_grasp, told_way
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
@@ -113,7 +114,7 @@ def straight(*ways: float) -> Array:
 
 def test_how_far_is_told_weighs_way_against_losses() -> None:
     even = [0.1] * 20
-    assert told_way(straight(*even)) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - PRICE * 0.5 / 21)))
+    assert told_way(straight(*even)) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - USUAL.price * 0.5 / 21)))
     # One of twenty is lost early: to stop there would cost more than the object.
     assert told_way(straight(0.01, *even))[0] == pytest.approx(0.1 - MARGIN)
     # Five are lost a little before the others: not worth it.
@@ -126,7 +127,7 @@ def test_what_goes_crooked_costs_less_than_what_is_lost() -> None:
     ways[:5, 1] = 0.09
     assert told_way(ways)[0] == pytest.approx(0.09 - MARGIN)
     ways[:5, 1] = 0.06
-    assert told_way(ways) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - (PRICE * 0.5 + CROOKED * 5) / 21)))
+    assert told_way(ways) == pytest.approx((0.1 - MARGIN, 0.1 * (1 - (USUAL.price * 0.5 + USUAL.crooked * 5) / 21)))
 
 
 @pytest.mark.usefixtures("quick")
@@ -138,7 +139,7 @@ def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes(monkeypa
     for most in (sensed_plan.ASTRAY, 1e-6):
         monkeypatch.setattr(sensed_plan, "STRAIGHT", most)
         (tried,) = vars(sensed_plan)["_tried"](held, (poses, reach), first[:1], Carrier(), range(2))
-        found.append(np.array(tried.ways))
+        found.append(np.array(tried.ways[0]))
     assert found[0].shape == (2, 2)
     assert found[0].min() > 0.025
     np.testing.assert_array_equal(found[0][:, 0], found[0][:, 1])
@@ -167,7 +168,7 @@ def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.Monke
     def tried(*given: Any) -> list[Candidate]:
         rounds.append((given[2], given[4]))
         far = {each.plan.contacts.tobytes(): 0.01 * (k + 1) for k, each in enumerate(rounds[0][0])}
-        return [replace(each, ways=[(far[each.plan.contacts.tobytes()],) * 2] * 4) for each in given[2]]
+        return [replace(each, ways=(((far[each.plan.contacts.tobytes()],) * 2,) * 4,)) for each in given[2]]
 
     monkeypatch.setattr(sensed_plan, "_tried", tried)
     monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
@@ -284,7 +285,7 @@ def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.
     def lost(*given: Any) -> tuple[Recording, list[Array]]:
         found, aimed = carried(*given)
         far = stays is not None and given[1][1][0] > 0.8 * stays[0]
-        return (replace(found, outcomes=("lost contact",) * 5) if len(given[4]) == 5 and far else found), aimed
+        return (replace(found, outcomes=("lost contact",) * 5) if len(given[4][1]) == 5 and far else found), aimed
 
     monkeypatch.setattr(sensed_plan, "_carried", lost)
     slips = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="slips", shares=shares)).way

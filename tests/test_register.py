@@ -150,7 +150,7 @@ def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
     assert run.table()["more.highest_mm"][0] == path[:, 1].max()
     told = f"Metric broken gave no number for 1 of 1 trials ({own.stem}, trial 1: ZeroDivisionError: division by zero)"
     assert told in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
-    assert [record.message.startswith(told) for record in caplog.records] == [True]
+    assert sum(record.message.startswith(told) for record in caplog.records) == 1  # kernels may be compiled meanwhile
     assert np.isnan(run.table()["more.broken"][0])
     held = run.trials[0].phase == run.trials[0].phases.index("hold")
     assert run.trials[0].phases == ("place", "grasp", "hold", "manipulate")

@@ -13,13 +13,21 @@ from PIL import Image
 
 import inhand
 from commands import Call
+from inhand.asterisk_test.asterisk import ONE, Ready, finish, ready
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
+from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spatial.report import SpatialRun, drawn, errors_told
-from inhand.asterisk_test.spatial.run import SpatialAssignment, prepare_in_space, starts_of
+from inhand.asterisk_test.spatial.run import (
+    SpatialAssignment,
+    prepare_in_space,
+    simulate_asterisk_in_space,
+    starts_of,
+)
 from inhand.control.episode import SHAPES
+from inhand.control.phases import Grasp
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at, solid_frames
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import GRIP_END, NO_MOVEMENT, REACHED, load_all, load_any, load_trial, save_trial
@@ -140,6 +148,24 @@ def test_the_command_prints_the_same_table_and_metrics_measure_its_trials(
     code, out, _ = inhand("metrics", folder / "trials" / "down_1.npz")
     assert code == 0
     assert f"{run.results[0].reached:.1f}" in out
+
+
+def test_one_grasp_for_all_is_asked_for_and_told(run: SpatialRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = replace(run.config, one_grasp=True)
+    setup, asked = prepare_in_space(config), list[object]()
+
+    def grasp(*_: Any, shared: bool, **__: Any) -> Grasp:
+        asked.append(shared)
+        raise InterruptedError
+
+    monkeypatch.setattr("inhand.asterisk_test.spatial.run.limits_in_space", limited)
+    planner: Any = grasp
+    with pytest.raises(InterruptedError):
+        simulate_asterisk_in_space(config, replace(setup, controller=replace(setup.controller, grasp=planner)))
+    assert asked == [True]
+    assert finish(config, Ready(setup, HumanFolder((), ()), (), ""), lambda *_: run.trials).notes == (ONE,)
+    with pytest.raises(InputError, match=r"--one-grasp with 2v2.*, a hand in the plane"):
+        ready(AsteriskConfig(one_grasp=True))
 
 
 def test_the_same_trial_starts_alike_whatever_runs_beside_it() -> None:

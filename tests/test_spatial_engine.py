@@ -12,6 +12,7 @@ from inhand.geometry import Array, inverse_quaternion, turn
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import CATALOGUE as OBJECTS
 from inhand.hands.spatial.gravity import gravity_of
+from inhand.hands.spatial.hand import Capsule
 from inhand.hands.spatial.kinematics import inverse, place, point_jacobian
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import parse_solid_name
@@ -247,3 +248,19 @@ def test_make_simulator_knows_hands_in_space() -> None:
         make_simulator("mujoco", HAND, [OBJECTS["cube_39"]])
     with pytest.raises(InputError, match="of the plane and of space in one simulator"):
         make_simulator("planar", parse_hand_name("2v2_50.50_50.50_1.1_53"), [CUBE])
+
+
+def test_a_capsule_without_a_length_is_a_ball_and_knuckles_that_overlap_do_not_push() -> None:
+    first = HAND.fingers[0]
+    knuckle = Capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.08)  # wide enough to reach into the others
+    base = replace(first.links[0], capsules=(knuckle,))
+    wide = replace(HAND, fingers=(replace(first, links=(base, *first.links[1:])), *HAND.fingers[1:]))
+    plain, made = (build_spatial_model(hand, CUBE, SceneSpec()) for hand in (HAND, wide))
+    assert made.geom("finger_0_0_0").type == mujoco.mjtGeom.mjGEOM_SPHERE
+    pairs = [
+        {made.geom(int(each)).name for each in pair} for pair in zip(made.pair_geom1, made.pair_geom2, strict=True)
+    ]
+    assert {"finger_0_0_0", "object"} in pairs
+    assert {"finger_0_0_0", "finger_1_1_0"} not in pairs
+    assert {"finger_0_2_0", "finger_1_2_0"} in pairs
+    assert made.npair > plain.npair

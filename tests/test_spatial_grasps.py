@@ -14,6 +14,7 @@ from inhand.hands.spatial.gravity import PALMS, gravity_of
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
 from inhand.hands.spatial.rolling import Margins, off_the_palm
+from inhand.hands.spatial.shared_grasps import search_shared, worth_together
 from inhand.hands.spatial.start_contacts import contacts_at, gaps_of
 from inhand.rotations import placed, seen_from
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
@@ -139,3 +140,14 @@ def test_objects_end_where_they_meet_the_palm(name: str) -> None:
         rows = kinematics.rows_of(path.poses(np.array([*HAND.start_position[:2], 0.04, 1.0, 0.0, 0.0, 0.0])))
         above = np.logical_and.accumulate(lowest(spec, rows) > HAND.palm.top)
         assert abs(int(off_the_palm(HAND, spec, rows, 0.0).sum()) - int(above.sum())) <= (path.turns.any() * 4)
+
+
+def test_one_grasp_for_many_paths_is_worth_most_along_all_of_them(found: list[list[SpatialGrasp]]) -> None:
+    paths = [spatial_path_of(each) for each in parse_spatial_directions(WORDS)]
+    ways = np.array([[0.05, 0.09, 0.04], [0.06, 0.06, 0.05], [0.0, 0.2, 0.0]])
+    some = [paths[0], paths[1], paths[3]]  # two moves and a turn
+    assert worth_together(ways, some) == pytest.approx([0.7 + 0.8, 0.6 + 1.0, 1.0])
+    assert worth_together(ways[:, 2:], some[2:]) == pytest.approx([0.8, 1.0, 0.0])
+    best, *others = search_shared((HAND, CUBE), HAND.start_pose, paths, GRAVITIES, COARSE)
+    assert all(best.value >= each.value for each in others)
+    assert 0.015 < best.way <= min(grasps[0].way for grasps in found) + 1e-9

@@ -12,7 +12,16 @@ from inhand.control.episode import MANIPULATE, TWIST
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import LIFT, PRESS, Grasp, standard_phases
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, grip_for
-from inhand.control.spatial_rehearsal import LOST, WIDE, Tried, Worlds, tried_out
+from inhand.control.spatial_rehearsal import (
+    CLOSE,
+    LOST,
+    WIDE,
+    Tried,
+    Worlds,
+    planned_in_space,
+    tried_out,
+    tried_together,
+)
 from inhand.control.trial import NO_GRASP, REACHED
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.grasp_search import SpatialGrasp
@@ -170,17 +179,51 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
 ) -> None:
     asked: list[tuple[int, tuple[float, float]]] = []
 
-    def rehearsed(_: object, groups: list[list[Any]], *rest: Any) -> list[Tried]:
+    def rehearsed(_: object, groups: list[list[Any]], *rest: Any) -> list[list[Tried]]:
         margin = rest[-1][1].margin
         asked.append((len(groups), margin))
-        return [Tried(grasp, 0.05, 0.04 if margin == WIDE or grasp else -0.95) for (grasp,) in groups]
+        kept = {True: SpatialIkConfig().margin, False: WIDE[1]}  # how far before its end each grasp has to stop
+        return [[Tried(grasp, 0.05, 0.04 if margin >= kept[grasp] else -0.95)] for (grasp,) in groups]
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
     worlds_of, paths = Worlds(np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
     groups: list[list[Any]] = [[True], [False], [True]]
     found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
-    assert asked == [(3, SpatialIkConfig().margin), (1, WIDE)]
+    assert asked == [(3, SpatialIkConfig().margin), (1, WIDE[0]), (1, WIDE[1])]
     assert all(each.worth > 0 for each in found)
+
+
+def test_the_one_grasp_for_all_worlds_loses_the_object_in_fewest(monkeypatch: pytest.MonkeyPatch) -> None:
+    far, safe, short = (SpatialGrasp(CONTACTS, NORMALS, fingers_at(0.0), way, way) for way in (0.09, 0.06, 0.03))
+    worth = {far.way: (0.08, -0.9), safe.way: (0.06, 0.05), short.way: (0.03, 0.03)}
+
+    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any) -> list[list[Tried]]:
+        return [[Tried(grasp, grasp.way, worth[grasp.way][k % 2]) for grasp in group] for k, group in enumerate(groups)]
+
+    monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
+    worlds_of, paths = Worlds(np.zeros((4, 3)), np.zeros((4, 7))), [spatial_path_of(ASKED[0])] * 4
+    found = tried_together((HAND, CUBE), [far, safe, short], paths, worlds_of, Bench("mujoco"))
+    assert [each.grasp for each in found] == [safe] * 4
+    assert [each.worth for each in found] == [0.06, 0.05, 0.06, 0.05]
+
+
+def test_grasps_that_come_closer_are_tried_where_they_go_farther(monkeypatch: pytest.MonkeyPatch) -> None:
+    def searched(_: object, __: object, paths: list[Any], *___: object, **how: Any) -> list[list[SpatialGrasp]]:
+        ways = (0.06, 0.052) if how["config"].margins == CLOSE else (0.05, 0.045)
+        return [[SpatialGrasp(CONTACTS, NORMALS, fingers_at(0.0), way, way) for way in ways] for _ in paths]
+
+    monkeypatch.setattr(spatial_rehearsal, "search_grasps", searched)
+    tried: list[list[float]] = []
+
+    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any) -> list[list[Tried]]:
+        tried.extend([grasp.way for grasp in group] for group in groups)
+        return [[Tried(grasp, grasp.way, grasp.way) for grasp in group] for group in groups]
+
+    monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
+    pull, start = np.array([gravity_of("up")]), HAND.start_pose[None]
+    grasp = planned_in_space(HAND, CUBE, [spatial_path_of(ASKED[0])], pull, start, bench=Bench("mujoco"))
+    assert tried == [[0.05, 0.045, 0.06]]
+    assert grasp.way == pytest.approx([0.06])
 
 
 def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:

@@ -199,6 +199,13 @@ def test_a_drawing_that_no_grip_carries_is_refused_with_the_largest(monkeypatch:
     assert prepare_trace(replace(config, scale=True)).size == pytest.approx(0.030, abs=1e-3)
 
 
+def test_a_drawing_in_space_without_a_size_gets_half_of_what_a_grip_carries(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trace_run, "_largest", lambda *_: 0.06)
+    setup = prepare_trace(TraceConfig(hand=STANDARD, object="cube_50", path="star@xz"))
+    assert setup.size == pytest.approx(0.03)
+    assert setup.notes == ("Size 30 mm is 50 % of the reachable 60 mm.",)
+
+
 # A run
 
 

@@ -63,6 +63,13 @@ def key_of(kind: str, inputs: object, module: str) -> str:
     return f"{kind}-{digest.hexdigest()}"
 
 
+def name_of(inputs: object) -> str:
+    """Return a name that follows from inputs alone, whatever computes something of them; see `cached`."""
+    digest = hashlib.sha256()
+    _tell(digest.update, inputs)
+    return digest.hexdigest()
+
+
 def look_up(key: str) -> Arrays | None:
     """Return a result that was kept; None where there is none, or not as it was written."""
     folder = _folder()

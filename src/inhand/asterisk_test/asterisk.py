@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from inhand.asterisk_test.report import Run
     from inhand.asterisk_test.spatial.report import SpatialRun
 
+ONE = "One grasp, the same in every trial, for all directions and turns."
+"""What a reader is told of a run with one grasp."""
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
 Simulate = Callable[[AsteriskConfig, Any], tuple[Any, ...]]
@@ -113,6 +115,11 @@ def ready(config: AsteriskConfig) -> Ready:
             f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
             " it out, or use a hand in space (3f_60.60_40_10)"
         )
+    if config.one_grasp:
+        raise InputError(
+            f"--one-grasp with {config.hand}, a hand in the plane, which takes a grasp for each direction: leave it"
+            " out, or use a hand in space (3f_60.60_40_10)"
+        )
     people = people_of(config)
     for metric in config.metrics:
         METRICS.known(metric)
@@ -139,7 +146,8 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> R
     if isinstance(setup, SpatialSetup):
         from inhand.asterisk_test.spatial.report import SpatialRun
 
-        return SpatialRun(config, trials, results, notes=notes_in_space(setup.controller, setup.hand, setup.object))
+        notes = notes_in_space(setup.controller, setup.hand, setup.object) + ((ONE,) if config.one_grasp else ())
+        return SpatialRun(config, trials, results, notes=notes)
     from inhand.asterisk_test.report import Run
 
     entry = setup.controller

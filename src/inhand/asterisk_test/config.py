@@ -52,6 +52,8 @@ class AsteriskConfig(TrialsConfig, HeldConfig):
     gravity: str | None = None
     """Gravity of a hand in space (3f_60.60_40_10) by where its palm looks, up, down or sideways, or three numbers in
     the palm frame along which it pulls (0,-1,-1); without it up. Hands in the plane lie on a floor."""
+    one_grasp: bool = False
+    """One grasp of a hand in space for all directions and turns, instead of one for each."""
     phases: tuple[str, ...] = ()
     """Phases of yours between grip and manipulation, in their order: registered names, or FILE.py:NAME."""
     out: Path = Path("results/asterisk")

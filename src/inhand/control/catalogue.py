@@ -31,8 +31,8 @@ from inhand.control.policy import (
 from inhand.control.policy_arrays import ACTOR
 from inhand.control.rehearsal import best_grasps, closing_joints, rehearsed
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
-from inhand.control.sensed_plan import Carrier, sensed_grasp
-from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
+from inhand.control.sensed_plan import sensed_grasp
+from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController, carrier_of
 from inhand.control.sliding import sliding_grasps
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
@@ -287,10 +287,7 @@ def learned_grasp(
     """Return the grasps that a policy learned with: one for each direction, closed where each object stands."""
     starts = poses[:, 0] if starts is None else starts
     if isinstance(policy, Policy) and policy.grasp == "sensed":
-        carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__, SHARES)
-        if policy.family is not None:
-            carrier = replace(carrier, shares=(), rounds=QUICK)
-        return sensed_grasp(hand, spec, poses, carrier=carrier, engine=engine)
+        return sensed_grasp(hand, spec, poses, carrier=carrier_of(policy), engine=engine)
     rough = policy.grasp == "rough"
     plans = [rough_plan(hand, spec)] * len(poses) if rough else direction_plans(hand, spec, poses, engine)
     return closing_joints(hand, spec, plans, poses[:, 0], starts)
@@ -337,10 +334,6 @@ def _plain(name: str) -> str:
     return f"{plain}-policy" if plain in {*CONTROLLERS, *SHIPPED} else plain
 
 
-SHARES = (1.0, 0.95, 0.9, 0.8)
-"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
-QUICK = ((6, 8), (1, 48))
-"""Candidates and worlds that a policy of the family plans with: a second a direction, a fifth of what `rl` takes."""
 SHIPPED = {
     LEARNED: "default",
     "rl-privileged": "privileged",

@@ -9,6 +9,7 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask, Task
 from inhand.control.episode import MANIPULATE, TWIST
+from inhand.control.grades import grade_of
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
 from inhand.errors import InputError
@@ -37,6 +38,9 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
     way: Array | None = None
     """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
+    ways: Array | None = None
+    """The same for each grade of a camera `(B, G)` [m] (`control/grades.py`), where the way follows how well objects
+    are seen; `way` is then the usual one."""
     planned: Array | None = None
     """Where objects were planned to stand `(B, 3)` [m, m, rad], if the grasp follows where they are seen to stand,"""
     follows: Array | None = None
@@ -93,14 +97,14 @@ def standard_phases(
     `between`; None ends with the object gripped. Where worlds have `held` their objects, as in space, it presses on
     them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
     """
-    (place, close), (placing, closing) = _fingers(grasp), HELD if held else STANDING
+    looked, last = list[Looking](), list[Controller]()
+    (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     phases: tuple[Phase, ...] = (
         Phase("place", place, longest=placing),
         Phase("grasp", close, longest=closing, must_hold=True),
     )
     if (lifts := holds or manipulate) is None:
         return phases
-    last: list[Controller] = []
     if held:
         hold = _taking_over(last, lifts)
 
@@ -115,7 +119,8 @@ def standard_phases(
     go_on, phases = _taking_over(last, manipulate), (*phases, *between)
     if twists is not None and twists.length.any():
         phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
-    return (*phases, Phase(MANIPULATE, go_on, longest=longest, keep_contact=True))
+    carry = _as_far_as_seen(go_on, grasp, looked)
+    return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=True))
 
 
 def _along(make: Callable[[Any], Controller], path: AnyPath) -> Callable[[Any], Controller]:
@@ -137,12 +142,25 @@ def _taking_over(last: list[Controller], make: Callable[[Any], Controller]) -> C
     return go_on
 
 
-def _fingers(grasp: Grasp) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:
-    """Return what makes the controllers that place the fingers of a grasp and close them."""
+def _as_far_as_seen(
+    make: Callable[[Any], Controller], grasp: Grasp, looked: Sequence[Looking]
+) -> Callable[[Any], Controller]:
+    """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed."""
+
+    def made(task: AnyTask) -> Controller:
+        if grasp.ways is None or grasp.way is None or task.distance is None:
+            return make(task)
+        ways = np.take_along_axis(grasp.ways, grade_of(looked[0].scatter)[:, None], axis=1)[:, 0]
+        return make(replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0)))
+
+    return made
+
+
+def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:
+    """Return what makes the controllers that place the fingers of a grasp, kept as `placing`, and close them."""
     planned, follows = grasp.planned, grasp.follows
     if planned is None or follows is None:
         return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
-    placing: list[Looking] = []
 
     def place(task: Task) -> Controller:
         placing[:] = [Looking(task, grasp.opened, planned)]

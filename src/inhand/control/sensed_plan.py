@@ -8,6 +8,7 @@ same for every trial of a direction and is kept on disk. How fingers then close 
 object.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,18 +19,19 @@ from numpy.typing import NDArray
 
 from inhand.caches import cached
 from inhand.control.controller import Controller, Task
+from inhand.control.grades import USUAL, Grade
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.seen import SENSED, Seen
+from inhand.control.shipped_plans import path_keys, shipped
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.disturbance import FIELD
 from inhand.sim.drawn import draw
 from inhand.sim.memory import batches
 from inhand.sim.names import ENGINE
@@ -40,9 +42,6 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-PRICE, CROOKED = 4.0, 0.75
-"""What an object lost is worth, in ways of a path, and what one that is not carried straight: a way of which 1 % more
-is lost must be 4 % longer, one of which 1 % more goes crooked 0.75 %."""
 ENOUGH = 0.85
 """A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
 ASTRAY = 0.012
@@ -65,12 +64,10 @@ STAYS = 64
 """Worlds in which ways are gone to their end, to see whether the object stays there."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
-PLAN = ("opened", "closed", "way", "planned", "follows")
+PLAN = ("opened", "closed", "way", "ways", "planned", "follows")
 """Names of what is kept of a plan."""
 SEED = 20_000
 """First number of the keys of the worlds that plans are tried in, away from the seeds of runs."""
-WORLDS = replace(FIELD, differs=replace(FIELD.differs, start_mm=2.3, start_deg=3.2))
-"""Worlds of `field`, whose objects stand a little farther off: by the start noise of a run as well."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +78,9 @@ class Candidate:
     plan: GraspPlan
     reach: float
     """Way that the search promises [m]."""
-    ways: tuple[tuple[float, float], ...] = ()
-    """How far it went in each world that it was tried in, and how far of that straight [m]; negative where it never
-    held the object."""
+    ways: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """How far it went in each world of each grade that it was tried in, and how far of that straight [m]; negative
+    where it never held the object."""
 
 
 class Carries(Controller, Protocol):
@@ -107,6 +104,8 @@ class Carrier:
     shares: tuple[float, ...] = ()
     """Shares of the way that is found to which it is then carried and held, of which the best is told: a policy may
     lose where it is to stay what it carries farther. Without any what is found is told."""
+    grades: tuple[Grade, ...] = (USUAL,)
+    """What ways are planned for; of several the usual one is in the middle."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     engine: str = ENGINE
@@ -127,18 +126,24 @@ def sensed_grasp(
     """
     del starts
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
-    parts = [distinct[path : path + PATHS] for path in range(0, len(distinct), PATHS)]
-    by = replace(carrier or Carrier(), engine=engine)
-    found = [
-        cached(
-            "sensed-plan",
-            (hand, spec, part, by.digest, engine, by.shares, by.rounds or ROUNDS),
-            by.module,
-            partial(_planned, Held(hand, spec), part, by),
-        )
-        for part in parts
-    ]
-    return Grasp(**{name: np.concatenate([each[name] for each in found])[index] for name in PLAN})
+    held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
+    known, keys = shipped(), plan_keys(held, distinct, by)
+    waiting = np.array([k for k, key in enumerate(keys) if key not in known], dtype=np.int64)
+    plans = [known.get(key, {}) for key in keys]
+    for rows in np.split(waiting, range(PATHS, len(waiting), PATHS)) if len(waiting) else ():
+        part = distinct[rows]
+        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS)
+        found = cached("sensed-plan", inputs, by.module, partial(_planned, held, part, by))
+        for k, row in enumerate(rows.tolist()):
+            plans[row] = {name: found[name][k] for name in PLAN}
+    whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
+    return Grasp(**whole if len(by.grades) > 1 else whole | {"ways": None})
+
+
+def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
+    """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
+    numbers = (by.rounds or ROUNDS, STAYS, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
+    return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
 def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
@@ -159,16 +164,16 @@ def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
     return list(found.values()), reach
 
 
-def told_way(ways: Array, whole: float = np.inf) -> tuple[float, float]:
+def told_way(ways: Array, whole: float = np.inf, grade: Grade = USUAL) -> tuple[float, float]:
     """Return how far to go [m], and what that is worth, where worlds were lost and went crooked after `(N, 2)` [m].
 
-    A way is worth itself less `PRICE` times itself for the share of worlds that are lost before its end, and less
-    `CROOKED` times itself for that of those that are not carried straight. Of a `whole` path [m] nothing is kept, and
-    its end is worth more than any way before it where `ENOUGH` of the worlds come there.
+    A way is worth itself less the grade's price times itself for the share of worlds that are lost before its end, and
+    less what crooked ones cost for that of those that are not carried straight. Of a `whole` path [m] nothing is kept,
+    and its end is worth more than any way before it where `ENOUGH` of the worlds come there.
     """
     ends = np.unique(np.maximum(ways, 0.0))
     lost, bent = (ways[None] < ends[:, None, None]).sum(axis=1).T
-    worth = ends * (1 - (PRICE * (lost + 0.5) + CROOKED * (bent - lost)) / (len(ways) + 1))
+    worth = ends * (1 - (grade.price * (lost + 0.5) + grade.crooked * (bent - lost)) / (len(ways) + 1))
     come, done = 1 - lost / len(ways), ends >= whole - SAME
     worth = np.where(done & (come >= ENOUGH), ends * (1 + come), worth)
     best = int(worth.argmax())
@@ -181,24 +186,44 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     left, reach = candidates(held, poses)
     whole, first = way_along(poses)[:, -1], 0
     for best, worlds in by.rounds or ROUNDS:
-        left = [each for path in range(len(poses)) for each in _best(left, path, whole[path])[:best]]
+        left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[:best]]
         left = _tried(held, (poses, reach), left, by, range(first, first + worlds))
         first += worlds
-    chosen = [_best(left, path, whole[path])[0] for path in range(len(poses))]
-    told = np.array([told_way(np.array(each.ways), whole[each.path])[0] for each in chosen])
+    chosen = [_best(left, path, whole[path], by)[0] for path in range(len(poses))]
+    told = np.array([_told(each, whole[each.path], by)[0] for each in chosen])
     if by.shares:
-        told = _stayed(held, (poses, told), chosen, by, range(first, first + STAYS))
-    return {**_closing(held, chosen, poses), "way": told}
+        stays = [
+            _stayed(held, (poses, told[:, k]), chosen, by, (grade, _part(grade, range(first, first + STAYS))))
+            for k, grade in enumerate(by.grades)
+        ]
+        told = np.stack(stays, axis=-1)
+    return {**_closing(held, chosen, poses), "way": told[:, len(by.grades) // 2], "ways": told}
 
 
-def _stayed(held: Held, paths: tuple[Array, Array], chosen: list[Candidate], by: Carrier, draws: range) -> Array:
+def _told(candidate: Candidate, whole: float, by: Carrier) -> tuple[list[float], float]:
+    """Return how far to go at each grade with a candidate of a path, so long in all [m], and what that is worth."""
+    each = [
+        told_way(np.array(ways), whole, grade) for ways, grade in zip(candidate.ways, by.grades, strict=True) if ways
+    ]
+    return [way for way, _ in each], sum(
+        grade.weight * worth for grade, (_, worth) in zip(by.grades, each, strict=False)
+    )
+
+
+def _part(grade: Grade, draws: range) -> range:
+    """Return the share of the worlds that a grade is tried in."""
+    return draws[: math.ceil(grade.share * len(draws))]
+
+
+def _stayed(
+    held: Held, paths: tuple[Array, Array], chosen: list[Candidate], by: Carrier, where: tuple[Grade, range]
+) -> Array:
     """Return the ways `(P,)` [m] that are worth most of some shares of those found, where the object is to stay."""
-    poses, told = paths
-    worth = []
+    (poses, told), (grade, draws), worth = paths, where, []
     for share in by.shares:
-        found, _ = _carried(held, (poses, share * told), chosen, by, draws)
+        found, _ = _carried(held, (poses, share * told), chosen, by, where)
         kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)).reshape(len(chosen), len(draws))
-        worth.append(share * (1 - PRICE * (len(draws) - kept.sum(axis=1) + 0.5) / (len(draws) + 1)))
+        worth.append(share * (1 - grade.price * (len(draws) - kept.sum(axis=1) + 0.5) / (len(draws) + 1)))
     return np.asarray(np.array(by.shares)[np.argmax(worth, axis=0)] * told)
 
 
@@ -216,16 +241,16 @@ def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str,
     return {"opened": grasp.opened, "closed": grasp.closed, "planned": starts, "follows": follows}
 
 
-def _best(candidates: list[Candidate], path: int, whole: float) -> list[Candidate]:
+def _best(candidates: list[Candidate], path: int, whole: float, by: Carrier) -> list[Candidate]:
     """Return the candidates of a path, so long in all [m], the one that is worth most first."""
     own = [each for each in candidates if each.path == path]
-    return sorted(own, key=lambda each: -told_way(np.array(each.ways), whole)[1] if each.ways else 0.0)
+    return sorted(own, key=lambda each: -_told(each, whole, by)[1] if each.ways else 0.0)
 
 
 def _tried(
     held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
-    """Return candidates with the ways that they went in further worlds, the same for all.
+    """Return candidates with the ways that they went in further worlds of each grade, the same for all.
 
     The paths `(P, S, 3)` come with the way up to which each is followed `(P,)` [m].
     """
@@ -236,24 +261,31 @@ def _tried(
 def _tried_together(
     held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
 ) -> list[Candidate]:
-    found, aimed = _carried(held, paths, candidates, by, draws)
-    own = paths[0][np.repeat([each.path for each in candidates], len(draws))]
-    ways = _ways(found, Path(own - own[:, :1]), aimed).reshape(len(candidates), len(draws), 2)
-    added = [tuple((way, straight) for way, straight in rows) for rows in ways.tolist()]
-    return [replace(each, ways=(*each.ways, *rows)) for each, rows in zip(candidates, added, strict=True)]
+    added = []
+    for grade in by.grades:
+        own = _part(grade, draws)
+        found, aimed = _carried(held, paths, candidates, by, (grade, own))
+        poses = paths[0][np.repeat([each.path for each in candidates], len(own))]
+        ways = _ways(found, Path(poses - poses[:, :1]), aimed).reshape(len(candidates), len(own), 2)
+        added.append([tuple((way, straight) for way, straight in rows) for rows in ways.tolist()])
+    before = [each.ways or ((),) * len(by.grades) for each in candidates]
+    return [
+        replace(each, ways=tuple((*old, *new[k]) for old, new in zip(before[k], added, strict=True)))
+        for k, each in enumerate(candidates)
+    ]
 
 
 def _carried(
-    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, draws: range
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, where: tuple[Grade, range]
 ) -> tuple[Recording, list[Array]]:
-    """Return what came of candidates in worlds, and how far each was to be after every decision `(B,)` [m]."""
-    poses, reach = paths
+    """Return what came of candidates in worlds of a grade, and how far each was to be at each decision `(B,)` [m]."""
+    (poses, reach), (grade, draws) = paths, where
     owner = np.repeat([each.path for each in candidates], len(draws))
     own, starts = poses[owner], poses[owner, 0]
     grasp = Grasp(
         **{name: np.repeat(rows, len(draws), axis=0) for name, rows in _closing(held, candidates, poses).items()}
     )
-    worlds = [draw(WORLDS, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
+    worlds = [draw(grade.worlds, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
     task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
     watched = list[_Watched]()
 

@@ -1,17 +1,20 @@
 """A learned policy on what a hand can know: it waits for its first frames, then goes the way that it is told."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
+from inhand.control.grades import GRADES
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import SENSED, Seen
+from inhand.control.sensed_plan import Carrier
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.tasks.decisions import targets_of
@@ -50,7 +53,8 @@ class SensedPolicyController(OnSenses):
     def begin(self, seen: Seen) -> None:
         """Start a primitive where the object is now."""
         self._memory = Memory(Held(self._task.hand, self._task.objects[0]), seen)
-        way, arc = self._way(seen), TURN_ARM * np.abs(self._turned)
+        # It stops so much before what it is asked for.
+        way, arc = self._way(seen) + ARRIVED, TURN_ARM * np.abs(self._turned)
         self._asked = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
         self._rest = np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0)
         self._gone, self._best, self._still, self._held = np.zeros((4, seen.n_worlds))
@@ -151,3 +155,17 @@ CHANGED = ("angle", "distance", "turn")
 def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
     """Return aims that turn where paths do `(B,)` [rad], and move along directions `(B,)` [rad] where they do not."""
     return Aim(np.where(turned == 0, angle, 0.0), start, distance, turn=np.sign(turned))
+
+
+def carrier_of(policy: Policy) -> Carrier:
+    """Return who carries objects where grasps are planned for a policy on real senses."""
+    carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
+    if policy.family is not None:
+        return replace(carrier, rounds=QUICK)
+    return replace(carrier, shares=SHARES, grades=GRADES)
+
+
+SHARES = (1.0, 0.95, 0.9)
+"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
+QUICK = ((6, 8), (1, 48))
+"""Candidates and worlds that a policy of the family plans with: a second a direction, a fifth of what `rl` takes."""

@@ -35,10 +35,12 @@ class SpatialPlanner(Protocol):
         *,
         bench: Bench,
         fixed: bool = False,
+        shared: bool = False,
     ) -> Grasp:
         """Return a grasp for every path, of objects that start at `starts` `(B, 7)` under gravities `(B, 3)`.
 
-        Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them.
+        Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them. One grasp
+        may be `shared` by all.
         """
 
 
@@ -107,9 +109,10 @@ def planned_for_policy(
     *,
     bench: Bench,
     fixed: bool = False,
+    shared: bool = False,
 ) -> Grasp:
     """Return the expert's grasps, with the ways that a policy is told to go."""
-    found = planned_in_space(hand, spec, paths, gravity, starts, bench=bench, fixed=fixed)
+    found = planned_in_space(hand, spec, paths, gravity, starts, bench=bench, fixed=fixed, shared=shared)
     return found if found.way is None else replace(found, way=shorter(stacked_paths(paths), found.way))
 
 

@@ -24,10 +24,12 @@ from inhand.hands.spatial.gravity import GRAVITY
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import inverse
 from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.rolling import Margins
+from inhand.hands.spatial.shared_grasps import search_shared, worth_together
 from inhand.rotations import SpatialPath, placed
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
 
-LONGEST, SLOWEST = 8.0, 0.6
+LONGEST, SLOWEST = 8.0, 0.65
 """Time for which an object is carried at most [s]; more where paths are longer than the expert comes in it at this
 share of its speed."""
 LOSS = 1.0
@@ -38,11 +40,17 @@ AT_ONCE = 150
 """Worlds whose grasps are tried at a time: about a thousand worlds, whose states take 0.3 GB."""
 LOST = -LOSS / 2
 """A grasp that is worth less has lost the object [m]."""
-WIDE = (0.006, 0.35)
-"""Margins from the predicted end where every grasp loses the object just before it [m, rad]."""
+WIDE = ((0.006, 0.35), (0.015, 0.7))
+"""Margins from the predicted end where every grasp loses the object before it, each where those before do not do [m,
+rad]."""
 STRAYED = 6.0
 """Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
 by 5 deg is worth 13 mm less than one that does not."""
+CLOSE = Margins(links=5e-4, fingers=0.001, joints=0.02)
+"""What fingers keep in a second search, little more than the prediction of the end does: what comes too close is lost
+in the rehearsal, where each grasp is tried in the very world that it is for."""
+GAIN, CLOSER = 0.004, 3
+"""Its grasps are tried, so many at most, where they go this much farther than others [m]."""
 OPENING, SQUEEZE = 0.008, 0.002
 """How far fingers stand off their contacts before they close, and how far inside the object they aim [m]."""
 
@@ -56,22 +64,25 @@ def planned_in_space(
     *,
     bench: Bench,
     fixed: bool = False,
+    shared: bool = False,
 ) -> Grasp:
     """Return for every path the grasp of the contact search that goes farthest in simulation, closed at its start.
 
-    Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them.
+    Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them. One grasp may
+    be `shared` by all.
 
     Raises:
         InputError: no contacts hold the object at its start.
     """
-    gravities = np.unique(gravity, axis=0)
-    groups = _searched((hand, spec), paths, gravities, bench)
-    tried: list[Tried] = []
-    for first in range(0, len(paths), AT_ONCE):
-        part = slice(first, first + AT_ONCE)
-        asked = [groups[path.name] for path in paths[part]]
-        origin = np.broadcast_to(hand.start_pose, starts[part].shape) if fixed else None
-        tried += tried_out((hand, spec), asked, paths[part], Worlds(gravity[part], starts[part], origin), bench)
+    gravities, held = np.unique(gravity, axis=0), (hand, spec)
+    worlds = Worlds(gravity, starts, np.broadcast_to(hand.start_pose, starts.shape) if fixed else None)
+    if shared:
+        tried = tried_together(held, _searched_together(held, paths, gravities), paths, worlds, bench)
+    else:
+        groups, tried = _searched(held, paths, gravities, bench), []
+        for part in _parts(len(paths)):
+            some = [paths[k] for k in part]
+            tried += tried_out(held, [groups[path.name] for path in some], some, worlds.some(part), bench)
     way = np.array([each.way for each in tried])
     return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
 
@@ -91,14 +102,39 @@ def _searched(
 
     config = search_of(spec, gravities)
     found = search_grasps(held, hand.start_pose, whole, gravities, config=config, progress=told)
-    groups = dict(zip(firsts, found, strict=True))
+    close = search_grasps(held, hand.start_pose, whole, gravities, config=replace(config, margins=CLOSE, keep=CLOSER))
+    groups = {
+        name: [*usual, *(each for each in more if not usual or each.way > usual[0].way + GAIN)]
+        for name, usual, more in zip(firsts, found, close, strict=True)
+    }
     none = [name for name, group in groups.items() if not group]
     if none:
-        raise InputError(
-            f"no grasp of {hand.name} holds {spec.name} against its weight for {', '.join(none)}: use a lighter or"
-            " smaller object, more friction, or another hand or gravity"
-        )
+        raise _without_grasp(held, ", ".join(none))
     return groups
+
+
+def _searched_together(
+    held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array
+) -> list[SpatialGrasp]:
+    """Return the grasps that are worth most along all paths together."""
+    whole = [whole_spatial_path(path) for path in {path.name: path for path in reversed(paths)}.values()]
+    found = search_shared(held, held[0].start_pose, whole, gravities, search_of(held[1], gravities))
+    if not found:
+        raise _without_grasp(held, "all directions together")
+    return found
+
+
+def _without_grasp(held: tuple[SpatialHand, SolidSpec], what: str) -> InputError:
+    hand, spec = held
+    return InputError(
+        f"no grasp of {hand.name} holds {spec.name} against its weight for {what}: use a lighter or smaller object,"
+        " more friction, or another hand or gravity"
+    )
+
+
+def _parts(count: int) -> list[list[int]]:
+    """Return the numbers of worlds in parts that are tried at once."""
+    return [list(range(first, min(first + AT_ONCE, count))) for first in range(0, count, AT_ONCE)]
 
 
 class Worlds(NamedTuple):
@@ -119,7 +155,7 @@ class Worlds(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """The best grasp of a world."""
+    """A grasp, as it did in a world."""
 
     grasp: SpatialGrasp
     way: float
@@ -136,15 +172,49 @@ def tried_out(
     bench: Bench,
 ) -> list[Tried]:
     """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
-    config = SpatialIkConfig()
-    found = rehearsed(held, groups, paths, worlds, (bench, config))
-    lost = [k for k, each in enumerate(found) if each.worth < LOST]
-    if lost:
-        wide = replace(config, margin=WIDE)
-        again = rehearsed(held, [groups[k] for k in lost], [paths[k] for k in lost], worlds.some(lost), (bench, wide))
-        for k, each in zip(lost, again, strict=True):
-            found[k] = max(found[k], each, key=lambda one: one.worth)
+    found = [_best(group) for group in rehearsed(held, groups, paths, worlds, (bench, SpatialIkConfig()))]
+    return _stopped_before(held, found, groups, (paths, worlds, bench))
+
+
+def _stopped_before(
+    held: tuple[SpatialHand, SolidSpec],
+    found: list[Tried],
+    groups: Sequence[Sequence[SpatialGrasp]],
+    where: tuple[Sequence[SpatialReference], Worlds, Bench],
+) -> list[Tried]:
+    """Return what is found for every world; where the object is lost, grasps of its group that stop farther before."""
+    paths, worlds, bench = where
+    for margin in WIDE:
+        lost = [k for k, each in enumerate(found) if each.worth < LOST]
+        if lost:
+            config, some = replace(SpatialIkConfig(), margin=margin), [paths[k] for k in lost]
+            again = rehearsed(held, [groups[k] for k in lost], some, worlds.some(lost), (bench, config))
+            for k, group in zip(lost, again, strict=True):
+                found[k] = _best([found[k], *group])
     return found
+
+
+def _best(group: Sequence[Tried]) -> Tried:
+    """Return the first of those that are worth most."""
+    return max(group, key=lambda one: one.worth)
+
+
+def tried_together(
+    held: tuple[SpatialHand, SolidSpec],
+    grasps: Sequence[SpatialGrasp],
+    paths: Sequence[SpatialReference],
+    worlds: Worlds,
+    bench: Bench,
+) -> list[Tried]:
+    """Return for every world the one grasp that is worth most in all of them, and loses the object in fewest."""
+    config, found = SpatialIkConfig(), list[list[Tried]]()
+    for part in _parts(len(paths)):
+        some = [paths[k] for k in part]
+        found += rehearsed(held, [grasps] * len(part), some, worlds.some(part), (bench, config))
+    worth = np.array([[each.worth for each in group] for group in found]).T
+    best = int((worth_together(np.maximum(worth, 0.0), paths) - (worth < LOST).sum(axis=1)).argmax())
+    tried = [group[best] for group in found]
+    return _stopped_before(held, tried, [[grasps[best]]] * len(tried), (paths, worlds, bench))
 
 
 def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
@@ -188,8 +258,8 @@ def rehearsed(
     paths: Sequence[SpatialReference],
     worlds: Worlds,
     how: tuple[Bench, SpatialIkConfig],
-) -> list[Tried]:
-    """Return of each world's grasps the first of those that go farthest in it, less what the object strays."""
+) -> list[list[Tried]]:
+    """Return what each world's grasps are worth in it: how far they go, less what the object strays."""
     (hand, spec), (bench, config) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
@@ -206,8 +276,8 @@ def rehearsed(
     _, found = simulate(task, closed, there.starts, carry, silent, twists=twists, longest=longest_of(path, config))
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
     worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
-    best = [int(own[worth[own].argmax()]) for own in (np.flatnonzero(owner == w) for w in range(len(groups)))]
-    return [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in best]
+    tried = [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in range(len(grasps))]
+    return [[tried[k] for k in np.flatnonzero(owner == w)] for w in range(len(groups))]
 
 
 def longest_of(path: SpatialPath, config: SpatialIkConfig) -> float:

@@ -6,12 +6,14 @@ bodies' friction coefficients. Three numbers keep a grip from creeping, which fe
 `IMPRATIO` is large, and contacts are nearly at their full stiffness from the first touch on (`SOLIMP`).
 """
 
+import math
 from itertools import combinations, product
 
 import mujoco
 
 from inhand.hands.spatial.hand import SpatialFinger, SpatialHand
 from inhand.hands.spatial.objects import SolidSpec, inertia_of
+from inhand.hands.spatial.start_contacts import gaps_of
 from inhand.sim.model import add_force, add_geom
 from inhand.sim.scene import PALM_UP, SceneSpec
 
@@ -27,6 +29,8 @@ SPOT = 4
 """MuJoCo's number of directions of a contact that resists spinning (3: one that does not)."""
 OTHERS = 0.3
 """Friction of a finger on another, guessed."""
+BALL = 1e-4
+"""A capsule shorter than this is a ball [m]: MuJoCo refuses one without a length."""
 HOLDER = "holder"
 """Name of the body that stands still, and of the weld to it."""
 
@@ -71,8 +75,12 @@ def _add_finger(mj: mujoco.MjSpec, hand: SpatialHand, finger: SpatialFinger, nam
         body.mass, body.ipos, body.fullinertia = link.mass, link.centre, link.inertia
         for number, capsule in enumerate(link.capsules):
             geoms.append(f"{own}_{number}")
-            geom = add_geom(body, geoms[-1], mujoco.mjtGeom.mjGEOM_CAPSULE, [capsule.radius, 0, 0])
-            geom.fromto = [*capsule.start, *capsule.end]
+            size = [capsule.radius, 0, 0]
+            if math.dist(capsule.start, capsule.end) < BALL:
+                add_geom(body, geoms[-1], mujoco.mjtGeom.mjGEOM_SPHERE, size).pos = capsule.start
+            else:
+                geom = add_geom(body, geoms[-1], mujoco.mjtGeom.mjGEOM_CAPSULE, size)
+                geom.fromto = [*capsule.start, *capsule.end]
         servo = mj.add_actuator(name=own, target=own, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_position(kp=hand.stiffness)
         servo.forcerange, servo.forcelimited = [-hand.torque, hand.torque], mujoco.mjtLimited.mjLIMITED_TRUE
@@ -115,9 +123,12 @@ def _add_pairs(mj: mujoco.MjSpec, parts: list[list[str]], hand: SpatialHand, spe
         for name in links:
             _pair(mj, (name, "object"), grip, scene)
     _pair(mj, ("palm", "object"), grip, scene)
-    for one, other in combinations(parts, 2):
-        for names in product(one, other):
-            _pair(mj, names, OTHERS, scene)
+    gaps = gaps_of(hand, 0.0, max(map(len, parts)))
+    for i, j in combinations(range(len(parts)), 2):
+        links, others = ([*names[1:], names[0]] for names in (parts[i], parts[j]))  # bodies have the tip last
+        for (p, one), (q, other) in product(enumerate(links), enumerate(others)):
+            if gaps[i, j, p, q] >= 0:  # knuckles that overlap in the straight hand may do so always
+                _pair(mj, (one, other), OTHERS, scene)
 
 
 def _pair(mj: mujoco.MjSpec, names: tuple[str, str], friction: float, scene: SceneSpec, directions: int = 3) -> None:

@@ -120,7 +120,10 @@ def follow(
 def follow_in_space(
     held: SpatialHeld, entry: SpatialEntry, plans: Sequence[Plan], starts: Array, bench: Bench, *, seed: int = 0
 ) -> tuple[Followed, ...]:
-    """Take one object for each plan through it with a hand in space; objects stand at `starts` `(B, 7)`."""
+    """Take one object for each plan through it with a hand in space; objects stand at `starts` `(B, 7)`.
+
+    Each goes as far as its grasp was carried along the whole plan before, in the rehearsal, if there was one.
+    """
     (hand, spec, gravity), count = held, len(plans)
     firsts = np.array([plan.legs[0].start for plan in plans])
     ways = [from_to(firsts[k], plan.path.poses) for k, plan in enumerate(plans)]
@@ -130,7 +133,7 @@ def follow_in_space(
     grasp = entry.grasp(hand, spec, paths, pulls, starts, bench=bench, fixed=True)
     task = SpatialTask(hand, (spec,) * count, stacked_paths(paths), gravity=pulls)
     parts: Repertoire = {"move": entry.manipulate, "turn": entry.manipulate, "hold": SpatialIkController}
-    driver = Sequencer(task, plans, parts)
+    driver = Sequencer(replace(task, distance=grasp.way), plans, parts)
 
     def carry(task: SpatialTask) -> Controller:
         return driver if task.distance is None else entry.manipulate(task)  # who holds the object before it is carried

@@ -118,8 +118,9 @@ def simulate_asterisk_in_space(
     limits = {limit.primitive: limit.distance for limit in reach}
     starts = pose_from(hand.start_pose, *starts_of(config, assignments))
     gravity = np.tile(setup.gravity, (count, 1))
-    grasp = setup.controller.grasp(hand, spec, [each.path for each in assignments], gravity, starts, bench=bench)
-    path = stacked_paths([each.path for each in assignments])
+    paths = [each.path for each in assignments]
+    grasp = setup.controller.grasp(hand, spec, paths, gravity, starts, bench=bench, shared=config.one_grasp)
+    path = stacked_paths(paths)
     task = SpatialTask(hand, (spec,) * count, path, gravity=gravity, distance=grasp.way)
     _, recording = simulate(
         task,
@@ -127,7 +128,7 @@ def simulate_asterisk_in_space(
         starts,
         setup.controller.manipulate,
         bench,
-        twists=stacked_paths([hold_path(each.path) for each in assignments]),
+        twists=stacked_paths([hold_path(each) for each in paths]),
         holds=SpatialIkController,
     )
     references, found = path.path.poses, _passports(config, setup, limits)

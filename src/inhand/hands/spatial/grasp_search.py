@@ -95,16 +95,12 @@ def search_grasps(
 
     def compute(path: SpatialPath) -> Arrays:
         together = _together(held[0], held[1], tuple(start.tolist()), config, rules)
-        return _as_arrays(_search(held, start, (path, gravities), together, (config, rules)))
+        return as_arrays(_search(held, start, (path, gravities), together, (config, rules)))
 
     found = []
     for path in paths:
         key = (*held, start, path.moves, path.turns, gravities, config)
-        rows = cached("spatial grasps", key, __name__, partial(compute, path))
-        points, normals, joints, ways, values = (rows[each.name] for each in fields(SpatialGrasp))
-        found.append(
-            [SpatialGrasp(*row) for row in zip(points, normals, joints, ways.tolist(), values.tolist(), strict=True)]
-        )
+        found.append(grasps_from(cached("spatial grasps", key, __name__, partial(compute, path))))
         if progress is not None:
             progress()
     return found
@@ -118,7 +114,15 @@ def _together(
     return held_together((hand, spec), np.array(start), config.spacing, config.margins, rules)
 
 
-def _as_arrays(grasps: list[SpatialGrasp]) -> Arrays:
+def grasps_from(rows: Arrays) -> list[SpatialGrasp]:
+    """Return the grasps whose parts are the rows of arrays."""
+    points, normals, joints, ways, values = (rows[each.name] for each in fields(SpatialGrasp))
+    each = zip(points, normals, joints, ways.tolist(), values.tolist(), strict=True)
+    return [SpatialGrasp(*row) for row in each]
+
+
+def as_arrays(grasps: list[SpatialGrasp]) -> Arrays:
+    """Return the parts of grasps as the rows of arrays."""
     return {each.name: np.array([getattr(grasp, each.name) for grasp in grasps]) for each in fields(SpatialGrasp)}
 
 
@@ -161,6 +165,42 @@ class Explored:
     """What each is worth `(T,)` [m]; -inf where it goes nowhere."""
 
 
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """Where the fingers alone follow a path."""
+
+    way: Array
+    """Way to each pose `(S,)` [m]."""
+    poses: Array
+    """Poses of the object `(S, 7)`."""
+    tracks: list[Tracks]
+    """Contacts of each finger."""
+    lengths: NDArray[np.int64]
+    """How many poses all fingers of each tuple follow, each on its own, and the object is off the palm `(T,)`."""
+
+
+def tracked(
+    held: tuple[SpatialHand, SolidSpec],
+    asked: tuple[Array, SpatialPath],
+    together: Together,
+    config: SpatialSearchConfig,
+    *,
+    fixed: bool,
+) -> Tracked:
+    """Return how far the fingers follow a path from a start pose `(7,)`, their contacts rolling or `fixed`."""
+    start, path = asked
+    way = ways_of(path, config.step, config.turn)
+    poses = SpatialPath(*path.at(way)).poses(start)
+    rows = kinematics.rows_of(poses)[None]
+    clear = int(off_the_palm(*held, rows, config.margins.palm).sum())
+    rows = np.ascontiguousarray(rows[:, : max(clear, 1)])
+    tracks = [roll(held, f, each, rows, config.margins, fixed=fixed) for f, each in enumerate(together.starts)]
+    lengths = np.full(len(together.numbers), clear)
+    for f, each in enumerate(tracks):
+        lengths = np.minimum(lengths, each.lengths[together.numbers[:, f]])
+    return Tracked(way, poses, tracks, lengths)
+
+
 def explore(
     held: tuple[SpatialHand, SolidSpec],
     asked: tuple[Array, SpatialPath, Array],
@@ -178,15 +218,8 @@ def explore(
         enough: told the most that tuples of the next block can be worth [m], says whether to stop.
     """
     (start, path, gravities), (config, rules, fixed) = asked, how
-    way = ways_of(path, config.step, config.turn)
-    poses = SpatialPath(*path.at(way)).poses(start)
-    rows = kinematics.rows_of(poses)[None]
-    clear = int(off_the_palm(*held, rows, config.margins.palm).sum())
-    rows = np.ascontiguousarray(rows[:, : max(clear, 1)])
-    tracks = [roll(held, f, each, rows, config.margins, fixed=fixed) for f, each in enumerate(together.starts)]
-    lengths = np.full(len(together.numbers), clear)
-    for f, each in enumerate(tracks):
-        lengths = np.minimum(lengths, each.lengths[together.numbers[:, f]])
+    found = tracked(held, (start, path), together, config, fixed=fixed)
+    way, poses, tracks, lengths = found.way, found.poses, found.tracks, found.lengths
     bound = way[np.maximum(lengths - 1, 0)] - config.cost * together.used
     order = np.argsort(-bound, kind="stable")
     order = order[lengths[order] > 0][: config.most]
@@ -215,8 +248,12 @@ def _search(
 
     for block in explore(held, (start, *asked), together, (config, rules, False), enough):
         best = np.argsort(-block.values, kind="stable")[: MORE * config.keep]
-        made = [_grasp(together, block, int(t)) for t in best if block.reached[t] > 1]
-        kept[:] = _spread([*kept, *made], config)
+        reached = [(int(t), int(block.reached[t]) - 1) for t in best if block.reached[t] > 1]
+        made = [
+            grasp_of(together, block.tracks, block.numbers[t], float(block.way[last]), float(block.values[t]))
+            for t, last in reached
+        ]
+        kept[:] = spread([*kept, *made], config)
     return kept
 
 
@@ -237,14 +274,17 @@ def follow_tuples(
     return told
 
 
-def _grasp(together: Together, block: Explored, t: int) -> SpatialGrasp:
-    own = list(zip(together.starts, block.tracks, block.numbers[t], strict=True))
+def grasp_of(
+    together: Together, tracks: list[Tracks], numbers: NDArray[np.int64], way: float, value: float
+) -> SpatialGrasp:
+    """Return the grasp of a tuple of contacts by their numbers `(N,)`."""
+    own = list(zip(together.starts, tracks, numbers, strict=True))
     points, normals = (np.stack([getattr(each, what)[k] for each, _, k in own]) for what in ("points", "normals"))
     joints = np.concatenate([track.joints[k, 0] for _, track, k in own])
-    return SpatialGrasp(points, normals, joints, float(block.way[block.reached[t] - 1]), float(block.values[t]))
+    return SpatialGrasp(points, normals, joints, way, value)
 
 
-def _spread(grasps: list[SpatialGrasp], config: SpatialSearchConfig) -> list[SpatialGrasp]:
+def spread(grasps: list[SpatialGrasp], config: SpatialSearchConfig) -> list[SpatialGrasp]:
     """Return the best grasps that are apart from each other."""
     kept: list[SpatialGrasp] = []
     for grasp in sorted(grasps, key=lambda each: -each.value):

@@ -1,0 +1,62 @@
+"""How far a hand trusts its worlds, by how well it sees: a way is planned for each of three grades of a camera.
+
+Who sees exactly has mostly measured hand and start well, too. What no frame shows is taken to differ as in `field`
+even then: friction, mass and size of the object, and what pushes it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from inhand.control.estimator import EstimatorConfig
+from inhand.geometry import Array
+from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
+
+
+@dataclass(frozen=True)
+class Grade:
+    """What a way is planned for where frames scatter so much."""
+
+    scatter: float
+    """Up to so many times a fiducial's noise."""
+    worlds: Disturbance
+    """Worlds that grasps are tried in,"""
+    share: float = 1.0
+    """so large a share of those of `field`."""
+    weight: float = 1.0
+    """What the way counts where a grasp is chosen for all grades."""
+    price: float = 4.0
+    """What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be so much longer [%],"""
+    crooked: float = 0.75
+    """and what one that is not carried straight."""
+
+
+def _seen_well() -> Disturbance:
+    """Return worlds of `bench` in which objects and what pushes them differ as in `field`."""
+    hidden = {name: getattr(FIELD.differs, name) for name in ("friction", "mass", "size", "centre_mm", "floor")}
+    return replace(BENCH, differs=replace(BENCH.differs, **hidden), pushes=FIELD.pushes)
+
+
+def _farther_off(spec: Disturbance) -> Disturbance:
+    """Return worlds whose objects stand a little farther off: by the start noise of a run as well."""
+    far = {name: getattr(spec.differs, name) + more for name, more in (("start_mm", 0.3), ("start_deg", 0.2))}
+    return replace(spec, differs=replace(spec.differs, **far))
+
+
+USUAL = Grade(np.inf, _farther_off(FIELD))
+"""What is planned for where nobody looks how well it sees."""
+GRADES = (
+    Grade(0.55, _farther_off(_seen_well()), 0.5, 2.0, price=6.0),
+    replace(USUAL, scatter=1.75, weight=2.5, price=5.5, crooked=1.5),
+    Grade(np.inf, _farther_off(HARD), 0.25, 1.0, price=1.0, crooked=0.2),
+)
+"""Grades of cameras from the best; the borders are the geometric means of the levels' noise. At `hard` pushes throw a
+third of all objects from the best of grips, and shorter ways save few: there the mean way counts."""
+FIDUCIAL = np.array(EstimatorConfig().frame)
+"""Noise of a fiducial's frames [m, m, rad]."""
+
+
+def grade_of(scatter: Array) -> NDArray[np.int64]:
+    """Return the grade of each camera whose frames scatter so much `(B,)`, in a fiducial's noise."""
+    return np.searchsorted([each.scatter for each in GRADES[:-1]], scatter)

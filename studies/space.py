@@ -1,0 +1,145 @@
+"""A policy of a hand in space beside the expert, from the same grasps and starts: `python studies/space.py --help`.
+
+Directions and turns that were learned, directions drawn anywhere on the sphere, and gravities that no training shows.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+
+from inhand.cli.terminal import print_table, say
+from inhand.control.controller import SpatialTask
+from inhand.control.loop import Bench, simulate
+from inhand.control.spatial_catalogue import check_known_in_space, find_spatial_controller
+from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_policy import shorter
+from inhand.control.spatial_rehearsal import planned_in_space
+from inhand.control.trial import REACHED, TIME_OUT
+from inhand.errors import InputError
+from inhand.geometry import Array
+from inhand.hands.spatial.files import load_solid, load_spatial_hand
+from inhand.hands.spatial.gravity import GRAVITY, PALMS
+from inhand.hands.spatial.pair import SpatialPair
+from inhand.learning.space_pools import NEVER, SEEN, space_of
+from inhand.rotations import pose_from
+from inhand.sim.names import SPATIAL
+from inhand.tasks.spatial.aims import SpatialAim
+from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
+from inhand.tasks.spatial.primitives import SpatialPrimitive, along
+
+HEADER = ("Starts", "Trials", "Kept", "Expert keeps", "Share of the expert", "Off the line [mm]", "Turned off [deg]")
+KEPT = (REACHED, TIME_OUT)
+"""Ends of episodes in which nothing was lost."""
+NOISE = 1e-3, float(np.deg2rad(1.0))
+"""Standard deviations of the object's start [m, rad]."""
+
+
+@dataclass(frozen=True)
+class SpaceConfig:
+    """Set a policy of a hand in space beside the expert."""
+
+    controller: str = "rl"
+    """The policy: rl, or the folder of a run."""
+    hand: str = "3f_60.60_40_10"
+    """Hand in space."""
+    object: str = "cube_50"
+    """Object."""
+    anywhere: int = 200
+    """Directions drawn anywhere on the sphere, a quarter of them under each palm and under a gravity never shown."""
+    trials: int = 1
+    """Starts of each named direction and turn under each gravity."""
+    seed: int = 0
+    """Seed of the starts and of the directions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """What both reached from N starts."""
+
+    kept: Array
+    """Whether the policy and the expert kept the object `(2, N)`."""
+    come: Array
+    """How far they came along what was asked `(2, N)` [m]; a turn counts as an arc."""
+    off: Array
+    """How far the policy was off it [m], and turned from it [rad], at its end `(2, N)`."""
+
+    def some(self, rows: NDArray[np.bool_]) -> Compared:
+        """Return what both reached from some starts `(N,)`."""
+        return Compared(self.kept[:, rows], self.come[:, rows], self.off[:, rows])
+
+
+def compared(
+    held: SpatialPair, config: SpaceConfig, primitives: Sequence[SpatialPrimitive], gravity: Array
+) -> Compared:
+    """Return what policy and expert reach along primitives under one gravity `(3,)` [m/s^2], from the same grasps."""
+    count, rng = len(primitives), np.random.default_rng((config.seed, len(primitives)))
+    off = NOISE[0] * rng.standard_normal((count, 3)), NOISE[1] * rng.standard_normal((count, 3))
+    starts, pulls = pose_from(held.hand.start_pose, *off), np.tile(gravity, (count, 1))
+    paths, bench = [spatial_path_of(each) for each in primitives], Bench(SPATIAL)
+    grasp = planned_in_space(*held, paths, pulls, starts, bench=bench)
+    path, way = stacked_paths(paths), np.asarray(grasp.way)
+    space, found = space_of(primitives, pulls), []
+    for name, told_way in ((config.controller, shorter(path, way)), ("ik", way)):
+        task = SpatialTask(held.hand, (held.object,) * count, path, distance=told_way, gravity=pulls)
+        make = find_spatial_controller(name).manipulate
+        _, left = simulate(task, grasp, starts, make, bench, holds=SpatialIkController)
+        begun = left.states[int(np.argmax(left.phase == len(left.phases) - 1)) - 1]
+        last = np.stack([left.states[row].object_pose[k] for k, row in enumerate(left.last)])
+        shift = SpatialAim(space.along, space.about, begun.object_pose).shift(last)
+        found.append((np.isin(left.outcomes, KEPT), shift))
+    (mine, shift), (experts, expert_shift) = found
+    return Compared(np.stack([mine, experts]), np.stack([shift[:, 0], expert_shift[:, 0]]), shift[:, 1:].T)
+
+
+def told(name: str, parts: Sequence[Compared]) -> tuple[str, ...]:
+    """Return the row of some starts; the share is that of the mean way, and a lost object has come nowhere."""
+    kept, come, off = (np.concatenate([getattr(part, key) for part in parts], axis=1) for key in vars(parts[0]))
+    way = np.where(kept, come, 0.0).mean(axis=1)
+    across, turned = (np.percentile(each[kept[0]], [50, 95]) for each in (1e3 * off[0], np.rad2deg(off[1])))
+    return (
+        name,
+        str(kept.shape[1]),
+        *(f"{each.sum()} ({100 * each.mean():.1f} %)" for each in kept),
+        f"{way[0] / way[1]:.3f}",
+        f"{across[0]:.2f}, {across[1]:.2f}",
+        f"{turned[0]:.2f}, {turned[1]:.2f}",
+    )
+
+
+def run_space(config: SpaceConfig) -> None:
+    """Run all cases and print the table."""
+    held = SpatialPair(load_spatial_hand(config.hand), load_solid(config.object))
+    check_known_in_space(find_spatial_controller(config.controller), held.hand)
+    palms, never = (GRAVITY * np.array(each, dtype=float) for each in (list(PALMS.values()), NEVER))
+    never /= np.sqrt(3)
+    rng = np.random.default_rng(config.seed)
+    drawn = [along(each) for each in rng.standard_normal((config.anywhere, 3))]
+    cases: list[tuple[str, Sequence[SpatialPrimitive], Array]] = [
+        *[("named, palm up, down, sideways", SEEN * config.trials, pull) for pull in palms],
+        *[("anywhere on the sphere", drawn[k::4], pull) for k, pull in enumerate([*palms, never[0]])],
+        *[("named, gravity never shown", SEEN * config.trials, pull) for pull in never],
+    ]
+    parts: dict[str, list[Compared]] = {}
+    for name, primitives, pull in cases:
+        say(f"{name}: {len(primitives)} starts")
+        found, turns = (
+            compared(held, config, primitives, pull),
+            np.array([each.direction is None for each in primitives]),
+        )
+        for word, rows in (("directions", ~turns), ("turns", turns)):
+            if rows.any():
+                parts.setdefault(f"{word}, {name}", []).append(found.some(rows))
+    print_table(f"{config.controller} beside ik", HEADER, [told(name, some) for name, some in parts.items()])
+
+
+if __name__ == "__main__":
+    try:
+        run_space(tyro.cli(SpaceConfig, description=SpaceConfig.__doc__))
+    except InputError as error:
+        sys.exit(f"space: {error}")

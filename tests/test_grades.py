@@ -1,0 +1,117 @@
+"""Ways by how well a hand sees, and plans that come with the package."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path as Folder
+
+import numpy as np
+import pytest
+
+from inhand.control import loop, sensed_plan, shipped_plans
+from inhand.control.catalogue import find_controller, rough_grasp
+from inhand.control.controller import Task
+from inhand.control.grades import GRADES, USUAL, grade_of
+from inhand.control.joint import JointPid
+from inhand.control.looking import Looking
+from inhand.control.seen import Seen
+from inhand.control.sensed_plan import plan_keys, told_way
+from inhand.control.sensed_policy import carrier_of
+from inhand.geometry import Array, Path
+from inhand.hands.files import load_object
+from inhand.hands.fit import Held
+from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
+from inhand.sim.drawn import draw
+from inhand.tasks.paths import path_of, stacked, whole_path
+from inhand.tasks.primitives import GROUPS, TURNS
+from test_simulator import HAND
+
+CUBE = load_object("cube_39")
+
+
+def test_a_scatter_is_that_of_the_frames_in_a_fiducials_noise() -> None:
+    task, joints = Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3)))), np.zeros((1, HAND.n_joints))
+    looking, frames = Looking(task, joints, HAND.start_pose[None]), [(0.001, 0.02), (-0.001, 0.0), (0.0, 0.01)]
+    for row, (x, angle) in enumerate(frames):
+        frame = HAND.start_pose[None] + (0.01 + x, 0.0, angle)
+        seen = Seen(np.full(1, 0.02 * row), joints, joints, joints, frame, np.full(1, 0.02 * row))
+        if row == 0:
+            looking.begin(seen)
+        looking.act(seen)
+        assert np.isinf(looking.scatter[0]) == (row < 2)
+    variances = np.var(frames, axis=0, ddof=1) / (0.001**2, np.deg2rad(1.0) ** 2)
+    np.testing.assert_allclose(looking.scatter, [np.sqrt(variances.sum() / 3)], rtol=1e-6)
+
+
+def test_the_way_that_is_gone_is_the_grades_of_what_is_seen() -> None:
+    asked, still = list[Array](), np.tile(HAND.start_pose, (2, 2, 1))
+    grasp = replace(
+        rough_grasp(HAND, CUBE, still),
+        way=np.full(2, 0.05),
+        ways=np.tile([0.06, 0.05, 0.03], (2, 1)),
+        planned=still[:, 0],
+        follows=np.zeros((2, HAND.n_joints, 3)),
+    )
+    # A part of what was planned is gone before.
+    task = Task(HAND, (CUBE,) * 2, Path(np.zeros((2, 2, 3))), distance=np.full(2, 0.04))
+
+    def carry(task: Task) -> JointPid:
+        assert task.distance is not None
+        asked.append(task.distance)
+        return JointPid(task, grasp.closed)
+
+    for level in (None, BENCH, FIELD, HARD):
+        seen = None if level is None else Disturbance(camera=level.camera)
+        worlds = None if seen is None else [draw(seen, (3, number), HAND.n_joints) for number in range(2)]
+        loop.simulate(task, grasp, still[:, 0], carry, loop.Bench(), longest=0.04, disturbed=worlds)
+    np.testing.assert_allclose(asked, np.repeat([[0.05], [0.05], [0.04], [0.02]], 2, axis=1))
+    assert grade_of(np.array([0.0, np.inf])).tolist() == [0, len(GRADES) - 1]
+
+
+def test_what_no_camera_shows_differs_as_in_the_field_however_well_it_sees() -> None:
+    best = GRADES[0].worlds
+    assert best.differs.friction == FIELD.differs.friction
+    assert best.pushes == FIELD.pushes
+    assert best.camera == BENCH.camera
+    assert USUAL.worlds.differs.start_mm > FIELD.differs.start_mm
+
+
+def test_a_way_is_shorter_where_a_loss_costs_more() -> None:
+    ways = np.repeat(np.array([0.08, *[0.1] * 20])[:, None], 2, axis=1)
+    ways[1:4] = 0.095
+    assert told_way(ways, grade=replace(USUAL, price=0.1))[0] > 0.098
+    assert told_way(ways, grade=replace(USUAL, price=20.0))[0] < 0.08
+
+
+def test_rl_is_planned_for_the_standard_pair_in_every_direction(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = find_controller("rl")
+    assert entry.policy is not None
+    by = carrier_of(entry.policy)
+    for group in (GROUPS["all"], TURNS):
+        poses = HAND.start_pose + stacked([whole_path(path_of(each)) for each in group])
+        known = shipped_plans.shipped()
+        missing = [
+            str(each)
+            for each, key in zip(group, plan_keys(Held(HAND, CUBE), poses, by), strict=True)
+            if key not in known
+        ]
+        assert not missing, "run `python studies/plans.py`: the policy or a number of planning has changed"
+        monkeypatch.setattr(sensed_plan, "_planned", lambda *_: pytest.fail("planned"))
+        grasp = entry.grasp(HAND, CUBE, poses)
+        assert grasp.way is not None
+        assert grasp.way.min() > 0.01
+    monkeypatch.setattr(sensed_plan, "STAYS", 1)
+    assert not set(plan_keys(Held(HAND, CUBE), poses, by)) & set(known)
+
+
+def test_plans_are_found_by_paths_whatever_their_last_bits_and_pauses(tmp_path: Folder) -> None:
+    path = np.array([[0.0, 0.0, 0.0], [0.001, 0.0, 0.0], [0.002, 0.0, 0.0]])
+    keys = shipped_plans.path_keys("told", path[None])
+    longer = np.concatenate([path, path[-1:], path[-1:]]) + 1e-13
+    assert shipped_plans.path_keys("told", longer[None]) == keys
+    assert shipped_plans.path_keys("other", path[None]) != keys
+    assert shipped_plans.path_keys("told", path[None, :2]) != keys
+    shipped_plans.ship(tmp_path / "plans" / "own.npz", keys, {"way": np.array([0.5])})
+    with np.load(tmp_path / "plans" / "own.npz", allow_pickle=False) as data:
+        assert data["keys"].tolist() == keys
+        assert data["way"].tolist() == [0.5]

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 
 import pytest
 
@@ -25,6 +25,7 @@ def test_another_process_does_it_and_tells_its_errors(monkeypatch: pytest.Monkey
         assert nothing().tolist() == [1.0, 0.0]
         with pytest.raises(ValueError, match="x"):
             wrong()
+    assert not active_children()  # its thread, still at work as the interpreter ends, would write to a closed pipe
 
 
 @pytest.mark.parametrize(("cores", "pool"), [(1, _process), (2, lambda: None)])

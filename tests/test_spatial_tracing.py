@@ -16,7 +16,7 @@ from inhand.control.episode import MANIPULATE
 from inhand.control.spatial_ik import SpatialIkConfig
 from inhand.control.spatial_rehearsal import LONGEST, longest_of
 from inhand.control.spatial_trial import SpatialTrial
-from inhand.control.trial import REACHED
+from inhand.control.trial import REACHED, save_trial
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import follow_grips
@@ -245,6 +245,20 @@ def test_the_command_in_space_leaves_what_it_leaves_in_the_plane(
     report = (folder / "report.md").read_text()
     assert "Gravity down (0.00, 0.00, 9.81 m/s² in the palm frame)" in report
     assert "V in yz of 12 mm by ik" in report
+
+
+def test_a_trial_of_a_drawing_in_space_is_measured_and_shown_as_no_primitive(
+    run: TraceRun, tmp_path: Path, inhand: Call
+) -> None:
+    file = tmp_path / "drawn.npz"
+    save_trial(run.followed[0].trial, file)
+    told = f"inhand: {file} followed {run.followed[0].trial.passport.primitive}, which is no primitive"
+    for words in (["metrics", file], ["view", file, "--browser"], ["report", file, "--out", tmp_path / "page.html"]):
+        code, out, err = inhand(*words)
+        assert (code, out) == (2, "")
+        assert err.startswith(told)
+        assert "`inhand asterisk`" in err or "the folder of the run of `inhand trace`" in err
+    assert [each.name for each in tmp_path.iterdir()] == ["drawn.npz"]
 
 
 def test_tasks_of_space_go_where_they_say(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,7 @@ def here(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> Callabl
 def second_process(module: str) -> Iterator[Aside]:
     """Give an `Aside` whose process imports a module of ours meanwhile; this process's where there is one core alone.
 
-    What was begun and is not waited for is given up at the end.
+    What waits for its turn at the end is given up, and so is what runs where something failed.
     """
     pool = _pool() if (os.cpu_count() or 1) > 1 else None
     if pool is None:
@@ -42,8 +42,11 @@ def second_process(module: str) -> Iterator[Aside]:
     pool.submit(import_module, module)
     try:
         yield lambda function, *args, **kwargs: pool.submit(function, *args, **kwargs).result
-    finally:
+    except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    # Waited for: an interpreter that ends while a pool's thread does may write to its pipe when that is closed.
+    pool.shutdown(cancel_futures=True)
 
 
 def _pool() -> ProcessPoolExecutor | None:

@@ -133,6 +133,11 @@ def _one(path: Path) -> Run | SpatialRun:
         engine=checked("engine", passport.engine, Engine),
     )
     if isinstance(trial, SpatialTrial):
+        if trial.passport.along is None and trial.passport.about is None:
+            raise InputError(
+                f"{path} followed {passport.primitive}, which is no primitive, in space: the page of its run replays"
+                " it; give the folder of the run of `inhand trace`"
+            )
         gravity = ",".join(f"{part:g}" for part in trial.passport.gravity)
         return _in_space(replace(config, gravity=gravity), [trial])
     return Run(config, (trial,), (result_of_trial(trial),))

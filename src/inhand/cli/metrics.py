@@ -8,7 +8,8 @@ from inhand.asterisk_test.results import Result, as_entry, result_of_human, resu
 from inhand.cli.answer import Answer, Listing
 from inhand.cli.commands import MetricsConfig
 from inhand.cli.terminal import say
-from inhand.control.trial import AnyTrial, Trial, load_any, write_json
+from inhand.control.spatial_trial import SpatialPassport
+from inhand.control.trial import AnyTrial, load_any, write_json
 from inhand.errors import InputError
 from inhand.versions import versions
 
@@ -63,10 +64,15 @@ def _measured(path: Path, gaps: Gaps) -> list[tuple[str, Result]]:
 
 def _of_primitive(path: Path) -> AnyTrial:
     trial = load_any(path)
-    if isinstance(trial, Trial) and trial.passport.angle_deg is None and trial.passport.rotation_deg == 0:
+    passport = trial.passport
+    if isinstance(passport, SpatialPassport):
+        name, sequence = passport.primitive, passport.along is None and passport.about is None
+    else:
+        name, sequence = passport.path, passport.angle_deg is None and passport.rotation_deg == 0
+    if sequence:
         raise InputError(
-            f"{path} followed {trial.passport.path}, which is no primitive: its errors are in the trace.json of its"
-            " run; give trials of `inhand asterisk`"
+            f"{path} followed {name}, which is no primitive: its errors are in the trace.json of its run; give trials"
+            " of `inhand asterisk`"
         )
     return trial
 

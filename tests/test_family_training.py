@@ -197,6 +197,11 @@ def test_every_layer_of_a_network_over_joints_learns(ready: Ready) -> None:
     [
         ({"pairs": -1}, "pairs -1: give a number of hands and objects"),
         (
+            {"hand": "2v2_65.35_65.35_1.1_53"},
+            "2v2_65.35_65.35_1.1_53 and cube_39 with a family, whose hands and objects are drawn: leave hand and"
+            " object out, or take preset from-family",
+        ),
+        (
             {"recipe": replace(SMALL.recipe, turns=0.1)},
             "a family is learned with layout joints or joint-senses, a teacher and planned grasps, on primitives",
         ),

@@ -203,7 +203,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
     path = tmp_path / "t.npz"
     save_trial(run.trials[0], path)
     assert isinstance(load_any(path), SpatialTrial)
-    with pytest.raises(InputError, match="is not a trial: its hand is one in space, and only hands in the plane"):
+    with pytest.raises(InputError, match="has a hand in space, and only trials of hands in the plane have a place"):
         load_trial(path)
     save_trial(replace(run.trials[0], reference=np.zeros((3, 3))), path)
     with pytest.raises(InputError, match=r"reference has the shape \(3, 3\); it must be \(3, 6\)"):

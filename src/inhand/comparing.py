@@ -45,8 +45,8 @@ def compared(runs: Sequence[tuple[Path, Shown]]) -> str:
             return compare([folder for folder, _ in runs], [run for _, run in runs])
     told = ", ".join(f"{folder} is {TOLD.get(type(run).__name__, 'another')}" for folder, run in runs)
     raise InputError(
-        f"these runs cannot be compared: {told}; give runs of `inhand asterisk` and `inhand evaluate`, or trainings,"
-        " or traces"
+        f"these runs cannot be compared: {told}; give runs of `inhand asterisk` with hands in the plane and of"
+        " `inhand evaluate`, or trainings, or traces"
     )
 
 

@@ -144,7 +144,8 @@ def load_trial(path: str | Path) -> Trial:
     trial = load_any(path)
     if isinstance(trial, SpatialTrial):
         raise InputError(
-            f"{path} is not a trial: its hand is one in space, and only hands in the plane have a place here; {CURE}"
+            f"{path} has a hand in space, and only trials of hands in the plane have a place here: give one of"
+            " those, or read it in Python by inhand.load"
         )
     return trial
 

@@ -191,6 +191,12 @@ def _check_pairs(config: Training) -> None:
             "a family is learned with layout joints or joint-senses, a teacher and planned grasps, on primitives, with"
             " turns and legs at 0 and without a dataset: take preset family"
         )
+    usual = Training("family")
+    if config.pairs and (config.hand, config.object) != (usual.hand, usual.object):
+        raise InputError(
+            f"{config.hand} and {config.object} with a family, whose hands and objects are drawn: leave hand and object"
+            " out, or take preset from-family, which fits one hand and object"
+        )
     if config.start:
         policy = policy_to_start(config.start)
         if policy.family is not None:

@@ -120,8 +120,10 @@ docs-links: .venv/.docs
 	$(PIP) --no-deps --no-build-isolation --editable .
 	touch $@
 
+# While one core unpacks, the other compiles the kernels that tests would wait for.
 .venv/.dev: .venv/.run requirements/dev.txt
-	$(PIP) --no-deps --require-hashes -r requirements/dev.txt
+	$(BIN)/inhand asterisk --directions Right --trials 1 --quiet --out "$$(mktemp -d)/first" & first=$$!; \
+	$(PIP) --no-deps --require-hashes -r requirements/dev.txt && { wait $$first || true; }
 	touch $@
 
 .venv/.docs: .venv/.run requirements/docs.txt

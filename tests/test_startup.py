@@ -70,6 +70,11 @@ def test_a_wrong_name_is_refused_before_anything_heavy_is_imported_or_written(tm
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_wrong_name_is_told_before_its_command_is_imported(tmp_path: Path) -> None:
+    lines = tuple(f"asterisk --{what}" for what in ("hand nonsense", "hand 2v2_50.50_50.50_1.1", "object cube_3x"))
+    assert imported_by(lines, ("inhand.asterisk_test.asterisk",), tmp_path) == [(line, 2, []) for line in lines]
+
+
 def test_every_command_has_a_wrong_name() -> None:
     assert {line.split()[0] for line in WRONG} >= set(COMMANDS) - {"hands", "objects", "doctor"}
 

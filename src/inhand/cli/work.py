@@ -18,7 +18,7 @@ def check_names(config: Config) -> None:
         InputError: a name that means nothing.
     """
     hand, thing = getattr(config, "hand", None), getattr(config, "object", None)
-    if not isinstance(hand, str) or Path(hand).suffix:
+    if not isinstance(hand, str) or _is_file(hand):
         return
     from inhand.hands.files import load_hand, load_object
     from inhand.hands.spatial.names import is_spatial
@@ -26,8 +26,14 @@ def check_names(config: Config) -> None:
     if is_spatial(hand):
         return
     load_hand(hand)
-    if isinstance(thing, str) and not Path(thing).suffix:
+    if isinstance(thing, str) and not _is_file(thing):
         load_object(thing)
+
+
+def _is_file(word: str) -> bool:
+    """Return whether a word is a file's: names have numbers behind their dots."""
+    path = Path(word)
+    return path.suffix[1:2].isalpha() or len(path.parts) > 1
 
 
 def worker(command: str) -> Callable[[Config], Answer]:

@@ -14,7 +14,7 @@ from inhand.control import rehearsal
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig
 from inhand.control.phases import Phase
-from inhand.control.rehearsal import LOSS, best_grasps, carried, first_best
+from inhand.control.rehearsal import LOSS, carried, first_best, rehearsed
 from inhand.control.trial import LOST_CONTACT, REACHED, TIME_OUT
 from inhand.geometry import Array, Path
 from inhand.hands.fit import Held
@@ -98,7 +98,7 @@ def test_the_choice_is_that_of_carrying_all(
     for choose in (first_best, best_of_all):
         counts.append(0)
         monkeypatch.setattr(rehearsal, "first_best", choose)
-        found.append(best_grasps(held, poses, starts, engine="planar"))
+        found.append(rehearsed(held, poses, starts, engine="planar")[0])
     lazy, everything = found
     for one, other in zip(lazy, everything, strict=True):
         np.testing.assert_array_equal(one.contacts, other.contacts)
@@ -117,9 +117,9 @@ def test_worlds_are_rehearsed_in_parts_that_hold_whole_groups(monkeypatch: pytes
     assert list(memory.batches("planar", [2] * 1000)) == [slice(0, 1000)]
     held = Held(parse_hand_name("2v2_50.50_50.50_1.1_53"), OBJECTS["cube_39"])
     poses = held.hand.start_pose + np.stack([straight_path(primitive_at(angle), 0.03).poses for angle in (0.0, 90.0)])
-    whole = best_grasps(held, poses, poses[:, 0])
+    whole = rehearsed(held, poses, poses[:, 0])[0]
     monkeypatch.setattr(memory, "REHEARSALS", 1.0)
-    for one, other in zip(whole, best_grasps(held, poses, poses[:, 0]), strict=True):
+    for one, other in zip(whole, rehearsed(held, poses, poses[:, 0])[0], strict=True):
         np.testing.assert_array_equal(one.joints, other.joints)
 
 
@@ -170,5 +170,5 @@ def test_a_drawing_is_rehearsed_where_it_is(fixed: bool, monkeypatch: pytest.Mon
         return found
 
     monkeypatch.setattr(rehearsal, "carried", followed)
-    best_grasps(held, poses, starts, engine="planar", fixed=fixed)
+    rehearsed(held, poses, starts, engine="planar", fixed=fixed)
     assert ends[0] == pytest.approx(0.04 if fixed else 0.036, abs=5e-4)

@@ -29,7 +29,7 @@ from inhand.control.policy import (
     straight_angles,
 )
 from inhand.control.policy_arrays import ACTOR
-from inhand.control.rehearsal import best_grasps, closing_joints, rehearsed
+from inhand.control.rehearsal import closing_joints, rehearsed
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
 from inhand.control.sensed_plan import sensed_grasp
 from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController, carrier_of
@@ -130,7 +130,7 @@ def direction_plans(hand: HandSpec, spec: ObjectSpec, poses: Array, engine: str 
     One plan serves every trial of a direction, which is what a learned controller trains and runs with.
     """
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
-    best = best_grasps(Held(hand, spec), distinct, distinct[:, 0], engine=engine)
+    best, _ = rehearsed(Held(hand, spec), distinct, distinct[:, 0], engine=engine)
     return [best[k] for k in index]
 
 

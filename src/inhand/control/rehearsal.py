@@ -91,19 +91,6 @@ def _beside(held: Held, plans: Sequence[GraspPlan], ends: tuple[Array, Array], o
     return found
 
 
-def best_grasps(
-    held: Held,
-    poses: Array,
-    starts: Array,
-    config: tuple[SearchConfig | None, IkConfig | None] = (None, None),
-    *,
-    engine: str = ENGINE,
-    fixed: bool = False,
-) -> list[GraspPlan]:
-    """Return for every path the grasp that carries its object farthest in simulation; see `rehearsed`."""
-    return rehearsed(held, poses, starts, config, engine=engine, fixed=fixed)[0]
-
-
 def rehearsed(
     held: Held,
     poses: Array,

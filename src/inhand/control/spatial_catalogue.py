@@ -1,7 +1,7 @@
 """Controllers of hands in space by name: how each prepares a grasp, and what it manipulates with."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -19,7 +19,7 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.tasks.spatial.paths import SpatialReference, stacked_paths
+from inhand.tasks.spatial.paths import SpatialReference
 
 
 class SpatialPlanner(Protocol):
@@ -96,24 +96,22 @@ def learned_in_space(name: str, policy: Policy) -> SpatialEntry:
             f"policy {name!r} was trained with {policy.trained.get('hand', 'a hand')} in the plane: train one with a"
             " hand in space (inhand train --preset spatial)"
         )
-    made = partial(SpatialPolicyController, policy=policy)
-    return SpatialEntry(name, "a learned policy", planned_for_policy, made, policy=policy)
+    made, planned = partial(SpatialPolicyController, policy=policy), partial(planned_in_space, told=shorter)
+    return SpatialEntry(name, "a learned policy", planned, made, policy=policy)
 
 
-def planned_for_policy(
-    hand: SpatialHand,
-    spec: SolidSpec,
-    paths: Sequence[SpatialReference],
-    gravity: Array,
-    starts: Array,
-    *,
-    bench: Bench,
-    fixed: bool = False,
-    shared: bool = False,
-) -> Grasp:
-    """Return the expert's grasps, with the ways that a policy is told to go."""
-    found = planned_in_space(hand, spec, paths, gravity, starts, bench=bench, fixed=fixed, shared=shared)
-    return found if found.way is None else replace(found, way=shorter(stacked_paths(paths), found.way))
+def refuse_of_plane(hand: str, asked: Mapping[str, bool]) -> None:
+    """Refuse options that a hand in space has no meaning for yet, by their names, where they are asked for.
+
+    Raises:
+        InputError: the text names them and the hand.
+    """
+    wrong = [option for option, given in asked.items() if given]
+    if wrong:
+        raise InputError(
+            f"{' and '.join(wrong)} with {hand}, a hand in space: these are for hands in the plane; leave them out, or"
+            " use such a hand (2v2_50.50_50.50_1.1_53)"
+        )
 
 
 def check_known_in_space(entry: SpatialEntry, hand: SpatialHand) -> None:

@@ -5,7 +5,7 @@ closed in simulated worlds of their own, take the object's weight and carry it t
 is predicted to end. Of those that keep it the one is taken that goes farthest, less a cost for what it strays.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.spatial.fit import check_solid_fit
 from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig, search_grasps
 from inhand.hands.spatial.gravity import GRAVITY
 from inhand.hands.spatial.hand import SpatialHand
@@ -27,6 +28,7 @@ from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.spatial.rolling import Margins
 from inhand.hands.spatial.shared_grasps import search_shared, worth_together
 from inhand.rotations import SpatialPath, placed
+from inhand.sim.engines import engine_in_space
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
 
 LONGEST, SLOWEST = 8.0, 0.65
@@ -65,11 +67,12 @@ def planned_in_space(
     bench: Bench,
     fixed: bool = False,
     shared: bool = False,
+    told: Callable[[SpatialPath, Array], Array] | None = None,
 ) -> Grasp:
     """Return for every path the grasp of the contact search that goes farthest in simulation, closed at its start.
 
     Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them. One grasp may
-    be `shared` by all.
+    be `shared` by all. `told` is what makes of paths and the ways `(B,)` [m] that are found those to go.
 
     Raises:
         InputError: no contacts hold the object at its start.
@@ -84,6 +87,8 @@ def planned_in_space(
             some = [paths[k] for k in part]
             tried += tried_out(held, [groups[path.name] for path in some], some, worlds.some(part), bench)
     way = np.array([each.way for each in tried])
+    if told is not None:
+        way = told(stacked_paths(paths), way)
     return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
 
 
@@ -222,6 +227,17 @@ def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
     config = SpatialSearchConfig()
     weight = np.array([spec.mass * np.linalg.norm(gravities, axis=-1).max()])
     return replace(config, rules=replace(config.rules, grip=float(grip_for(weight, SpatialIkConfig())[0])))
+
+
+def check_carried(hand: SpatialHand, spec: SolidSpec, engine: str) -> None:
+    """Refuse an engine without a third dimension, and an object that the hand cannot hold.
+
+    Raises:
+        InputError: the text names the engine, or the measure or weight and the most that there may be.
+    """
+    engine_in_space(engine)
+    check_solid_fit(hand, spec)
+    check_weight(hand, spec)
 
 
 def check_weight(hand: SpatialHand, spec: SolidSpec) -> None:

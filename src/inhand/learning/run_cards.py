@@ -7,12 +7,11 @@ import numpy as np
 
 from inhand.control.catalogue import find_controller
 from inhand.control.policy import Policy
-from inhand.control.spatial_rehearsal import check_weight
+from inhand.control.spatial_rehearsal import check_carried
 from inhand.errors import InputError
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.fit import check_solid_fit
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.config import Training
 from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
@@ -23,7 +22,7 @@ from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance_files import NONE, load_disturbance
-from inhand.sim.engines import check_engine, engine_in_space
+from inhand.sim.engines import check_engine
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
 from inhand.tasks.cards import NEW, InterfaceCard, check_same, interface_card
@@ -154,9 +153,7 @@ def _check_space(config: Training, held: SpatialPair) -> None:
             f"{' and '.join(wrong)} with {config.hand}, a hand in space: its training has layout space, the teacher's"
             " demonstrations and worlds that nothing disturbs; take preset spatial and leave these out"
         )
-    engine_in_space(config.engine)
-    check_solid_fit(*held)
-    check_weight(*held)
+    check_carried(*held, config.engine)
 
 
 def policy_to_start(name: str) -> Policy:

@@ -15,15 +15,15 @@ from inhand.control.knowing import check_held
 from inhand.control.loop import Bench, Told
 from inhand.control.run_config import TrialsConfig
 from inhand.control.seen import SENSED
-from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
-from inhand.control.spatial_rehearsal import check_weight
+from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller, refuse_of_plane
+from inhand.control.spatial_rehearsal import check_carried
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
-from inhand.hands.spatial.fit import SpatialHeld, check_solid_fit
+from inhand.hands.spatial.fit import SpatialHeld
 from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
@@ -130,8 +130,7 @@ def _in_the_plane(config: TraceConfig) -> tuple[Held, ControllerEntry]:
 
 
 def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
-    if config.disturb != TrialsConfig.disturb:
-        raise InputError(f"--disturb with {config.hand}, a hand in space: disturbances are of the plane; leave it out")
+    refuse_of_plane(config.hand, {"--disturb": config.disturb != TrialsConfig.disturb})
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
     if entry.policy is not None:
@@ -139,9 +138,7 @@ def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
             f"--controller {config.controller} in a sequence of {config.hand}, a hand in space: a policy there knows"
             " single primitives (inhand asterisk); use ik"
         )
-    engine_in_space(config.engine)
-    check_solid_fit(hand, spec)
-    check_weight(hand, spec)
+    check_carried(hand, spec, config.engine)
     return SpatialHeld(hand, spec, gravity_of(config.gravity or USUAL_PALM)), entry
 
 

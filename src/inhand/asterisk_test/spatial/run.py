@@ -12,14 +12,18 @@ from inhand.control.draws import check_count, check_draws, start_noise_in_space
 from inhand.control.loop import Bench, Told, simulate
 from inhand.control.recording import cut_trials, passports
 from inhand.control.run_config import TrialsConfig
-from inhand.control.spatial_catalogue import SpatialEntry, check_known_in_space, find_spatial_controller
+from inhand.control.spatial_catalogue import (
+    SpatialEntry,
+    check_known_in_space,
+    find_spatial_controller,
+    refuse_of_plane,
+)
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_rehearsal import check_weight
+from inhand.control.spatial_rehearsal import check_carried
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
-from inhand.hands.spatial.fit import check_solid_fit
 from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
@@ -70,9 +74,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     gravity = gravity_of(config.gravity or USUAL_PALM)
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
-    engine_in_space(config.engine)
-    check_solid_fit(hand, spec)
-    check_weight(hand, spec)
+    check_carried(hand, spec, config.engine)
     paths = [spatial_path_of(primitive) for primitive in primitives]
     assignments = tuple(
         SpatialAssignment(primitive, path, k + 1)
@@ -94,12 +96,7 @@ def _check_known(config: AsteriskConfig) -> None:
         "--beside": bool(config.beside),
         "--label": bool(config.label),
     }
-    wrong = [option for option, given in asked.items() if given]
-    if wrong:
-        raise InputError(
-            f"{' and '.join(wrong)} with {config.hand}, a hand in space: these are for hands in the plane; leave them"
-            " out, or use such a hand (2v2_50.50_50.50_1.1_53)"
-        )
+    refuse_of_plane(config.hand, asked)
 
 
 def simulate_asterisk_in_space(

@@ -12,6 +12,7 @@ pytest.importorskip("tensorboardX", reason="learning needs the extra `rl`: pip i
 
 import inhand
 from inhand.cli.train import line_of
+from inhand.control import spatial_rehearsal
 from inhand.control.catalogue import check_known, find_controller, learned
 from inhand.control.contract import contract_in_space, joint_names
 from inhand.control.controller import SpatialTask
@@ -26,7 +27,7 @@ from inhand.control.spatial_catalogue import (
 )
 from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_policy import SpatialPolicyController, shorter, units_of
-from inhand.control.spatial_rehearsal import closed_at
+from inhand.control.spatial_rehearsal import Tried, closed_at
 from inhand.control.trial import REACHED
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
@@ -43,6 +44,7 @@ from inhand.learning.space_pools import Planned, pool_of
 from inhand.learning.starts import Starts
 from inhand.learning.trying import tried_all
 from inhand.rotations import SpatialPath
+from inhand.sim.names import SPATIAL
 from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions
@@ -158,6 +160,23 @@ def test_a_policy_is_told_to_go_a_little_less_far_than_the_expert() -> None:
     way = np.array([0.05, 0.002, 0.06, 0.05])
     expected = [0.047, 0.0, 0.057, 0.05 - 0.1 * TURN_ARM]
     np.testing.assert_allclose(shorter(paths, way), expected, atol=1e-9)
+
+
+def test_a_policys_grasps_are_the_experts_with_less_far_to_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    paths, count = [spatial_path_of(each) for each in ASKED], len(ASKED)
+    tried = [Tried(PLAIN, 0.02 + 0.01 * k, 0.0) for k in range(count)]
+    monkeypatch.setattr(spatial_rehearsal, "_searched_together", lambda *_: [])
+    monkeypatch.setattr(spatial_rehearsal, "tried_together", lambda *_: tried)
+    worlds = np.tile(PULLS[0], (count, 1)), np.tile(HAND.start_pose, (count, 1))
+    expert, mine = (
+        find_spatial_controller(name).grasp(HAND, CUBE, paths, *worlds, bench=Bench(SPATIAL), shared=True)
+        for name in ("ik", "rl")
+    )
+    assert expert.way is not None
+    assert mine.way is not None
+    np.testing.assert_array_equal(mine.closed, expert.closed)
+    np.testing.assert_array_equal(mine.way, shorter(stacked_paths(paths), expert.way))
+    assert (mine.way < expert.way).all()
 
 
 def test_hands_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Policy]) -> None:

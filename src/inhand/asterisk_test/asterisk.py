@@ -25,7 +25,7 @@ from inhand.control.trial import AnyTrial
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import is_spatial_hand, name_of
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
@@ -93,7 +93,7 @@ def asterisk(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
-    settings |= {"hand": name_of(hand), "object": name_of(object)}
+    settings |= {"hand": hand_name(hand), "object": object_name(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
     settings |= disturbance_of(settings)

@@ -147,6 +147,7 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> R
         from inhand.asterisk_test.spatial.report import SpatialRun
 
         notes = notes_in_space(setup.controller, setup.hand, setup.object) + ((ONE,) if config.one_grasp else ())
+        notes += disturbance_notes(config, setup.controller.reads, space=True)
         return SpatialRun(config, trials, results, notes=notes)
     from inhand.asterisk_test.report import Run
 

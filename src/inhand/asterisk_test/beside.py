@@ -9,7 +9,8 @@ from itertools import compress
 from pathlib import Path
 
 from inhand.asterisk_test.results import Result, result_of_trial
-from inhand.control.trial import Passport, Trial, load_trial
+from inhand.control.episode import Source
+from inhand.control.trial import Trial, load_trial
 from inhand.errors import InputError
 from inhand.pages import counted
 from inhand.sim.disturbance_files import NONE
@@ -50,7 +51,7 @@ class Beside:
         return replace(self, trials=tuple(t for t, _ in pairs), results=tuple(r for _, r in pairs))
 
 
-def settings_of(passport: Passport) -> tuple[str, ...]:
+def settings_of(passport: Source) -> tuple[str, ...]:
     """Return hand, object, controller, engine and disturbance of a trial."""
     return passport.hand.name, passport.object.name, passport.controller, passport.engine, passport.disturb
 

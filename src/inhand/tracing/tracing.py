@@ -79,5 +79,7 @@ def run_trace(
     if isinstance(entry, ControllerEntry):
         notes += notes_of(entry, config.hand, config.object)
         notes += disturbance_notes(config, entry.reads, entry.contract)
+    else:
+        notes += disturbance_notes(config, entry.reads, space=True)
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

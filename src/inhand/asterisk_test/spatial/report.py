@@ -23,8 +23,6 @@ from inhand.plots.spatial_replay import write_spatial_replay
 
 POINTS = 60
 """Points of a mean path."""
-SETTINGS = ("hand", "object", "controller", "engine", "gravity")
-"""What a row of the table says of its run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +33,8 @@ class SpatialRun(Tested):
 
     @property
     def settings(self) -> dict[str, object]:
-        """Hand, object, controller, engine and gravity."""
-        passport = self.trials[0].passport
-        names = passport.hand.name, passport.object.name, passport.controller, passport.engine, gravity_told(self)
-        return dict(zip(SETTINGS, names, strict=True))
+        """Hand, object, controller, engine, disturbance and gravity."""
+        return super().settings | {"gravity": gravity_told(self)}
 
     def figure(self) -> Figure:
         """Return planes, maps of directions and turns."""

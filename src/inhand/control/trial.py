@@ -71,6 +71,11 @@ class Passport(Source):
         """Name of what disturbed its world; none where nothing did."""
         return NONE if self.disturbed is None else self.disturbed.spec.name
 
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Hand, object, controller, engine and disturbance by their names."""
+        return self.hand.name, self.object.name, self.controller, self.engine, self.disturb
+
 
 @dataclass(frozen=True, eq=False)
 class Trial(Episode[Passport]):

@@ -93,8 +93,6 @@ def _check_known(config: AsteriskConfig) -> None:
         "--disturb": config.disturb != TrialsConfig.disturb,
         "--phases": bool(config.phases),
         "--metrics": bool(config.metrics),
-        "--beside": bool(config.beside),
-        "--label": bool(config.label),
     }
     refuse_of_plane(config.hand, asked)
 

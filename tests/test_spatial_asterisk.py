@@ -167,9 +167,9 @@ def test_runs_are_compared_on_one_page(run: SpatialRun, folder: Path) -> None:
 
 
 def test_a_run_stands_beside_an_earlier_one(run: SpatialRun, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = ready(replace(run.config, controller="rl", beside=(str(folder),)))
+    known = ready(replace(run.config, controller="rl", beside=(folder,)))
     monkeypatch.setattr("inhand.asterisk_test.asterisk.notes_in_space", lambda *_: ())
-    made = finish(replace(run.config, beside=(str(folder),)), known, lambda *_: as_policy(run).trials)
+    made = finish(replace(run.config, beside=(folder,)), known, lambda *_: as_policy(run).trials)
     assert (made.name, [other.name for other in made.beside]) == ("rl", ["ik"])
     page = made.page()
     assert "| Direction | rl [mm] | ik [mm] |" in page
@@ -276,7 +276,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
     [
         ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, rl and"),
         ({"controller": "ik-sensed"}, "controller 'ik-sensed' with a hand in space"),
-        ({"disturb": "field"}, "--disturb with 3f_60.60_40_10, a hand in space"),
+        ({"disturb": "feild"}, "unknown disturbance 'feild'; did you mean field?"),
         ({"paths": "human"}, "--paths human with 3f_60.60_40_10, a hand in space"),
         ({"phases": ("mine",), "compatible": True}, "--compatible and --phases with 3f_60.60_40_10"),
         ({"gravity": "0,0,0"}, "has no length"),

@@ -39,7 +39,7 @@ class Beside:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Its hand, object, controller and engine, and its disturbance or gravity."""
+        """Its hand, object, controller, engine and disturbance, and in space its gravity."""
         return tuple(self.trials[0].passport.settings)
 
     @property
@@ -60,7 +60,7 @@ def load_beside(
 
     Args:
         folders: of the earlier runs.
-        own: hand, object, controller and engine of the new run, and its disturbance or gravity.
+        own: hand, object, controller, engine and disturbance of the new run, and in space its gravity.
         labels: names of the new run and of the earlier ones; without them names are what differs in those settings,
             and the folder where they are the same.
         space: whether the new run is one in space, as all then have to be.

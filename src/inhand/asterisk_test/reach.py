@@ -24,7 +24,7 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
-from inhand.hands.spatial.files import is_spatial_hand, name_of
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
@@ -134,8 +134,8 @@ def reach(
         InputError: anything that cannot be computed; the text says what, and what is allowed.
     """
     config = ReachCommand(
-        hand=name_of(hand),
-        object=name_of(object),
+        hand=hand_name(hand),
+        object=object_name(object),
         directions=listed(directions),
         twist=twist,
         friction=friction,

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from inhand.aside import Aside, here
-from inhand.asterisk_test.beside import SETTINGS, Beside
+from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, by_direction, result_of_human
@@ -47,16 +47,6 @@ class Run(Tested):
     """A finished run of a hand in the plane."""
 
     trials: tuple[Trial, ...]
-
-    @property
-    def settings(self) -> dict[str, object]:
-        """Hand, object, controller, engine and disturbance."""
-        return dict(zip(SETTINGS, self.trials[0].passport.settings, strict=True))
-
-    @property
-    def disturbances(self) -> dict[str, object]:
-        """How each trial's world was disturbed."""
-        return {"disturbed": [trial.passport.disturbed for trial in self.trials]}
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""

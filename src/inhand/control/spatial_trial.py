@@ -33,8 +33,8 @@ class SpatialPassport(Source):
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Hand, object, controller, engine and gravity by their names."""
-        return self.hand.name, self.object.name, self.controller, self.engine, gravity_name(self.gravity)
+        """Hand, object, controller, engine, disturbance and gravity by their names."""
+        return *super().settings, gravity_name(self.gravity)
 
 
 @dataclass(frozen=True, eq=False)

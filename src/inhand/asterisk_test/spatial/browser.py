@@ -27,7 +27,7 @@ HALF = "Half of all directions on each disc, which keeps areas: the palm's norma
 RUN = (
     "Mean object paths of the directions that lie in a plane, and mean distances at the first loss of contact, or at"
     " the end [mm]. Thin outline: how far the hand could carry the object, whatever controls it.",
-    f"{HALF}distances [mm], colours shares of the limit, from dark at 0.5 to bright at 1; a red rim marks a lost object.",
+    f"{HALF}distances [mm], colours shares of the limit, dark at 0.5 to bright at 1; a red rim marks a lost object.",
     "Means up to the first loss of contact, of the hand's limit where it is known; click one to replay it below.",
 )
 """What is told of planes, maps and bars of a run,"""

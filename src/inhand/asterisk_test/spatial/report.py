@@ -23,9 +23,6 @@ from inhand.plots.save import save_picture
 from inhand.plots.spatial_asterisk import MANY, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import write_spatial_replay
 
-SETTINGS = ("hand", "object", "controller", "engine", "gravity")
-"""What a row of the table says of its run."""
-
 
 @dataclass(frozen=True, eq=False)
 class SpatialRun(Tested):
@@ -35,10 +32,8 @@ class SpatialRun(Tested):
 
     @property
     def settings(self) -> dict[str, object]:
-        """Hand, object, controller, engine and gravity."""
-        passport = self.trials[0].passport
-        names = passport.hand.name, passport.object.name, passport.controller, passport.engine, gravity_told(self)
-        return dict(zip(SETTINGS, names, strict=True))
+        """Hand, object, controller, engine, disturbance and gravity."""
+        return super().settings | {"gravity": gravity_told(self)}
 
     def figure(self) -> Figure:
         """Return planes, maps of directions and turns."""

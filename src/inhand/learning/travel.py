@@ -110,7 +110,7 @@ def _as_recordings(trials: list[AnyTrial], folder: Path) -> Exported:
     for trial in trials:
         if isinstance(trial, SpatialTrial):
             raise InputError(
-                "recordings of the Asterisk Test hold x, y and one angle of an object between two fingers on a table;"
+                "recordings of the Asterisk Test hold x, y and one angle of an object on a table;"
                 " of a hand in space they would leave out height and tilt, and their names know no such hand: use"
                 " --as lerobot or --as minari, which hold whole poses"
             )

@@ -69,7 +69,7 @@ engines: .venv/.dev
 
 # Trains every row of the learning tables: hours.
 learn: .venv/.dev
-	$(BIN)/python benchmarks/learning.py --groups privileged given thesis ablations
+	$(BIN)/python benchmarks/learning.py --groups privileged given thesis ablations stages
 
 # Trains the policies that ship and puts them, with their cards, where they ship from: minutes.
 ship: .venv/.dev

@@ -158,6 +158,10 @@ def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(sensed
     assert cost.decisions > ready.expert_rows + counters.decisions  # what was relabelled too
     assert cost.updates == 2 * SENSED.imitate + SENSED.refit + SENSED.warm_up + counters.updates
     assert 0 < cost.cpu_s < 600
+    imitated = load_policy(tmp_path / "run" / "imitated")
+    assert imitated.cost is not None
+    assert (imitated.cost.updates, imitated.cost.episodes) == (2 * SENSED.imitate + SENSED.refit, 16 + 2 * 8)
+    assert not np.array_equal(imitated.weights[0], load_policy(tmp_path / "run" / "last").weights[0])
     rows = ReplayBuffer(tmp_path / "run" / "expert.rows", ready.columns, ready.expert_rows + 400, 0)
     parts = ready.columns.parts()
     assert parts["truth"].stop - parts["truth"].start == find_layout("truth").size(ready.held.hand)

@@ -252,7 +252,7 @@ def test_what_a_run_leaves(prepared: Path, tmp_path: Path) -> None:
 
 def test_imitation_of_24_episodes_already_carries_the_object_most_of_the_time(prepared: Path, tmp_path: Path) -> None:
     lines: list[Evaluation] = []
-    config = replace(SMALL, imitate=5000, warm_up=0, episodes=1)
+    config = replace(SMALL, imitate=5000, warm_up=0, episodes=1, learning=replace(SMALL.learning, hidden=(64, 64)))
     trainer = _trainer(prepared, tmp_path / "run", config, lines.append)
     trainer.run()
     ready: Ready = load_ready(config, prepared / "ready.npz")

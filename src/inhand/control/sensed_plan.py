@@ -21,6 +21,7 @@ from inhand.caches import cached
 from inhand.control.controller import Controller, Task
 from inhand.control.grades import USUAL, Grade
 from inhand.control.ik_sensed import IkSensedController
+from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
@@ -231,13 +232,11 @@ def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str,
     """Return what a `Grasp` has of joints for candidates of paths of poses `(P, S, 3)`, by name."""
     plans, starts = [each.plan for each in candidates], poses[[each.path for each in candidates], 0]
     grasp = closing_joints(*held, plans, starts, starts, squeeze=SQUEEZE)
-    beside = [
-        closing_joints(*held, plans, starts, starts + sign * shift, squeeze=SQUEEZE).closed
-        for shift in SHIFTS
-        for sign in (1, -1)
-    ]
-    slopes = [(beside[2 * k] - beside[2 * k + 1]) / (2 * SHIFTS[k, k]) for k in range(len(SHIFTS))]
-    follows = LOOKED * np.stack(slopes, axis=-1)
+
+    def closed(shift: Array) -> Array:
+        return closing_joints(*held, plans, starts, starts + shift, squeeze=SQUEEZE).closed
+
+    follows = LOOKED * slopes(closed, SHIFTS)
     return {"opened": grasp.opened, "closed": grasp.closed, "planned": starts, "follows": follows}
 
 

@@ -38,7 +38,7 @@ from inhand.tasks.primitives import twisted_name
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
-ASIDE = 0.875
+ASIDE = 0.8
 """Share of the paths that is drawn aside: replay, asterisks, radar and the others take as long."""
 
 
@@ -107,7 +107,7 @@ def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         table_of(*with_beside(*table, run.name, run.beside)),
-        listed([f"{other.name}: {other.told_settings}." for other in run.beside], "Set beside it"),
+        beside_told(run.beside),
         endings(run.results),
         listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),
@@ -115,6 +115,11 @@ def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
         *pictures,
         again(command(config)),
     ]
+
+
+def beside_told(beside: Sequence[Beside]) -> Part:
+    """Return what was run in each run that stands beside one."""
+    return listed([f"{other.name}: {other.told_settings}." for other in beside], "Set beside it")
 
 
 def command(config: AsteriskConfig) -> str:

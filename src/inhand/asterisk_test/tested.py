@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.aside import Aside, here
-from inhand.asterisk_test.beside import SETTINGS, Beside, settings_of
+from inhand.asterisk_test.beside import SETTINGS, Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, summary_of, tidy
@@ -49,7 +49,7 @@ class Tested(Shown):
     @property
     def settings(self) -> dict[str, object]:
         """What a row of its table says of its run: hand, object, controller, engine and disturbance."""
-        return dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
+        return dict(zip(SETTINGS, self.trials[0].passport.settings, strict=False))
 
     def pictures(self, folder: Path, aside: Aside = here) -> list[Part]:
         """Draw figures and a replay into `figures` of a folder, some aside, and return their parts of the page."""

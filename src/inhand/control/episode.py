@@ -55,6 +55,11 @@ class Source:
         return NONE if self.disturbed is None else self.disturbed.spec.name
 
     @property
+    def settings(self) -> tuple[str, ...]:
+        """Hand, object, controller, engine and disturbance by their names."""
+        return self.hand.name, self.object.name, self.controller, self.engine, self.disturb
+
+    @property
     def period(self) -> float:
         """Time between two rows [s]."""
         return self.substeps * self.timestep

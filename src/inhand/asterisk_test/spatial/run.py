@@ -105,8 +105,6 @@ def _check_known(config: AsteriskConfig) -> None:
         "--compatible": config.compatible,
         "--phases": bool(config.phases),
         "--metrics": bool(config.metrics),
-        "--beside": bool(config.beside),
-        "--label": bool(config.label),
     }
     refuse_of_plane(config.hand, asked)
 

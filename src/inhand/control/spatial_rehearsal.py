@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench, simulate
+from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
+from inhand.control.spatial_follow import margin_at
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
@@ -40,11 +41,19 @@ LEVER = 0.5
 """Share of the fingers' length at which a grip acts at least, guessed."""
 AT_ONCE = 150
 """Worlds whose grasps are tried at a time: about a thousand worlds, whose states take 0.3 GB."""
+GAP = 0.7
+"""Way that it costs to have a finger off the object for a while [m]: less than losing it, more than can be gained."""
 LOST = -LOSS / 2
-"""A grasp that is worth less has lost the object [m]."""
+"""A grasp that is worth less has lost the object, or a finger has [m]."""
 WIDE = ((0.006, 0.35), (0.015, 0.7))
 """Margins from the predicted end where every grasp loses the object before it, each where those before do not do [m,
 rad]."""
+TO_THE_END = ((0.0, 0.0), (-0.002, -0.07))
+"""Margins that the one grasp for all is tried with in the end, in the very worlds that it is for: none, and on to the
+next pose that the prediction looks at [m, rad]."""
+BEHIND = 0.6
+"""Where grasps go less than this share of the way that the search found, they are told to go as far as that: a start
+some tenths of a millimetre off can cost the room that the prediction asks for at one pose, though nothing meets."""
 STRAYED = 6.0
 """Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
 by 5 deg is worth 13 mm less than one that does not."""
@@ -178,25 +187,38 @@ def tried_out(
 ) -> list[Tried]:
     """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
     found = [_best(group) for group in rehearsed(held, groups, paths, worlds, (bench, SpatialIkConfig()))]
-    return _stopped_before(held, found, groups, (paths, worlds, bench))
-
-
-def _stopped_before(
-    held: tuple[SpatialHand, SolidSpec],
-    found: list[Tried],
-    groups: Sequence[Sequence[SpatialGrasp]],
-    where: tuple[Sequence[SpatialReference], Worlds, Bench],
-) -> list[Tried]:
-    """Return what is found for every world; where the object is lost, grasps of its group that stop farther before."""
-    paths, worlds, bench = where
-    for margin in WIDE:
-        lost = [k for k, each in enumerate(found) if each.worth < LOST]
-        if lost:
-            config, some = replace(SpatialIkConfig(), margin=margin), [paths[k] for k in lost]
-            again = rehearsed(held, [groups[k] for k in lost], some, worlds.some(lost), (bench, config))
-            for k, group in zip(lost, again, strict=True):
-                found[k] = _best([found[k], *group])
+    again = _Again(held, found, groups, paths, worlds, bench)
+    again.stop_before()
+    short = [k for k, each in enumerate(found) if each.way < BEHIND * max(grasp.way for grasp in groups[k])]
+    again.try_out(short, SpatialIkConfig(), planned=True)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Again:
+    """Grasps of worlds that are tried again in another way; what is worth more takes the place of what was found."""
+
+    held: tuple[SpatialHand, SolidSpec]
+    found: list[Tried]
+    groups: Sequence[Sequence[SpatialGrasp]]
+    paths: Sequence[SpatialReference]
+    worlds: Worlds
+    bench: Bench
+
+    def stop_before(self) -> None:
+        """Try those that lose the object once more, to stop farther before its end."""
+        for margin in WIDE:
+            lost = [k for k, each in enumerate(self.found) if each.worth < LOST]
+            self.try_out(lost, replace(SpatialIkConfig(), margin=margin))
+
+    def try_out(self, rows: Sequence[int], config: SpatialIkConfig, *, planned: bool = False) -> None:
+        """Try the grasps of some worlds."""
+        if not rows:
+            return
+        groups, paths = [self.groups[k] for k in rows], [self.paths[k] for k in rows]
+        again = rehearsed(self.held, groups, paths, self.worlds.some(rows), (self.bench, config), planned=planned)
+        for k, group in zip(rows, again, strict=True):
+            self.found[k] = _best([self.found[k], *group])
 
 
 def _best(group: Sequence[Tried]) -> Tried:
@@ -219,7 +241,11 @@ def tried_together(
     worth = np.array([[each.worth for each in group] for group in found]).T
     best = int((worth_together(np.maximum(worth, 0.0), paths) - (worth < LOST).sum(axis=1)).argmax())
     tried = [group[best] for group in found]
-    return _stopped_before(held, tried, [[grasps[best]]] * len(tried), (paths, worlds, bench))
+    again = _Again(held, tried, [[grasps[best]]] * len(tried), paths, worlds, bench)
+    again.stop_before()
+    for margin in TO_THE_END:
+        again.try_out(range(len(tried)), replace(config, margin=margin))
+    return tried
 
 
 def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
@@ -274,13 +300,20 @@ def rehearsed(
     paths: Sequence[SpatialReference],
     worlds: Worlds,
     how: tuple[Bench, SpatialIkConfig],
+    *,
+    planned: bool = False,
 ) -> list[list[Tried]]:
-    """Return what each world's grasps are worth in it: how far they go, less what the object strays."""
+    """Return what each world's grasps are worth in it: how far they go, less what the object strays.
+
+    They go as far as the grip that is measured is predicted to hold, or as they were `planned` to.
+    """
     (hand, spec), (bench, config) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
     there, path = worlds.some(owner), stacked_paths(mine)
-    task = SpatialTask(hand, (spec,) * len(owner), path, gravity=there.gravity, start=there.origin)
+    told = np.minimum([grasp.way for grasp in grasps], path.length)
+    way = np.maximum(told - margin_at(path, told, config.margin), 0.0) if planned else None
+    task = SpatialTask(hand, (spec,) * len(owner), path, gravity=there.gravity, start=there.origin, distance=way)
     made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
 
     def carry(task: SpatialTask) -> SpatialIkController:
@@ -291,9 +324,16 @@ def rehearsed(
     closed, silent = closed_at(hand, grasps, there.starts), replace(bench, progress=None)
     _, found = simulate(task, closed, there.starts, carry, silent, twists=twists, longest=longest_of(path, config))
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
-    worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
+    cost = np.where(kept, np.where(always_held(found), 0.0, GAP), LOSS)
+    worth = last.progress - STRAYED * last.strayed - cost
     tried = [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in range(len(grasps))]
     return [[tried[k] for k in np.flatnonzero(owner == w)] for w in range(len(groups))]
+
+
+def always_held(found: Recording) -> NDArray[np.bool_]:
+    """Return in which worlds all fingers touch for the whole of the last phase `(B,)`."""
+    rows = np.flatnonzero(found.phase == len(found.phases) - 1)
+    return np.asarray([found.states[row].touching.all(axis=-1) for row in rows]).all(axis=0)
 
 
 def longest_of(path: SpatialPath, config: SpatialIkConfig) -> float:

@@ -3,6 +3,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # Python compiles what it imports; compiling everything ahead is half of the time of an install.
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile
+# So what is imported must be kept compiled: where the environment forbids it, each process would compile it again.
+unexport PYTHONDONTWRITEBYTECODE
 INPUTS := pyproject.toml requirements/build.in
 
 # What `make robustness` compares.
@@ -67,7 +69,7 @@ engines: .venv/.dev
 
 # Trains every row of the learning tables: hours.
 learn: .venv/.dev
-	$(BIN)/python benchmarks/learning.py --groups privileged given thesis ablations
+	$(BIN)/python benchmarks/learning.py --groups privileged given thesis ablations stages
 
 # Trains the policies that ship and puts them, with their cards, where they ship from: minutes.
 ship: .venv/.dev

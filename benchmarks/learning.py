@@ -6,7 +6,9 @@ directions with start noise, 7 trials each, so 112 episodes, from starts that no
 clock on this machine from the first grasp planned to the last checkpoint.
 
 Groups: `privileged` (both variants), `ablations` (it less one departure, half its budget), `thesis`, and `given`: the
-experts and the policy that ships, which `--engine mujoco` tests in three dimensions.
+experts and the policy that ships, which `--engine mujoco` tests in three dimensions. `stages` is another table: what
+each stage of `default` is worth undisturbed and under each level, beside `cloned`, which copies as many demonstrations
+for as long, the experts, and what ships. All stages have the grasps and ways of what ships, so that trials are paired.
 Bounds on two cores: `privileged` trained in 60 s, `thesis` in 180 s.
 Run: python benchmarks/learning.py --groups privileged given --seeds 0 1 2
 """
@@ -21,13 +23,19 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+import pandas as pd
 
+import inhand
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import Result, result_of_trial
+from inhand.asterisk_test.robustness.summary import retention, wilson
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.catalogue import SHIPPED
-from inhand.learning.config import Training, privileged, thesis
+from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, learned
+from inhand.control.policy import load_policy
+from inhand.learning.config import Training, default, privileged, thesis
+from inhand.learning.progress import BEST, IMITATED, LAST
 from inhand.learning.runs import finished, train
+from inhand.learning.train import SILENT
 from inhand.sim.names import ENGINE, Engine
 from inhand.tasks.primitives import TRAIN
 from timing import environment
@@ -69,6 +77,61 @@ GROUPS: dict[str, dict[str, Training]] = {
 }
 
 
+def cloned(config: Training) -> Training:
+    """Return a training that copies as many demonstrations in as many updates, none of the actor's own states."""
+    shown, fitted = config.rounds * config.relabelled, config.imitate + (config.rounds - 1) * config.refit
+    recipe = replace(config.recipe, episodes=config.recipe.episodes + shown)
+    return replace(config, recipe=recipe, imitate=config.imitate + fitted, rounds=0, warm_up=0, episodes=1)
+
+
+SENSED = {"cloned": cloned(default()), "default": default(), "thesis": thesis()}
+STAGES = {
+    "cloned": ("cloned", BEST),
+    "relabelled": ("default", IMITATED),
+    "values": ("default", LAST),
+    "thesis": ("thesis", BEST),
+}
+"""Stages, each with what is trained and the folder of its policy."""
+BESIDE = ("rl", "ik-sensed", "rl-privileged", "ik", "ik-cautious", "thesis-ik")
+LEVELS = ("none", "bench", "field", "hard")
+STAGE_TRIALS = 21
+"""Trials of each direction at each level: 336."""
+
+
+def stages(out: Path, seeds: Sequence[int]) -> None:
+    """Train what is not there yet, test every stage at all levels, and print the table."""
+    for name, config in SENSED.items():
+        for seed in seeds:
+            folder = out / f"{name}-{seed}"
+            if not finished(folder):
+                train(replace(config, seed=seed), folder, SILENT, overwrite=True)
+    entries = {stage: [_as_shipped(stage, out, seed) for seed in seeds] for stage in STAGES}
+    every = [*BESIDE, *(each for group in entries.values() for each in group)]
+    study = inhand.robustness(every, "levels", curves=(), trials=STAGE_TRIALS, seed=TEST_SEED, out=out / "stages")
+    trials, whose = study.trials(), {each: [each] for each in BESIDE}
+    for stage, group in entries.items():
+        whose |= {each.name: [each.name] for each in group} | {f"{stage}, all": [each.name for each in group]}
+    print(f"| controller | {' | '.join(LEVELS)} |\n" + "| --- " * (1 + len(LEVELS)) + "|")
+    for name, mine in whose.items():
+        rows = trials[trials.controller.isin(mine)]
+        print(f"| {name} | {' | '.join(_at_level(rows[rows.disturb == level]) for level in LEVELS)} |", flush=True)
+
+
+def _as_shipped(stage: str, out: Path, seed: int) -> ControllerEntry:
+    """Return the policy of a stage, with the grasps of what ships where it is on real senses."""
+    name, place = STAGES[stage]
+    entry = learned(f"{stage}-{seed}", load_policy(out / f"{name}-{seed}" / place))
+    return replace(entry, grasp=find_controller("rl").grasp) if entry.primitive else entry
+
+
+def _at_level(trials: pd.DataFrame) -> str:
+    """Return share of the limit, objects lost, and turn of 95 % of those kept, with 95 % intervals."""
+    lost, share = int(trials.lost.sum()), retention(trials.way.to_numpy(), np.ones(len(trials)), TEST_SEED)
+    low, high = (100 * end for end in wilson(lost, len(trials)))
+    turn = trials[~trials.lost].rotation_max_deg.quantile(0.95)
+    return f"{share[0]:.3f} ({share[1]:.3f} to {share[2]:.3f}), {lost} ({low:.1f} to {high:.1f} %), {turn:.1f}"
+
+
 def tested(controller: str, engine: Engine) -> tuple[Result, ...]:
     """Return the results of a controller in all directions."""
     config = AsteriskConfig(controller=controller, trials=TRIALS, seed=TEST_SEED, engine=engine)
@@ -108,7 +171,7 @@ def trained(name: str, config: Training, out: Path, engine: Engine) -> dict[str,
     if row.is_file():
         return dict(json.loads(row.read_text()))
     if not finished(out):
-        train(config, out, (lambda *_: None, lambda _: None), overwrite=True)
+        train(config, out, SILENT, overwrite=True)
     lines = [json.loads(line) for line in (out / "metrics.jsonl").read_text().splitlines()]
     tries = [line for line in lines if line["kind"] == "evaluation"]
     passed = next((line["seconds"] for line in tries if line["total"] > line["expert_total"]), None)
@@ -160,15 +223,18 @@ HEADER = (
 def main() -> None:
     """Train, test and print the table as it grows."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--groups", nargs="+", default=["privileged", "given"], choices=[*GROUPS, "given"])
+    parser.add_argument("--groups", nargs="+", default=["privileged", "given"], choices=[*GROUPS, "given", "stages"])
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
     parser.add_argument("--only", nargs="+", default=[], help="names of rows, all without it")
     parser.add_argument("--engine", default=ENGINE, choices=get_args(Engine), help="in which controllers are tested")
     parser.add_argument("--out", type=Path, default=Path("results/learning"))
     given = parser.parse_args()
     print(environment())
-    print(HEADER)
     for group in given.groups:
+        if group == "stages":
+            stages(given.out, given.seeds)
+            continue
+        print(HEADER)
         if group == "given":
             for name in ("ik", "thesis-ik", *SHIPPED):
                 print(line_of(summary(tested(name, given.engine)) | {"name": name}), flush=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -341,7 +342,9 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
         assert entry.name == "my_run"
         assert entry.policy is not None
         assert entry.policy.trained == MADE
-    assert find_controller(str(folder / "last")).name == "my_run-last"
+    shutil.copytree(folder / "last", folder / "imitated")
+    for other in ("last", "imitated"):
+        assert find_controller(str(folder / other)).name == f"my_run-{other}"
     (folder.parent / "ik").mkdir()
     save_policy(a_policy(), folder.parent / "ik")
     assert policy_of(folder.parent / "ik")[0] == "ik-policy"

@@ -269,7 +269,7 @@ def policy_of(folder: Path) -> tuple[str, Policy]:
         InputError: no policy there that this version can use.
     """
     own, place, which = (folder / ACTOR).is_file(), folder.resolve(), "best"
-    if own and place.name in {"best", "last"}:
+    if own and place.name in {"best", "last", "imitated"}:
         place, which = place.parent, place.name
     name = place.name if which == "best" else f"{place.name}-{which}"
     return _plain(name), load_policy(folder if own else folder / which)

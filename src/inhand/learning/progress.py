@@ -16,8 +16,10 @@ from inhand.tasks.spatial.primitives import DIRECTIONS, TURNS
 
 PAGE = "report.md"
 """The page of a training run, written last of all."""
-BEST = "best"
-"""Folder of a run's best policy."""
+BEST, LAST = "best", "last"
+"""Folders of a run's best policy, of its last one,"""
+IMITATED = "imitated"
+"""and of the one that it had before it learned values."""
 JOURNAL = "metrics.jsonl"
 """Name of the file of lines."""
 CHECKPOINT, READY, EXPERT, AGENT = "checkpoint.npz", "ready.npz", "expert.rows", "agent.rows"

@@ -27,7 +27,7 @@ from inhand.learning.ddpgfd import Learner, Report, imitate_many, update_many
 from inhand.learning.demonstrations import recorded
 from inhand.learning.journal import Counters, Evaluation, Journal, Trying
 from inhand.learning.networks import Actor
-from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT
+from inhand.learning.progress import AGENT, BEST, CHECKPOINT, EXPERT, IMITATED, LAST
 from inhand.learning.replay_buffer import Priorities, ReplayBuffer, Rows, rows_of
 from inhand.learning.setup import Ready
 from inhand.learning.trying import tried_all
@@ -122,6 +122,7 @@ class Trainer:
         """
         if self._new:
             self._imitate()
+            self._sign({IMITATED: self.actor()})
             self._warm_up()
             self._tell()
             self._keep(CHECKPOINT)
@@ -135,7 +136,7 @@ class Trainer:
         self._tell()
         self._beside.shutdown()
         self._journal.close()
-        self._sign()
+        self._sign({place: load_policy(self._folder / place) for place in (LAST, BEST)})
         return self._folder / BEST
 
     @property
@@ -303,7 +304,7 @@ class Trainer:
             score = float(found.total[ready.trained].mean())
             trying.counters.seconds = counters.seconds = time.perf_counter() - self._began
             trying.counters.cpu_s = counters.cpu_s = time.process_time() - self._began_cpu
-            save_policy(trying.policy, self._folder / "last")
+            save_policy(trying.policy, self._folder / LAST)
             if score > counters.best:
                 trying.counters.best = counters.best = score
                 save_policy(trying.policy, self._folder / BEST)
@@ -311,16 +312,16 @@ class Trainer:
             self._journal.evaluation(evaluation, ready)
             self._told(evaluation)
 
-    def _sign(self) -> None:
-        """Write what all of it took into the policies' cards."""
+    def _sign(self, policies: dict[str, Policy]) -> None:
+        """Keep policies, by their folders, and write into their cards what all of it has taken so far."""
         config, counters = self.config, self.counters
         shown = config.recipe.episodes + config.rounds * config.relabelled
         fitted = config.imitate * (2 if config.rounds else 1) + config.refit * max(config.rounds - 1, 0)
-        updates = fitted + config.warm_up + counters.updates
-        decided = self._expert.written + counters.decisions
-        cost = Cost(shown + counters.episodes, decided, updates, round(counters.cpu_s, 1))
-        for place in ("last", BEST):
-            save_policy(replace(load_policy(self._folder / place), cost=cost), self._folder / place)
+        updates = fitted + counters.updates + (0 if IMITATED in policies else config.warm_up)
+        decided, spent = self._expert.written + counters.decisions, time.process_time() - self._began_cpu
+        cost = Cost(shown + counters.episodes, decided, updates, round(spent, 1))
+        for place, policy in policies.items():
+            save_policy(replace(policy, cost=cost), self._folder / place)
 
     def _keep(self, name: str) -> None:
         self._agent.flush()

@@ -198,7 +198,7 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
 def test_where_the_prediction_falls_far_short_of_the_plan_the_plan_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[int, bool]] = []
 
-    def rehearsed(_: object, groups: list[list[Any]], *__: Any, planned: bool = False) -> list[list[Tried]]:
+    def rehearsed(_: object, groups: list[list[Any]], *__: Any, planned: bool = False, **___: Any) -> list[list[Tried]]:
         asked.append((len(groups), planned))
         short = [0.05 if planned or k else 0.02 for k in range(len(groups))]
         return [[Tried(group[0], way, way)] for group, way in zip(groups, short, strict=True)]
@@ -219,7 +219,7 @@ def test_a_grasp_goes_as_far_as_it_was_planned_to_where_that_is_asked(monkeypatc
     assert tried.way == pytest.approx(0.006)
     assert 0.004 < tried.worth < 0.006
     monkeypatch.setattr(spatial_rehearsal, "always_held", lambda _: np.zeros(1, dtype=bool))
-    ((loose,),) = spatial_rehearsal.rehearsed(*asked, planned=True)
+    ((loose,),) = spatial_rehearsal.rehearsed(*asked, planned=True, strict=True)
     assert loose.worth == pytest.approx(tried.worth - GAP)
     assert loose.worth < LOST
 
@@ -266,7 +266,7 @@ def test_grasps_that_come_closer_are_tried_where_they_go_farther(monkeypatch: py
     monkeypatch.setattr(spatial_rehearsal, "search_grasps", searched)
     tried: list[list[float]] = []
 
-    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any) -> list[list[Tried]]:
+    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any, **___: Any) -> list[list[Tried]]:
         tried.extend([grasp.way for grasp in group] for group in groups)
         return [[Tried(grasp, grasp.way, grasp.way) for grasp in group] for group in groups]
 

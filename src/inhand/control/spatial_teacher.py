@@ -26,9 +26,7 @@ class SpatialTeacherConfig:
     """Numbers of the teacher, guessed but where said."""
 
     speed: float = 0.035
-    """Speed along the aim [m/s],"""
-    turning: float = 0.025
-    """and of a turn as an arc at `TURN_ARM` [m/s]: of 98 turns about x, -x 0.035 loses 8, 0.03 one, this none."""
+    """Speed along the aim [m/s]; a turn counts as an arc at `TURN_ARM`."""
     acceleration: float = 0.1
     """Braking towards the end [m/s^2],"""
     near: float = 5.0
@@ -83,8 +81,7 @@ class SpatialTeacher:
         now = aim.speed(state)
         room = aim.left(state.object_pose)
         brake = np.minimum(np.sqrt(2 * config.acceleration * np.abs(room)), config.near * np.abs(room))
-        fastest = np.where(aim.turning, config.turning, config.speed)
-        speed = np.sign(room) * np.minimum(fastest, brake)
+        speed = np.sign(room) * np.minimum(config.speed, brake)
         speed = np.minimum(speed, np.maximum(now, 0.0) + config.faster)[:, None]
         aside = state.object_velocity - now[:, None] * aim.motion
         away = -config.proportional * aim.off_by(state.object_pose) - config.lead * aside

@@ -10,9 +10,9 @@ import pytest
 from inhand.control.catalogue import find_controller, learned
 from inhand.control.contract import contract_of
 from inhand.control.controller import Task
+from inhand.control.estimator import WAIT
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
-from inhand.control.pose_filter import WAIT
 from inhand.control.seen import Seen, exact
 from inhand.control.sensed_policy import ARRIVED, PolicyPrimitive, SensedPolicyController
 from inhand.control.user_policy import user_policy

@@ -10,10 +10,10 @@ import inhand
 from inhand.control import sensed_plan
 from inhand.control.catalogue import CONTROLLERS, learned, rough_grasp
 from inhand.control.controller import Task
+from inhand.control.estimator import WAIT
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
-from inhand.control.pose_filter import WAIT
 from inhand.control.seen import Seen
 from inhand.control.trial import LOST_CONTACT, REACHED, Trial
 from inhand.errors import InputError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.pose_filter import EstimatorConfig
+from inhand.control.estimator import EstimatorConfig
 from inhand.geometry import Array
 from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
 

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
-from inhand.control.estimator import Estimator
+from inhand.control.estimator import Estimator, EstimatorConfig, waited
 from inhand.control.ik import IkConfig, IkController
-from inhand.control.pose_filter import EstimatorConfig, waited
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
 

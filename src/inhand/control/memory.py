@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.estimator import Estimator
+from inhand.control.estimator import SOON, Estimator, waited
 from inhand.control.kept import Remembered, remember, remembered
-from inhand.control.pose_filter import SOON, waited
 from inhand.control.seen import Seen
 from inhand.geometry import Array, wrap_angle
 from inhand.hands.fit import Held

@@ -100,13 +100,7 @@ def standard_phases(
     them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
     """
     looked, last = list[Looking](), list[Controller]()
-    (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
-    if grasp.follows is not None:
-        placing = STANDING[0]  # time to look
-    phases: tuple[Phase, ...] = (
-        Phase("place", place, longest=placing),
-        Phase("grasp", close, longest=closing, must_hold=True),
-    )
+    phases = _closed(grasp, looked, held=held)
     if (lifts := holds or manipulate) is None:
         return phases
     if held:
@@ -158,6 +152,14 @@ def _as_far_as_seen(
         return make(replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0)))
 
     return made
+
+
+def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, ...]:
+    """Return the phases that place the fingers of a grasp and close them; those that follow what they see look first."""
+    (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
+    if grasp.follows is not None:
+        placing = STANDING[0]
+    return Phase("place", place, longest=placing), Phase("grasp", close, longest=closing, must_hold=True)
 
 
 def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Controller], Callable[[Any], Controller]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from inhand.control.pose_filter import EstimatorConfig, PoseFilter
+from inhand.control.estimator import EstimatorConfig, PoseFilter
 from inhand.control.seen import Seen
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Controller, SpatialTask
-from inhand.control.pose_filter import EstimatorConfig
+from inhand.control.estimator import EstimatorConfig
 from inhand.control.seen import SENSED, Seen
 from inhand.control.spatial_estimator import SpatialEstimator
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController

@@ -155,7 +155,7 @@ def _as_far_as_seen(
 
 
 def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, ...]:
-    """Return the phases that place the fingers of a grasp and close them; those that follow what they see look first."""
+    """Return the phases that place the fingers of a grasp and close them; what follows what is seen looks first."""
     (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     if grasp.follows is not None:
         placing = STANDING[0]

@@ -24,7 +24,7 @@ from inhand.control.knowing import check_held
 from inhand.control.loop import Bench, Told
 from inhand.control.seen import SENSED
 from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
-from inhand.control.spatial_rehearsal import check_carried
+from inhand.control.spatial_weight import check_carried
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held, check_fit

@@ -25,8 +25,8 @@ from inhand.control.spatial_catalogue import (
     refuse_of_plane,
 )
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_rehearsal import check_carried
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
+from inhand.control.spatial_weight import check_carried
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand

@@ -148,7 +148,8 @@ def _as_far_as_seen(
     def made(task: AnyTask) -> Controller:
         if grasp.ways is None or grasp.way is None or task.distance is None:
             return make(task)
-        ways = np.take_along_axis(grasp.ways, grade_of(looked[0].scatter)[:, None], axis=1)[:, 0]
+        grades = grade_of(looked[0].scatter, grasp.ways.shape[1])
+        ways = np.take_along_axis(grasp.ways, grades[:, None], axis=1)[:, 0]
         return make(replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0)))
 
     return made

@@ -21,6 +21,7 @@ from inhand.caches import cached
 from inhand.control.controller import Controller, Task
 from inhand.control.grades import USUAL, Grade
 from inhand.control.ik_sensed import IkSensedController
+from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
@@ -61,7 +62,7 @@ SHIFTS = np.diag([0.002, 0.002, np.deg2rad(2.0)])
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
 STAYS = 64
-"""Worlds in which ways are gone to their end, to see whether the object stays there."""
+"""Worlds in which ways are gone to their end, where nothing else is said."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
 PLAN = ("opened", "closed", "way", "ways", "planned", "follows")
@@ -105,9 +106,11 @@ class Carrier:
     """Shares of the way that is found to which it is then carried and held, of which the best is told: a policy may
     lose where it is to stay what it carries farther. Without any what is found is told."""
     grades: tuple[Grade, ...] = (USUAL,)
-    """What ways are planned for; of several the usual one is in the middle."""
+    """What ways are planned for; of several the usual one is the middle one or, of two, the last."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
+    stays: int = STAYS
+    """Worlds in which ways are gone to their end, to see whether the object stays there."""
     engine: str = ENGINE
 
 
@@ -132,7 +135,7 @@ def sensed_grasp(
     plans = [known.get(key, {}) for key in keys]
     for rows in np.split(waiting, range(PATHS, len(waiting), PATHS)) if len(waiting) else ():
         part = distinct[rows]
-        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS)
+        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS, by.stays)
         found = cached("sensed-plan", inputs, by.module, partial(_planned, held, part, by))
         for k, row in enumerate(rows.tolist()):
             plans[row] = {name: found[name][k] for name in PLAN}
@@ -142,7 +145,7 @@ def sensed_grasp(
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
-    numbers = (by.rounds or ROUNDS, STAYS, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
+    numbers = (by.rounds or ROUNDS, by.stays, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
     return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
@@ -193,7 +196,7 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     told = np.array([_told(each, whole[each.path], by)[0] for each in chosen])
     if by.shares:
         stays = [
-            _stayed(held, (poses, told[:, k]), chosen, by, (grade, _part(grade, range(first, first + STAYS))))
+            _stayed(held, (poses, told[:, k]), chosen, by, (grade, _part(grade, range(first, first + by.stays))))
             for k, grade in enumerate(by.grades)
         ]
         told = np.stack(stays, axis=-1)
@@ -231,13 +234,11 @@ def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str,
     """Return what a `Grasp` has of joints for candidates of paths of poses `(P, S, 3)`, by name."""
     plans, starts = [each.plan for each in candidates], poses[[each.path for each in candidates], 0]
     grasp = closing_joints(*held, plans, starts, starts, squeeze=SQUEEZE)
-    beside = [
-        closing_joints(*held, plans, starts, starts + sign * shift, squeeze=SQUEEZE).closed
-        for shift in SHIFTS
-        for sign in (1, -1)
-    ]
-    slopes = [(beside[2 * k] - beside[2 * k + 1]) / (2 * SHIFTS[k, k]) for k in range(len(SHIFTS))]
-    follows = LOOKED * np.stack(slopes, axis=-1)
+
+    def closed(shift: Array) -> Array:
+        return closing_joints(*held, plans, starts, starts + shift, squeeze=SQUEEZE).closed
+
+    follows = LOOKED * slopes(closed, SHIFTS)
     return {"opened": grasp.opened, "closed": grasp.closed, "planned": starts, "follows": follows}
 
 

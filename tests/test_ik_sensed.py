@@ -16,12 +16,12 @@ from inhand.control import loop, sensed_plan
 from inhand.control.catalogue import find_controller
 from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
-from inhand.control.grades import USUAL
+from inhand.control.grades import MARGIN, USUAL, told_way
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import MARGIN, Candidate, Carrier, sensed_grasp, told_way
+from inhand.control.sensed_plan import Candidate, Carrier, sensed_grasp
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
@@ -159,6 +159,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan in few worlds."""
     monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
     monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
+    monkeypatch.setattr(sensed_plan, "STAYS", 2)
 
 
 def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -292,6 +293,24 @@ def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.
     assert stays is not None
     assert slips is not None
     np.testing.assert_allclose(slips, 0.75 * stays)
+
+
+@pytest.mark.usefixtures("quick")
+def test_of_the_last_candidates_the_one_is_taken_that_is_worth_most_where_it_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1),))
+    poses, last = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], list[Candidate]()
+
+    def stayed(_held: object, paths: tuple[Array, Array], candidates: list[Candidate], *_rest: object) -> object:
+        last[:] = candidates
+        return paths[1], np.arange(len(candidates))
+
+    monkeypatch.setattr(sensed_plan, "_stayed", stayed)
+    grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="last", shares=(1.0,)))
+    closed = [vars(sensed_plan)["_closing"](Held(HAND, CUBE), [each], poses)["closed"][0] for each in last]
+    assert len({each.tobytes() for each in closed}) == 3
+    np.testing.assert_array_equal(grasp.closed[0], closed[-1])
 
 
 @pytest.mark.usefixtures("quick")

@@ -3,6 +3,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # Python compiles what it imports; compiling everything ahead is half of the time of an install.
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile
+# So what is imported must be kept compiled: where the environment forbids it, each process would compile it again.
+unexport PYTHONDONTWRITEBYTECODE
 INPUTS := pyproject.toml requirements/build.in
 
 # What `make robustness` compares.

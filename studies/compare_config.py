@@ -21,7 +21,9 @@ class CompareConfig(SpreadConfig):
     episodes: int = 50
     """Episodes of every controller on every task."""
     budget: float = 0.5
-    """Environment steps of every training, as a share of those of the preset `default`."""
+    """Environment steps of every training, as a share of those of the preset `privileged`."""
+    disturb: tuple[str, ...] = ("none", "field")
+    """What disturbs the episodes, one after another: none, bench, field, hard, or a TOML file."""
     adaptation: tuple[int, ...] = (4, 16, 64, 256)
     """Numbers of demonstrations with which training end to end on a new task is tried; none leaves that part out."""
     hand: str = "2v2_50.50_50.50_1.1_53"

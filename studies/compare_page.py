@@ -12,19 +12,29 @@ import numpy as np
 from compare_config import CompareConfig
 from compare_figure import Bar, compare_figure
 from compare_stats import Adaptation, Interval, Score, adaptations, scores
-from compare_study import ENOUGH, contestants, horizon_of, training_of
+from compare_study import ENOUGH, contestants, horizon_of, named, training_of
 from inhand.control.trial import write_json
 from inhand.pages import again, options, page_of, table_of
 from inhand.plots.save import save_figure
 from inhand.versions import versions
 
-HEADER = ("controller", "task", "trained on it", "completion [%]", "all done [%]", "RMS error [mm]", "lost")
+HEADER = (
+    "controller",
+    "task",
+    "disturbed by",
+    "trained on it",
+    "completion [%]",
+    "all done [%]",
+    "RMS error [mm]",
+    "lost",
+)
 """Columns of the table."""
 EXPLAINED = (
-    "`expert`: the expert `ik`, sequenced. `structured`: one policy trained on the 8 directions, sequenced; twists are"
-    " the expert's. `guided`: trained end to end on one task; sees what the structured policy sees, its aim moved along"
-    " the task's path at every decision. `unguided`: trained end to end on one task; sees how far it has come and where"
-    " the task ends, not its path."
+    "`expert`: the expert `ik`, sequenced. `structured`: one policy trained on the 8 directions and on turns on real"
+    " senses, sequenced. `structured-privileged`: on perfect knowledge and the directions alone; its twists are the"
+    " expert's. `guided`: trained end to end on one task; sees what the privileged policy sees, its aim moved along the"
+    " task's path at every decision. `unguided`: trained end to end on one task; sees how far it has come and where the"
+    " task ends, not its path."
 )
 """What the controllers' names mean."""
 
@@ -33,8 +43,10 @@ def write_compare(config: CompareConfig, found: Sequence[dict[str, Any]], few: S
     """Write `compare.json`, the figure and `report.md` of a study to its folder; return the scores."""
     every, adapting = scores(found), adaptations(few, config.seeds)
     subtitle = f"{len(config.seeds)} seeds, {config.episodes} episodes each; {config.object} with {config.hand}"
-    figure = compare_figure(*_bars(every), "Primitives in sequence against training end to end", subtitle)
-    save_figure(figure, config.out / "compare.png")
+    for level in map(named, config.disturb):
+        title = f"Primitives in sequence against training end to end, disturbed by {level}"
+        figure = compare_figure(*_bars([score for score in every if score.disturb == level]), title, subtitle)
+        save_figure(figure, config.out / f"compare_{level}.png")
     content = {
         "scores": [asdict(score) for score in every],
         "adaptation": [asdict(each) for each in adapting],
@@ -53,6 +65,7 @@ def table_rows(every: Sequence[Score]) -> list[tuple[str, ...]]:
         (
             score.name,
             score.task,
+            score.disturb,
             "yes" if score.trained else "no",
             _with_interval(score.completion, 100.0, 0),
             _with_interval(score.done, 100.0, 0),
@@ -64,13 +77,16 @@ def table_rows(every: Sequence[Score]) -> list[tuple[str, ...]]:
 
 
 def budgets(config: CompareConfig) -> dict[str, dict[str, int]]:
-    """Return the environment steps of every training: demonstrated, and of the agent."""
+    """Return the environment steps of every training: demonstrated, relabelled by the expert, and of the agent."""
     found = {}
     for who in contestants(config):
         if who.kind != "expert" and who.name not in found:
             made = training_of(config, who)
             horizon = made.interface.horizon
-            found[who.name] = {"demonstrated": made.recipe.episodes * horizon, "agent": made.episodes * horizon}
+            parts = (made.recipe.episodes, made.rounds * made.relabelled, made.episodes)
+            found[who.name] = dict(
+                zip(("demonstrated", "relabelled", "agent"), (horizon * n for n in parts), strict=True)
+            )
     return found
 
 
@@ -79,7 +95,7 @@ def adaptation_rows(adapting: Sequence[Adaptation], every: Sequence[Score]) -> l
     rows: list[tuple[str, ...]] = [
         (score.name, score.task, "0" if score.completion.mean >= ENOUGH else f"not with {100 * ENOUGH:.0f} %")
         for score in every
-        if score.name == "structured"
+        if score.name == "structured" and score.disturb == every[0].disturb
     ]
     for each in adapting:
         steps = [f"{count:,}" if count is not None else f"more than {each.most:,}" for count in each.steps]
@@ -97,7 +113,7 @@ def _bars(every: Sequence[Score]) -> tuple[list[str], list[str], dict[tuple[str,
 
 
 def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adaptation]) -> str:
-    steps = [(name, f"{count['demonstrated']:,}", f"{count['agent']:,}") for name, count in budgets(config).items()]
+    steps = [(name, *(f"{count:,}" for count in parts.values())) for name, parts in budgets(config).items()]
     horizons = ", ".join(f"{task} {horizon_of(config, task)}" for task in config.tasks)
     return page_of(
         "# Primitives in sequence against training end to end",
@@ -105,14 +121,19 @@ def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adap
         f"{len(config.seeds)} seeds of every training, {config.episodes} episodes of every controller on every task;"
         f" {config.object} with {config.hand}. Intervals are 95 %, by bootstrap over seeds and episodes.",
         table_of(HEADER, table_rows(every)),
-        "![Completion of every task](compare.png)",
-        table_of(("controller", "demonstrated", "of the agent"), steps, "Environment steps of each training"),
-        f"An episode takes at most so many decisions: primitives 200, {horizons}.",
+        *(
+            f"![Completion of every task, disturbed by {level}](compare_{level}.png)"
+            for level in map(named, config.disturb)
+        ),
+        table_of(
+            ("controller", "demonstrated", "relabelled", "of the agent"), steps, "Environment steps of each training"
+        ),
+        f"An episode takes at most so many decisions: primitives 180 on senses and 200 else, {horizons}.",
         f"## Environment steps to complete {100 * ENOUGH:.0f} % of a new task",
         "Structured: none where its completion is enough as it is. End to end: the smallest of"
         f" {', '.join(map(str, config.adaptation))} demonstrations that were enough to imitate, for each seed.",
         table_of(("controller", "task", "steps"), adaptation_rows(adapting, every)),
-        again(shlex.join(["inhand", "compare", *options(config)])),
+        again(shlex.join(["python", "studies/compare.py", *options(config)])),
     )
 
 

@@ -36,6 +36,8 @@ class Score:
     """The controllers' name."""
     task: str
     """The task."""
+    disturb: str
+    """What disturbed it."""
     trained: bool
     """Whether they were trained on it."""
     completion: Interval
@@ -88,11 +90,11 @@ def bootstrap(values: Sequence[Array], seed: int = 0) -> Interval:
 
 
 def scores(found: Sequence[dict[str, Any]]) -> list[Score]:
-    """Return the scores of every name on every task, in their order in `evaluated`'s entries."""
-    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    """Return the scores of every name on every task and disturbance, in their order in `evaluated`'s entries."""
+    groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for entry in found:
-        groups.setdefault((name_of(entry["contestant"]), entry["task"]), []).append(entry)
-    return [_score(name, task, entries) for (name, task), entries in groups.items()]
+        groups.setdefault((name_of(entry["contestant"]), entry["task"], entry["disturb"]), []).append(entry)
+    return [_score(which, entries) for which, entries in groups.items()]
 
 
 def name_of(contestant: dict[str, Any]) -> str:
@@ -115,7 +117,7 @@ def adaptations(found: Sequence[dict[str, Any]], seeds: Sequence[int]) -> list[A
     return told
 
 
-def _score(name: str, task: str, entries: Sequence[dict[str, Any]]) -> Score:
+def _score(which: tuple[str, str, str], entries: Sequence[dict[str, Any]]) -> Score:
     def values(of: str) -> list[Array]:
         return [np.array([_number(episode[of]) for episode in entry["episodes"]]) for entry in entries]
 
@@ -124,9 +126,8 @@ def _score(name: str, task: str, entries: Sequence[dict[str, Any]]) -> Score:
     done = [np.array([o == REACHED for o in each], dtype=float) for each in outcomes]
     error = [np.where(gone, np.nan, rms) for gone, rms in zip(lost, values("rms_mm"), strict=True)]
     return Score(
-        name,
-        task,
-        entries[0]["contestant"]["task"] == task,
+        *which,
+        entries[0]["contestant"]["task"] == entries[0]["task"],
         bootstrap(values("completion")),
         bootstrap(done),
         bootstrap(error),

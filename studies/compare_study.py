@@ -1,7 +1,8 @@
 """Structured against end to end: what is trained, on what, and what every controller reaches on every task.
 
-Structured: one policy trained on the 8 directions, sequenced (`inhand.tracing`). End to end: the same algorithm,
-networks and environment steps, trained on one whole task. It comes in two kinds. `guided` sees what the policy of
+Structured: one policy trained on the 8 directions, sequenced (`inhand.tracing`); `structured` on real senses in worlds
+that differ, `structured-privileged` on perfect knowledge. End to end: the latter's algorithm and networks, and the
+environment steps of both, trained on one whole task. It comes in two kinds. `guided` sees what the privileged policy of
 primitives sees, its aim moved along the task's path at every decision. `unguided` sees how far it has come and where
 the task ends, and must know the path itself.
 """
@@ -29,10 +30,12 @@ from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
-from inhand.learning.config import Training, privileged
+from inhand.learning.config import Training, default, privileged
 from inhand.learning.progress import CHECKPOINT, JOURNAL
 from inhand.learning.runs import finished, resume, train
 from inhand.records import table_of
+from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.drawn import draw
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tracing.follow import follow
 from inhand.tracing.plan import Plan
@@ -40,7 +43,7 @@ from inhand.tracing.tasks import find_task, fitting_plan
 from inhand.tracing.trace import trace_of
 
 J = TypeVar("J")
-Kind = Literal["structured", "guided", "unguided"]
+Kind = Literal["structured", "structured-privileged", "guided", "unguided"]
 """How a controller was trained."""
 LAYOUTS = {"guided": "grip", "unguided": "whole"}
 """What a controller that is trained end to end sees."""
@@ -82,8 +85,9 @@ class Contestant:
 
 def contestants(config: CompareConfig) -> list[Contestant]:
     """Return every training of a study, and the expert."""
-    trained = [Contestant("structured", "", seed) for seed in config.seeds]
+    staged: tuple[Kind, ...] = ("structured", "structured-privileged")
     kinds: tuple[Kind, ...] = ("guided", "unguided")
+    trained = [Contestant(kind, "", seed) for kind in staged for seed in config.seeds]
     trained += [Contestant(kind, task, seed) for kind in kinds for task in config.tasks for seed in config.seeds]
     return [Contestant("expert", "", 0), *trained]
 
@@ -95,8 +99,10 @@ def check_compare(config: CompareConfig) -> None:
         InputError: the text names the setting.
     """
     held = Held(load_hand(config.hand), load_object(config.object))
-    if not config.tasks or not config.seeds:
-        raise InputError("give at least one of --tasks and one of --seeds")
+    if not config.tasks or not config.seeds or not config.disturb:
+        raise InputError("give at least one of --tasks, one of --seeds and one of --disturb")
+    for level in config.disturb:
+        load_disturbance(level)
     for task in (*config.tasks, *config.others):
         if find_task(task).wall is not None:
             raise InputError(f"task {task!r} needs a wall, and training worlds have none: compare on other tasks")
@@ -128,9 +134,10 @@ def training_of(config: CompareConfig, who: Contestant, demonstrations: int | No
         who: the contestant.
         demonstrations: of a trial of adaptation, which imitates so many and learns nothing after them; None trains.
     """
-    base = replace(
-        privileged(), preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object
-    )
+    made = default() if who.kind == "structured" else privileged()
+    base = replace(made, preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object)
+    if who.kind == "structured":
+        return _sensed(base, config.budget)
     horizon = horizon_of(config, who.task) if who.task else base.interface.horizon
     share = config.budget * base.interface.horizon / horizon
     recipe = replace(base.recipe, episodes=max(round(share * base.recipe.episodes), 1))
@@ -153,6 +160,15 @@ def training_of(config: CompareConfig, who: Contestant, demonstrations: int | No
         return made
     few = replace(made.recipe, episodes=demonstrations)
     return replace(made, recipe=few, imitate=IMITATE, warm_up=0, episodes=1, updates=100)
+
+
+def _sensed(base: Training, budget: float) -> Training:
+    """Return a training on senses with the steps that one on perfect knowledge has, those relabelled among them."""
+    other, recipe = privileged(), replace(base.recipe, episodes=max(round(budget * base.recipe.episodes), 1))
+    made = replace(base, recipe=recipe, episodes=max(round(budget * base.episodes), 1))
+    steps = budget * (other.recipe.episodes + other.episodes) * other.interface.horizon
+    left = steps / made.interface.horizon - recipe.episodes - made.episodes
+    return replace(made, relabelled=max(round(left / made.rounds), 1))
 
 
 def horizon_of(config: CompareConfig, task: str) -> int:
@@ -192,26 +208,33 @@ def _train(training: Training, folder: Path) -> None:
 
 
 def evaluated(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
-    """Return what every contestant reached in every episode of every task; kept files are read."""
+    """Return what every contestant reached in every episode of every task and disturbance; kept files are read."""
     tasks = (*config.tasks, *config.others)
-    pairs = [(who, task) for who in contestants(config) for task in tasks]
-    _each(partial(_tried, config), [each for each in pairs if not _result(config, *each).is_file()], config, told)
-    return [json.loads(_result(config, *each).read_text()) for each in pairs]
+    every = [(who, task, level) for level in config.disturb for who in contestants(config) for task in tasks]
+    _each(partial(_tried, config), [each for each in every if not _result(config, *each).is_file()], config, told)
+    return [json.loads(_result(config, *each).read_text()) for each in every]
 
 
-def _result(config: CompareConfig, who: Contestant, task: str) -> Path:
-    return config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}.json"
+def named(level: str) -> str:
+    """Return what a disturbance is called; none where nothing is disturbed."""
+    spec = load_disturbance(level)
+    return "none" if spec is None else spec.name
 
 
-def _tried(config: CompareConfig, pair: tuple[Contestant, str]) -> str:
-    who, task = pair
-    content = {"contestant": asdict(who), "task": task, "episodes": _episodes(config, who, task)}
-    write_json(content, _result(config, who, task))
-    return f"{who.name} on {task}"
+def _result(config: CompareConfig, who: Contestant, task: str, level: str) -> Path:
+    return config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}_at_{named(level)}.json"
 
 
-def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[str, Any]]:
-    """Return what one contestant reached in each episode of a task; draws and starts are the same for all."""
+def _tried(config: CompareConfig, case: tuple[Contestant, str, str]) -> str:
+    who, task, level = case
+    episodes = _episodes(config, *case)
+    content = {"contestant": asdict(who), "task": task, "disturb": named(level), "episodes": episodes}
+    write_json(content, _result(config, *case))
+    return f"{who.name} on {task}, {named(level)}"
+
+
+def _episodes(config: CompareConfig, who: Contestant, task: str, level: str) -> list[dict[str, Any]]:
+    """Return what one contestant reached in each episode of a task; draws, starts and worlds are the same for all."""
     held = Held(load_hand(config.hand), load_object(config.object))
     entry = find_controller("ik")
     if who.kind != "expert":
@@ -219,7 +242,10 @@ def _episodes(config: CompareConfig, who: Contestant, task: str) -> list[dict[st
     plans = _plans(held, task, config.episodes)
     noise = [np.random.default_rng((TEST_SEED, k)).standard_normal(3) for k in range(config.episodes)]
     starts = held.start + NOISE * np.stack(noise)
-    return [asdict(trace_of(each)) for each in follow(held, entry, plans, starts, Bench(), seed=who.seed)]
+    spec = load_disturbance(level)
+    worlds = [draw(spec, (TEST_SEED, k), held.hand.n_joints) for k in range(config.episodes)] if spec else None
+    found = follow(held, entry, plans, starts, Bench(), seed=who.seed, disturbed=worlds)
+    return [asdict(trace_of(each)) for each in found]
 
 
 @lru_cache(maxsize=16)

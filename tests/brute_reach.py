@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brute_contacts import Array, Finger, Grid, Mask, overlapping, palm_corners, placed_links
 from inhand.hands.hand import HandSpec
@@ -62,10 +63,20 @@ def meeting(hand: HandSpec, left: Array, right: Array, asked: Mask) -> Mask:
     ours, theirs = placed_links(hand, hand.left, left[:, :2]), placed_links(hand, hand.right, right[:, :2])
     for link in ours:
         for other in theirs:
-            met = overlapping(link[i], other[j])
+            near = _boxed(link, other, i, j)
+            met = near[overlapping(link[i[near]], other[j[near]])]
             mask[i[met], j[met]] = True
-            i, j = i[~met], j[~met]
+            i, j = np.delete(i, met), np.delete(j, met)
     return mask
+
+
+def _boxed(first: Array, second: Array, i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return which pairs of polygons `(L, K, 2)` and `(R, M, 2)` lie in upright boxes that overlap, as they must to."""
+    low, high, others_low, others_high = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
+    met = np.ones(len(i), dtype=bool)
+    for c in (0, 1):
+        met &= (low[i, c] < others_high[j, c]) & (others_low[j, c] < high[i, c])
+    return np.flatnonzero(met)
 
 
 def spread(mask: Mask, seeds: Mask, slides: tuple[Mask, Mask]) -> Mask:

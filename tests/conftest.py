@@ -3,6 +3,8 @@
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,15 @@ from commands import Call, warm
 from inhand import aside, caches, cli
 
 settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Let the second worker import the tests from the last on: what one of two has compiled the other reads."""
+    everything = session.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if everything and os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
+        for path in sorted(Path(__file__).parent.glob("test_*.py"), reverse=True):
+            with suppress(Exception, pytest.skip.Exception):  # told where it is collected
+                import_module(path.stem)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.text import Text
 
 import inhand
-from inhand.asterisk_test.beside import MOST, load_beside, settings_of
+from inhand.asterisk_test.beside import MOST, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run, both_radars, command, side_by_side
 from inhand.asterisk_test.results import result_of_trial
@@ -50,7 +50,7 @@ def saved(trials: tuple[Trial, ...], tmp_path: Path) -> Save:
 
 def names(trials: tuple[Trial, ...], *folders: Path, labels: tuple[str, ...] = ()) -> list[str]:
     """Return the names of the new run and of earlier ones."""
-    name, beside = load_beside(folders, settings_of(trials[0].passport), labels)
+    name, beside = load_beside(folders, trials[0].passport.settings, labels)
     return [name, *(run.name for run in beside)]
 
 
@@ -112,7 +112,7 @@ def test_table_panels_radar_and_report_have_the_names(
 
 
 def test_a_direction_that_only_one_of_them_has_is_left_open(trials: tuple[Trial, ...], saved: Save) -> None:
-    name, beside = load_beside([saved("earlier")], settings_of(trials[0].passport))
+    name, beside = load_beside([saved("earlier")], trials[0].passport.settings)
     elsewhere = replace(result_of_trial(trials[0]), direction="In")
     assert with_beside(HEADER, table_rows([elsewhere], ()), name, beside)[1][0][2] == "-"
 
@@ -127,7 +127,7 @@ def test_folders_that_are_no_runs_and_too_many_are_refused(trials: tuple[Trial, 
 def test_the_table_of_a_run_fits_a_terminal_of_100_columns(
     trials: tuple[Trial, ...], saved: Save, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    name, beside = load_beside([saved("earlier", hand=load_hand(LONG))], settings_of(trials[0].passport))
+    name, beside = load_beside([saved("earlier", hand=load_hand(LONG))], trials[0].passport.settings)
     rows = table_rows([replace(result_of_trial(trials[0]), direction="Out'-Right'")] * 3, ())
     monkeypatch.setenv("FORCE_COLOR", "1")
     for width in (100, 80):

@@ -209,6 +209,22 @@ def test_a_kernel_that_another_process_compiles_is_waited_for(tmp_path: Path, mo
     assert compiled.is_kept(triple.__module__, "triple")
 
 
+def test_a_constant_among_arguments_is_compiled_as_any_number_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lift(value: float, by: tuple[int, int]) -> float:
+        return value + by[1]
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    lifted = compiled.leaf(lift)
+
+    def both(value: float, by: int) -> float:
+        return lifted(value, (0, 1)) + lifted(value, (by, by))
+
+    assert compiled.kernel(both)(2.0, 3) == 8.0
+    assert len(vars(lifted)["overloads"]) == 1
+
+
 def test_the_planar_engine_is_compiled_aside_where_it_is_not_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     begun: list[object] = []
 

@@ -28,10 +28,16 @@ def quiet(text: str, done: int, total: int) -> None:
 
 def test_every_training_gets_the_same_environment_steps() -> None:
     config = CompareConfig()
-    for count in budgets(config).values():
+    steps = budgets(config)
+    for count in steps.values():
+        assert sum(count.values()) == pytest.approx(1324 * 200, rel=0.01)
+    sensed = steps.pop("structured")
+    assert all(sensed.values())
+    for count in steps.values():
         assert count["demonstrated"] == pytest.approx(1024 * 200, rel=0.01)
         assert count["agent"] == pytest.approx(300 * 200, rel=0.01)
-    who = Contestant("structured", "", 1), Contestant("guided", "key", 1), Contestant("unguided", "key", 1)
+    assert training_of(config, Contestant("structured", "", 1)).interface.observation == "senses"
+    who = Contestant("structured-privileged", "", 1), Contestant("guided", "key", 1), Contestant("unguided", "key", 1)
     structured, guided, unguided = (training_of(config, each) for each in who)
     assert structured.directions == "train"
     assert not structured.task
@@ -42,7 +48,7 @@ def test_every_training_gets_the_same_environment_steps() -> None:
 
 def test_contestants_are_the_expert_the_structured_one_and_two_kinds_for_each_task() -> None:
     found = contestants(CompareConfig(tasks=("key", "place"), seeds=(0, 1)))
-    assert len(found) == 1 + 2 + 2 * 2 * 2
+    assert len(found) == 1 + 2 * 2 + 2 * 2 * 2
     assert len({who.folder for who in found}) == len(found)
 
 
@@ -66,7 +72,8 @@ def test_bootstrap_knows_constants_spread_and_missing_values() -> None:
 def entry(name: str, task: str, seed: int, outcomes: list[str]) -> dict[str, Any]:
     kind, _, trained = name.partition(", ")
     episodes = [{"outcome": o, "completion": float(o == "reached"), "rms_mm": 1.0} for o in outcomes]
-    return {"contestant": {"kind": kind, "task": trained, "seed": seed}, "task": task, "episodes": episodes}
+    who = {"kind": kind, "task": trained, "seed": seed}
+    return {"contestant": who, "task": task, "disturb": "none", "episodes": episodes}
 
 
 def test_scores_count_what_was_lost_and_what_was_done() -> None:
@@ -107,6 +114,8 @@ def test_adaptation_is_the_fewest_steps_that_were_enough() -> None:
         (replace(SMALL, tasks=("wall",)), "needs a wall"),
         (replace(SMALL, tasks=("kee",)), "key"),
         (replace(SMALL, tasks=("square:x",)), "is no size"),
+        (replace(SMALL, disturb=()), "one of --disturb"),
+        (replace(SMALL, disturb=("feild",)), "field"),
         (replace(SMALL, episodes=0), "at least 1"),
         (replace(SMALL, budget=0.0), "--budget 0"),
         (replace(SMALL, address="auto"), "--address is of a cluster"),
@@ -152,18 +161,26 @@ def test_a_small_study_ends_in_a_table_and_a_figure_and_goes_on_where_it_was(
     compare.trained(config, quiet)
     found = compare.evaluated(config, quiet)
     few = compare.adapted(config, quiet)
-    assert {entry["contestant"]["kind"] for entry in found} == {"expert", "structured", "guided", "unguided"}
+    assert {entry["contestant"]["kind"] for entry in found} == {
+        "expert",
+        "structured",
+        "structured-privileged",
+        "guided",
+        "unguided",
+    }
     expert = next(entry for entry in found if entry["contestant"]["kind"] == "expert")
     assert all(episode["outcome"] == "reached" for episode in expert["episodes"])
+    late = next(e for e in found if e["contestant"]["kind"] == "expert" and e["disturb"] == "field")
+    assert all(episode["outcome"] != "reached" for episode in late["episodes"])  # it lives on perfect knowledge
     assert [(each["demonstrations"], each["completion"], each["dropped"]) for each in few] == [
         (4, 0.4, 0.25),
         (9, 0.9, 0.25),  # enough: sixteen are not tried
     ] * 2
     write_compare(config, found, few)
     text = (config.out / "report.md").read_text()
-    assert "| structured | key | no |" in text
-    assert "| guided, key | key | yes |" in text
-    assert (config.out / "compare.png").stat().st_size > 5000
+    assert "| structured | key | none | no |" in text
+    assert "| guided, key | key | field | yes |" in text
+    assert (config.out / "compare_field.png").stat().st_size > 5000
     content = json.loads((config.out / "compare.json").read_text())
     assert len(content["scores"]) == len(found)
 

@@ -375,8 +375,13 @@ def test_names_that_are_no_environments_are_refused_and_specs_are_taken() -> Non
     ):
         with pytest.raises(InputError, match=text):
             make(cast("str", name))
-    with pytest.raises(InputError, match="it must be a HandSpec"):
-        make(hand=3)
+    for given, text in (
+        ({"hand": 3}, r"hand is int 3: give a name, the path of a file, or a spec \(HandSpec or SpatialHand\)"),
+        ({"object": ["cube_39"]}, r"object is list \['cube_39'\]: .* \(ObjectSpec or SolidSpec\)"),
+        ({"hand": inhand.object("cube_39")}, "hand is ObjectSpec"),
+    ):
+        with pytest.raises(InputError, match=text):
+            make(**given)
     env = make(hand=inhand.hand("2v2_50.50_50.50_1.1_53"), object=inhand.object("cube_39"), **QUICK)
     assert env.observation_space.shape == (23,)
 

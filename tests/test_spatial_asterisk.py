@@ -19,13 +19,15 @@ from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare
-from inhand.asterisk_test.spatial.report import SpatialRun, drawn, errors_told
+from inhand.asterisk_test.spatial.report import SpatialRun, errors_told
 from inhand.asterisk_test.spatial.run import (
     SpatialAssignment,
     prepare_in_space,
     simulate_asterisk_in_space,
     starts_of,
 )
+from inhand.asterisk_test.spatial.scenes import drawn
+from inhand.comparing import compared
 from inhand.control.episode import SHAPES
 from inhand.control.phases import Grasp
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at, solid_frames
@@ -39,7 +41,8 @@ from inhand.hands.spatial.kinematics import place
 from inhand.hands.spatial.meshes import solid_of
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
-from inhand.plots.spatial_asterisk import SpatialCurve, Turned, on_map, solid_figure, spatial_figure
+from inhand.learning.lerobot_files import read_episodes, read_features
+from inhand.plots.spatial_asterisk import HALVES, SpatialCurve, Turned, on_map, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import painted, write_spatial_replay
 from inhand.tasks.spatial.paths import spatial_path_of
 from inhand.tasks.spatial.primitives import MAP, SpatialPrimitive, parse_spatial_directions
@@ -47,6 +50,7 @@ from inhand.tasks.spatial.reach import SpatialLimit
 from page_reader import Read, unpacked
 
 HAND = parse_spatial_name(STANDARD)
+BARS = ["Distance [mm]", "Angle [deg]"]
 WORDS = ("--hand", STANDARD, "--object", "cube_50", "--directions", "Down,turn+z", "--trials", 1, "--gravity", "down")
 
 
@@ -118,7 +122,10 @@ def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path
     np.testing.assert_allclose(columns[:, :joints], trial.joint_angles, atol=1e-4)
     np.testing.assert_allclose(columns[:, joints : joints + 3], 1e3 * trial.object_pose[:, :3], atol=0.02)
     np.testing.assert_allclose(columns[:, joints + 3 : joints + 7], trial.object_pose[:, 3:], atol=1e-4)
-    assert [each["title"] for each in views["bars"]["lists"]] == ["Distance [mm]", "Angle [deg]"]
+    assert [each["title"] for each in views["bars"]["lists"]] == BARS
+    assert [panel["title"] for panel in views["asterisks"]["panels"]] == ["Right and Up", "Out and Up"]
+    (disc,) = views["maps"]["discs"]
+    assert (disc["title"], disc["dots"][0]["x"], disc["dots"][0]["y"]) == (HALVES[-1.0], 0.0, 0.0)
     assert told["along"] == [0.0, 0.0, -1.0]
     page = (folder / "report.md").read_text(encoding="utf-8")
     assert "# Asterisk Test in space: ik on cube_50 with 3f_60.60_40_10" in page
@@ -132,6 +139,58 @@ def test_the_report_says_what_was_run_and_how_well(run: SpatialRun, folder: Path
         with Image.open(folder / "figures" / name) as picture:
             assert min(picture.size) >= 400
     assert len(json.loads((folder / "metrics.json").read_text(encoding="utf-8"))["trials"]) == 2
+
+
+def as_policy(run: SpatialRun) -> SpatialRun:
+    """Return a run as if another controller had made it."""
+    return replace(
+        run, trials=tuple(replace(each, passport=replace(each.passport, controller="rl")) for each in run.trials)
+    )
+
+
+def test_runs_are_compared_on_one_page(run: SpatialRun, folder: Path) -> None:
+    read = Read(compared([(Path("a"), inhand.load(folder)), (Path("b"), as_policy(run))]))
+    views = list(read.contents().values())
+    stars = [[panel["title"] for panel in view["panels"]] for view in views if "panels" in view]
+    assert stars == [["ik", "rl"], ["ik", "rl"]]
+    discs = next(view["discs"] for view in views if "discs" in view)
+    assert [(each["title"], each["group"]) for each in discs] == [
+        (f"{name}, {HALVES[-1.0]}", name) for name in ("ik", "rl")
+    ]
+    bars = next(view["lists"] for view in views if "lists" in view)
+    assert [each["title"] for each in bars] == [f"{what}, {name}" for what in BARS for name in ("ik", "rl")]
+    assert [each["group"] for each in bars] == ["ik", "rl"] * 2
+    (angle,) = bars[3]["curves"]
+    assert angle["label"] == pytest.approx(run.results[1].reached)
+    assert [trial["group"] for trial in read.views()["player"]["trials"]] == ["ik", "ik", "rl", "rl"]
+    assert {"ik [mm]", "rl, of limit"} <= {text for tag, text in read.texts if tag == "th"}
+
+
+def test_a_run_stands_beside_an_earlier_one(run: SpatialRun, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = ready(replace(run.config, controller="rl", beside=(folder,)))
+    monkeypatch.setattr("inhand.asterisk_test.asterisk.notes_in_space", lambda *_: ())
+    made = finish(replace(run.config, beside=(folder,)), known, lambda *_: as_policy(run).trials)
+    assert (made.name, [other.name for other in made.beside]) == ("rl", ["ik"])
+    page = made.page()
+    assert "| Direction | rl [mm] | ik [mm] |" in page
+    assert "ik: 3f_60.60_40_10, cube_50, ik, mujoco, down." in page
+    trials = Read(made.html()).views()["player"]["trials"]
+    assert [trial["group"] for trial in trials] == ["rl", "rl", "ik", "ik"]
+    with pytest.raises(InputError, match="is a run in space, and this one is in the plane: give one of the same kind"):
+        ready(AsteriskConfig(beside=(folder,)))
+
+
+def test_trials_go_where_whole_poses_have_a_place(run: SpatialRun, folder: Path, tmp_path: Path, inhand: Call) -> None:
+    code, _, err = inhand("export", folder, "--as", "csv", "--out", tmp_path / "csv")
+    assert code == 2
+    assert "of a hand in space they would leave out height and tilt" in err
+    pytest.importorskip("pyarrow", reason="the extra `lerobot` (pyarrow) is not installed")
+    assert inhand("export", folder, "--as", "lerobot", "--out", tmp_path / "lerobot")[0] == 0
+    frames = list(read_episodes(tmp_path / "lerobot", read_features(tmp_path / "lerobot")))
+    np.testing.assert_array_equal(
+        frames[0].arrays["observation.environment_state"], run.trials[0].object_pose[:-1].astype(np.float32)
+    )
+    assert frames[1].task == "Move cube_50 turn+z with hand 3f_60.60_40_10"
 
 
 def test_the_command_prints_the_same_table_and_metrics_measure_its_trials(
@@ -217,7 +276,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
     [
         ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, rl and"),
         ({"controller": "ik-sensed"}, "controller 'ik-sensed' with a hand in space"),
-        ({"disturb": "field"}, "--disturb with 3f_60.60_40_10, a hand in space"),
+        ({"disturb": "feild"}, "unknown disturbance 'feild'; did you mean field?"),
         ({"paths": "human"}, "--paths human with 3f_60.60_40_10, a hand in space"),
         ({"phases": ("mine",), "compatible": True}, "--compatible and --phases with 3f_60.60_40_10"),
         ({"gravity": "0,0,0"}, "has no length"),
@@ -349,5 +408,5 @@ def test_a_replay_needs_as_much_of_everything(tmp_path: Path) -> None:
 
 
 def test_mean_paths_end_where_the_distance_counts(run: SpatialRun) -> None:
-    curve = drawn(run)[0][0]
+    curve = drawn(run.trials, run.results)[0][0]
     assert curve.points_mm[-1] @ curve.direction == pytest.approx(run.results[0].reached, abs=0.5)

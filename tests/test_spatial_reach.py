@@ -24,9 +24,11 @@ from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
 from inhand.hands.spatial.rolling import NONE
 from inhand.hands.spatial.start_contacts import held_together
+from inhand.repeats import read_repeat
 from inhand.rotations import placed, seen_from
 from inhand.tasks.spatial.paths import spatial_path_of
 from inhand.tasks.spatial.primitives import parse_spatial_directions
+from page_reader import Read
 
 HAND, CUBE = parse_spatial_name(STANDARD), parse_solid_name("cube_50")
 UP = np.array([gravity_of("up")])
@@ -182,6 +184,12 @@ def test_reach_is_written_and_loaded(tmp_path: Path) -> None:
     assert len(rows["Up"]["end_joints_deg"]) == 9
     assert np.shape(rows["Up"]["end_contacts_mm"]) == (3, 3)
     assert (folder / "reach.png").stat().st_size > 10_000
+    assert read_repeat(folder / "run.toml")["gravity"] == "sideways"
+    assert (folder / "limits.csv").read_text().count("\n") == 4
+    views = Read((folder / "report.html").read_text()).views()
+    assert [dot["name"] for dot in views["maps"]["discs"][0]["dots"]] == ["Up", "Out@+x@15"]
+    found.draw(tmp_path)
+    assert (tmp_path / "figures" / "reach.png").is_file()
     again = inhand.load(folder)
     assert again.table().equals(found.table()) or np.allclose(
         again.table()["limit_mm"].dropna(), found.table()["limit_mm"].dropna()

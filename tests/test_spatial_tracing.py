@@ -13,6 +13,7 @@ from PIL import Image
 import inhand as front
 from commands import Call
 from inhand.control.episode import MANIPULATE
+from inhand.control.phases import Grasp
 from inhand.control.spatial_ik import SpatialIkConfig
 from inhand.control.spatial_rehearsal import LONGEST, longest_of
 from inhand.control.spatial_trial import SpatialTrial
@@ -23,13 +24,14 @@ from inhand.hands.spatial.following import follow_grips
 from inhand.hands.spatial.grasp_search import SpatialSearchConfig
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.rotations import SpatialPath, multiply, quaternion_of, vector_of
+from inhand.sim.disturbance import BENCH, DISTURBANCES, Differences, Disturbance
 from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import larger_side, scaled
 from inhand.tracing.plan import STEP, Leg, Plan, plan_along
 from inhand.tracing.poses import Pose, apart, between, full, nearest_rotation, poses_of
 from inhand.tracing.report import TraceRun
-from inhand.tracing.run import check_trace, prepare_trace
+from inhand.tracing.run import check_trace, prepare_trace, simulate_trace
 from inhand.tracing.spatial_drawings import find_spatial_drawing
 from inhand.tracing.spatial_tasks import REORIENT
 from inhand.tracing.trace import trace_of
@@ -57,6 +59,31 @@ def run() -> TraceRun:
         for module in ("control.spatial_rehearsal", "tracing.fit"):
             patch.setattr(f"inhand.{module}.search_of", lambda *_: quick)
         return front.trace("V@yz", STANDARD, "cube_50", size=12.0, trials=1, gravity="down")
+
+
+def test_worlds_of_sequences_are_disturbed(run: TraceRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: dict[str, Any] = {}
+
+    def simulated(*_: object, **told: object) -> None:
+        seen.update(told)
+        raise InterruptedError
+
+    monkeypatch.setattr("inhand.tracing.follow.simulate", simulated)
+
+    def grasp(*_: object, **__: object) -> Grasp:
+        return Grasp(np.zeros((2, 9)), np.zeros((2, 9)))
+
+    planner: Any = grasp
+    setup = replace(run.setup, controller=replace(run.setup.controller, grasp=planner), plans=run.setup.plans * 2)
+    with pytest.raises(InterruptedError):
+        simulate_trace(replace(run.config, disturb="bench", trials=2), setup)
+    one, other = seen["disturbed"]
+    assert one.spec == BENCH
+    assert one.drawn.mass != other.drawn.mass
+    assert len(one.drawn.bias) == 6
+    huge = Disturbance("huge", Differences(size=(1.0, 900.0)))
+    with pytest.raises(InputError, match="disturbance 'huge' cannot be drawn: object 'cube_50'"):
+        check_trace(replace(run.config, disturb=DISTURBANCES.name_of(huge)))
 
 
 # Poses and plans
@@ -173,7 +200,7 @@ def test_a_way_point_of_a_file_turns_about_the_normal_of_its_plane(tmp_path: Pat
         ),
         ({"path": "key"}, r"unknown --path 'key'.* and the tasks pose, place, reorient"),
         ({"path": "pose", "size": 20.0}, "--path pose is a task and has no size"),
-        ({"disturb": "field"}, "--disturb with 3f_60.60_40_10, a hand in space"),
+        ({"disturb": "feild"}, "unknown disturbance 'feild'; did you mean field?"),
         ({"gravity": "0,0,0"}, "gravity '0,0,0' has no length"),
         ({"controller": "rl"}, "a policy there knows single primitives"),
         ({"hand": "2v2_50.50_50.50_1.1_53", "object": "cube_39", "gravity": "up"}, "--gravity up with 2v2_50.50"),

@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from inhand.asterisk_test.beside import Beside, names_of, settings_of
+from inhand.asterisk_test.beside import Beside, names_of
 from inhand.asterisk_test.browser import views
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import by_direction, mean_fraction
+from inhand.asterisk_test.spatial.browser import spatial_views
+from inhand.asterisk_test.spatial.report import SpatialRun
 from inhand.asterisk_test.table import endings, failures, reached
 from inhand.errors import InputError
 from inhand.learning.browser import training_views
@@ -45,15 +47,15 @@ def compared(runs: Sequence[tuple[Path, Shown]]) -> str:
             return compare([folder for folder, _ in runs], [run for _, run in runs])
     told = ", ".join(f"{folder} is {TOLD.get(type(run).__name__, 'another')}" for folder, run in runs)
     raise InputError(
-        f"these runs cannot be compared: {told}; give runs of `inhand asterisk` with hands in the plane and of"
-        " `inhand evaluate`, or trainings, or traces"
+        f"these runs cannot be compared: {told}; give runs of `inhand asterisk` (in the plane those of"
+        " `inhand evaluate` too, in space none of the plane), or trainings, or traces"
     )
 
 
 def _tests(folders: Sequence[Path], runs: Sequence[Any]) -> str:
-    """Return the page of runs of the Asterisk Test and of evaluations, whose policy counts."""
+    """Return the page of runs of the Asterisk Test, all in the plane or in space, and of evaluations' policies."""
     own = [run.run if isinstance(run, Compared) else run for run in runs]
-    settings = [settings_of(run.trials[0].passport) for run in own]
+    settings = [run.trials[0].passport.settings for run in own]
     names = names_of(settings, folders)
     groups = [
         Beside(name, run.trials, run.results, ", ".join(word for word in told if word != NONE))
@@ -61,11 +63,12 @@ def _tests(folders: Sequence[Path], runs: Sequence[Any]) -> str:
     ]
     people = next((run.people for run in own if run.people), ())
     told = listed(f"{each.name}: {each.told_settings}; {counted(len(each.trials), 'trial')}." for each in groups)
+    shown = spatial_views(groups, groups) if isinstance(own[0], SpatialRun) else views(groups, people, groups[::-1])
     ends = listed(f"{each.name}: {endings(each.results)}" for each in groups)
     failed = [f"{each.name}, {sentence}" for each in groups for sentence in failures(each.results)]
     parts: list[WebPart] = [
         told,
-        *views(groups, people, groups[::-1]),
+        *shown,
         _distances(groups),
         ends,
         listed(failed, "What failed"),
@@ -124,6 +127,7 @@ def _names(folders: Sequence[Path]) -> list[str]:
 
 KINDS: tuple[tuple[tuple[type[Shown], ...], Callable[[Sequence[Path], Sequence[Any]], str]], ...] = (
     ((Run, Compared), _tests),
+    ((SpatialRun,), _tests),
     ((Trained,), _trainings),
     ((TraceRun,), _traces),
 )

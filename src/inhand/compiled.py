@@ -36,12 +36,23 @@ WRAPPERLESS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": T
 
 def inner(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that is compiled into the kernels that call it (twice as fast as calls between them)."""
-    return cast("Callable[P, R]", numba.njit(**INNER, **WRAPPERLESS, forceinline=True)(function))
+    return _called_by_kernels(function, forceinline=True)
 
 
 def leaf(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function that is compiled by itself: one of loops over few arrays, which is faster alone."""
-    return cast("Callable[P, R]", numba.njit(**INNER, **WRAPPERLESS)(function))
+    return _called_by_kernels(function)
+
+
+def _called_by_kernels(function: Callable[P, R], **how: bool) -> Callable[P, R]:
+    """Return a compiled function, but not one more for each constant among its arguments, as Numba would make."""
+    compiled: Any = numba.njit(**INNER, **WRAPPERLESS, **how)(function)
+    if not vars(numba.config)["DISABLE_JIT"]:
+        found, plain = compiled.get_call_template, numba.types.unliteral
+        compiled.get_call_template = lambda args, named: found(
+            tuple(map(plain, args)), {name: plain(kind) for name, kind in named.items()}
+        )
+    return cast("Callable[P, R]", compiled)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:

@@ -4,9 +4,10 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from inhand.asterisk_test.asterisk import people_of
-from inhand.asterisk_test.beside import load_beside, settings_of
+from inhand.asterisk_test.beside import load_beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.design.config import MARK as DESIGN
 from inhand.asterisk_test.design.config import DesignConfig
@@ -22,6 +23,7 @@ from inhand.asterisk_test.sweep.run import SweepRun, read_sweep
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import AnyTrial, Trial, load_all, load_any
 from inhand.errors import InputError
+from inhand.hands.spatial.gravity import gravity_name
 from inhand.learning.evaluate import load_evaluation
 from inhand.learning.record import load_dataset
 from inhand.learning.train import load_training
@@ -80,25 +82,26 @@ def _tested(folder: Path) -> Shown:
     return load_evaluation(folder) if isinstance(found, dict) and "expert" in found else _run(folder)
 
 
-def _in_space(config: AsteriskConfig, found: Sequence[AnyTrial], notes: tuple[str, ...] = ()) -> SpatialRun:
-    """Return the run of trials in space, in the order of its directions."""
+def _in_space(config: AsteriskConfig, found: Sequence[AnyTrial], **told: Any) -> SpatialRun:
+    """Return the run of trials in space, in the order of its directions, and what else is told of it."""
     order = [each.name for each in parse_spatial_directions(config.directions, config.twist)]
     trials = [trial for trial in found if isinstance(trial, SpatialTrial)]
     trials.sort(key=lambda trial: (_place(trial, order), trial.passport.trial))
-    return SpatialRun(config, tuple(trials), tuple(result_of_trial(trial) for trial in trials), notes=notes)
+    return SpatialRun(config, tuple(trials), tuple(result_of_trial(trial) for trial in trials), **told)
 
 
 def _run(folder: Path) -> Run | SpatialRun:
     config, content = saved(folder, "metrics.json", AsteriskConfig, engine=UNTOLD)
     notes: tuple[str, ...] = checked("notes", content.get("notes", ()), tuple[str, ...])
     found = load_all(folder)
-    if isinstance(found[0], SpatialTrial):
-        return _in_space(config, found, notes)
+    space = isinstance(found[0], SpatialTrial)
+    name, beside = load_beside(config.beside, found[0].passport.settings, config.label, space=space)
+    if space:
+        return _in_space(config, found, notes=notes, beside=beside, label=name)
     order = [each.name for each in parse_directions(config.directions)]
     planar = [trial for trial in found if isinstance(trial, Trial)]
     trials = tuple(sorted(planar, key=lambda trial: (_place(trial, order), trial.passport.trial)))
     results = tuple(result_of_trial(trial, compatible=config.compatible, metrics=config.metrics) for trial in trials)
-    name, beside = load_beside(config.beside, settings_of(trials[0].passport), config.label)
     return Run(config, trials, results, people_of(config).trials, notes, beside, name)
 
 
@@ -138,8 +141,7 @@ def _one(path: Path) -> Run | SpatialRun:
                 f"{path} followed {passport.primitive}, which is no primitive, in space: the page of its run replays"
                 " it; give the folder of the run of `inhand trace`"
             )
-        gravity = ",".join(f"{part:g}" for part in trial.passport.gravity)
-        return _in_space(replace(config, gravity=gravity), [trial])
+        return _in_space(replace(config, gravity=gravity_name(trial.passport.gravity)), [trial])
     return Run(config, (trial,), (result_of_trial(trial),))
 
 

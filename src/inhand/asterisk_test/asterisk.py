@@ -25,13 +25,15 @@ from inhand.control.trial import AnyTrial
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import is_spatial_hand, name_of
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
+from inhand.hands.spatial.gravity import gravity_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
 from inhand.shown import listed, several
 from inhand.sim.disturbance import disturbance_of
 from inhand.sim.disturbance_files import disturbance_name
+from inhand.sim.engines import engine_in_space
 from inhand.sim.names import Engine
 
 if TYPE_CHECKING:
@@ -93,7 +95,7 @@ def asterisk(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"directions": listed(directions), "trials": trials, "seed": seed, "engine": engine}
-    settings |= {"hand": name_of(hand), "object": name_of(object)}
+    settings |= {"hand": hand_name(hand), "object": object_name(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings["metrics"] = [METRICS.name_of(metric) for metric in several(metrics)]
     settings |= disturbance_of(settings)
@@ -109,7 +111,11 @@ def ready(config: AsteriskConfig) -> Ready:
         InputError: anything in the configuration that cannot be run.
     """
     if is_spatial_hand(config.hand):
-        return Ready(prepare_in_space(config), HumanFolder((), ()), (), "")
+        found = prepare_in_space(config)
+        names = found.hand.name, found.object.name, found.controller.name, engine_in_space(config.engine)
+        worlds = disturbance_name(config.disturb), gravity_name(found.gravity)
+        name, beside = load_beside(config.beside, (*names, *worlds), config.label, space=True)
+        return Ready(found, HumanFolder((), ()), beside, name)
     if config.gravity is not None:
         raise InputError(
             f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
@@ -147,7 +153,8 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> R
         from inhand.asterisk_test.spatial.report import SpatialRun
 
         notes = notes_in_space(setup.controller, setup.hand, setup.object) + ((ONE,) if config.one_grasp else ())
-        return SpatialRun(config, trials, results, notes=notes)
+        notes += disturbance_notes(config, setup.controller.reads, space=True)
+        return SpatialRun(config, trials, results, notes=notes, beside=known.beside, label=known.name)
     from inhand.asterisk_test.report import Run
 
     entry = setup.controller

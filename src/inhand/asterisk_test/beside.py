@@ -7,9 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from pathlib import Path
+from typing import Any
 
 from inhand.asterisk_test.results import Result, result_of_trial
-from inhand.control.trial import Passport, Trial, load_trial
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import load_any
 from inhand.errors import InputError
 from inhand.pages import counted
 from inhand.sim.disturbance_files import NONE
@@ -28,7 +30,8 @@ class Beside:
 
     name: str
     """What tells it from the others."""
-    trials: tuple[Trial, ...]
+    trials: tuple[Any, ...]
+    """In the plane or in space."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
     told: str = "an earlier run"
@@ -36,56 +39,56 @@ class Beside:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """Its hand, object, controller, engine and disturbance."""
-        return settings_of(self.trials[0].passport)
+        """Its hand, object, controller, engine and disturbance, and in space its gravity."""
+        return tuple(self.trials[0].passport.settings)
 
     @property
     def told_settings(self) -> str:
         """The same in words; nothing of a disturbance where there is none."""
         return ", ".join(word for word in self.settings if word != NONE)
 
-    def only(self, wanted: Callable[[Trial], bool]) -> Beside:
+    def only(self, wanted: Callable[[Any], bool]) -> Beside:
         """Return the run with some of its trials."""
         pairs = [(t, r) for t, r in zip(self.trials, self.results, strict=True) if wanted(t)]
         return replace(self, trials=tuple(t for t, _ in pairs), results=tuple(r for _, r in pairs))
 
 
-def settings_of(passport: Passport) -> tuple[str, ...]:
-    """Return hand, object, controller, engine and disturbance of a trial."""
-    return passport.hand.name, passport.object.name, passport.controller, passport.engine, passport.disturb
-
-
 def load_beside(
-    folders: Sequence[Path], own: Sequence[str], labels: Sequence[str] = ()
+    folders: Sequence[Path], own: Sequence[str], labels: Sequence[str] = (), *, space: bool = False
 ) -> tuple[str, tuple[Beside, ...]]:
     """Return the name of a new run and the runs that earlier calls left in folders, each with its name.
 
     Args:
         folders: of the earlier runs.
-        own: hand, object, controller, engine and disturbance of the new run.
-        labels: names of the new run and of the earlier ones; without them names are what differs in hand, object,
-            controller, engine and disturbance, and the folder where that is the same.
+        own: hand, object, controller, engine and disturbance of the new run, and in space its gravity.
+        labels: names of the new run and of the earlier ones; without them names are what differs in those settings,
+            and the folder where they are the same.
+        space: whether the new run is one in space, as all then have to be.
 
     Raises:
-        InputError: too many folders, one twice, or one without the trials of a run; labels that are not one for each.
+        InputError: too many folders, one twice, or one without the trials of a run, or with those of the other kind of
+            hand; labels that are not one for each.
     """
     if len(folders) > MOST:
         raise InputError(f"--beside names {len(folders)} runs; at most {MOST} fit beside a new one: leave some out")
     _check_labels(labels, 1 + len(folders))
     if len({folder.resolve() for folder in folders}) < len(folders):
         raise InputError(f"--beside names {folders[0]} twice: give each run once")
-    runs = [_load(folder) for folder in folders]
+    runs = [_load(folder, space) for folder in folders]
     if not (folders or labels):
         return own[2], ()
     names = labels or names_of([tuple(own), *(run.settings for run in runs)], folders)
     return names[0], tuple(replace(run, name=name) for run, name in zip(runs, names[1:], strict=True))
 
 
-def _load(folder: Path) -> Beside:
+def _load(folder: Path, space: bool) -> Beside:
     files = sorted((folder / "trials").glob("*.npz"))
     if not files:
         raise InputError(f"--beside {folder} holds no trials of a run; give the --out folder of an earlier run")
-    trials = tuple(load_trial(path) for path in files)
+    trials = tuple(load_any(path) for path in files)
+    if isinstance(trials[0], SpatialTrial) != space:
+        there, here = ("the plane", "space") if space else ("space", "the plane")
+        raise InputError(f"--beside {folder} is a run in {there}, and this one is in {here}: give one of the same kind")
     return Beside(trials[0].passport.controller, trials, tuple(result_of_trial(trial) for trial in trials))
 
 

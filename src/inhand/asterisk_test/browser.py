@@ -97,7 +97,7 @@ def _stars(groups: Sequence[Beside], people: Sequence[HumanTrial], twist: float)
 
 def _star(group: Beside) -> Star:
     curves, results = direction_curves(group.trials, group.results), by_direction(group.results)
-    told = [_told_of_all(results[curve.name]) for curve in curves]
+    told = [told_of_all(results[curve.name]) for curve in curves]
     return Star(group.name, group.told, curves, told, start_scene(group.trials[0]))
 
 
@@ -105,11 +105,11 @@ def _people(people: Sequence[HumanTrial], names: Sequence[str]) -> Star:
     groups = by_direction([result_of_human(trial) for trial in people])
     curves = human_curves(people, names)
     return Star(
-        "Human", counted(len(people), "recorded trial"), curves, [_told_of_all(groups[curve.name]) for curve in curves]
+        "Human", counted(len(people), "recorded trial"), curves, [told_of_all(groups[curve.name]) for curve in curves]
     )
 
 
-def _told_of_all(group: Sequence[Result]) -> list[str]:
+def told_of_all(group: Sequence[Result]) -> list[str]:
     """Return a direction's trials in a few lines."""
     reached = [result.metrics.distance_mm for result in group]
     limit, share = group[0].limit, mean_fraction(group)

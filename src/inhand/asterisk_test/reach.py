@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
+from inhand.asterisk_test.reached import MARK, Reached
 from inhand.asterisk_test.spatial.reach import (
     SpatialAsked,
     SpatialReach,
@@ -17,69 +18,51 @@ from inhand.asterisk_test.spatial.reach import (
     reach_in_space,
     ready_in_space,
 )
-from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import assumed, load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.reach.limits import Farthest, ReachConfig
-from inhand.hands.spatial.files import is_spatial_hand, name_of
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
-from inhand.repeats import write_repeat
-from inhand.shown import HTML, Shown, frame, listed, saved
+from inhand.shown import listed, saved
 from inhand.tasks.primitives import Primitive, parse_directions
 from inhand.tasks.reach import Limit, limits, start_grip
-from inhand.versions import versions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from pandas import DataFrame
 
-MARK = "reach.json"
-"""The file that marks a folder as one of a reach."""
 DEFAULT = ReachCommand()
 """What is computed where nothing else is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
-class Reach(Shown):
+class Reach(Reached):
     """How far a hand could carry an object."""
 
-    mark = MARK
-
-    config: ReachCommand
     held: Held
-    """The hand and the object."""
-    start: Farthest
-    """A grip at the start."""
     limits: tuple[Limit, ...]
-    """The limit of each direction."""
-    notes: tuple[str, ...]
-    """What a reader should know, a sentence each."""
+    start: Farthest = field(kw_only=True)
+    """A grip at the start."""
 
     @property
     def subtitle(self) -> str:
         """What was assumed."""
         turn = self.config.rotation_deg
         bound = f", rotation up to {turn:g} deg" if turn else ""
-        return f"{self.held[0].name}, {self.held[1].name}, friction {self._friction:g}{bound}"
-
-    @property
-    def _friction(self) -> float:
-        given = self.config.friction
-        return self.held.hand.friction * self.held.object.friction if given is None else given
+        return f"{self.held[0].name}, {self.held[1].name}, friction {self.friction:g}{bound}"
 
     @property
     def twists(self) -> tuple[float, ...]:
         """Twists that translations hold [deg]; none where everything only rotates."""
         return tuple(dict.fromkeys(f.primitive.rotation_deg for f in self.limits if f.primitive.angle_deg is not None))
 
-    def table(self) -> DataFrame:
-        """Return a row for each direction: its limit and the last grip."""
-        return frame([_entry(limit) for limit in self.limits])
+    def entries(self) -> list[dict[str, Any]]:
+        """Return the limits as the JSON has them, each with the last grip."""
+        return [_entry(limit) for limit in self.limits]
 
     def figure(self, twist: float | None = None) -> Figure:
         """Return the workspace: the asterisk of the limits that hold a twist [deg], by default the first.
@@ -96,36 +79,15 @@ class Reach(Shown):
         title = f"Reach{f', holding {chosen:+g} deg' if chosen else ''} [mm]"
         return reach_figure(self.held, self.start, shown, title, self.subtitle)
 
+    def figures(self) -> dict[str, Figure]:
+        """Return the workspace for each twist by the name of its file."""
+        return {_figure_name(twist): self.figure(twist) for twist in self.twists}
+
     def html(self) -> str:
         """Return its page for a browser."""
-        from inhand.asterisk_test.reach_browser import reach_page
+        from inhand.asterisk_test.reach_browser import planar_rows, planar_views, reach_page
 
-        return reach_page(self.config, self.held, (self.start, self.limits), (self.subtitle, self.notes))
-
-    def write(self, folder: Path) -> None:
-        """Write everything into a folder that is there."""
-        from inhand.plots.save import save_figure
-
-        for twist in self.twists:
-            save_figure(self.figure(twist), folder / _figure_name(twist))
-        content = {
-            "limits": [_entry(limit) for limit in self.limits],
-            "config": asdict(self.config),
-            "friction": self._friction,
-            "notes": self.notes,
-            "versions": versions(),
-        }
-        (folder / HTML).write_text(self.html(), encoding="utf-8")
-        write_json(content, folder / MARK)
-        self.table().to_csv(folder / "limits.csv", index=False)
-        write_repeat(folder, "reach", self.config)
-
-    def draw(self, folder: Path) -> None:
-        """Draw the workspace into `figures` of a folder, a figure for each twist."""
-        from inhand.plots.save import save_picture
-
-        for twist in self.twists:
-            save_picture(self.figure(twist), folder, _figure_name(twist), "")
+        return reach_page(self, planar_views(self.held, self.start, self.limits), planar_rows(self.limits))
 
 
 def _figure_name(twist: float) -> str:
@@ -172,8 +134,8 @@ def reach(
         InputError: anything that cannot be computed; the text says what, and what is allowed.
     """
     config = ReachCommand(
-        hand=name_of(hand),
-        object=name_of(object),
+        hand=hand_name(hand),
+        object=object_name(object),
         directions=listed(directions),
         twist=twist,
         friction=friction,
@@ -219,7 +181,7 @@ def compute_reach(
     held, count = asked.held, len(asked.primitives)
     start = start_grip(*held, asked.assumed)
     tell = None if told is None else lambda name: told(name, count)
-    return Reach(config, held, start, limits(*held, asked.primitives, asked.assumed, tell), asked.notes)
+    return Reach(config, held, limits(*held, asked.primitives, asked.assumed, tell), asked.notes, start=start)
 
 
 def load_reach(folder: Path) -> Reach | SpatialReach:
@@ -241,7 +203,7 @@ def load_reach(folder: Path) -> Reach | SpatialReach:
             f"{folder / MARK}: its limits are not those of the directions {config.directions}; compute it again"
         )
     found = tuple(entry.limit(primitive) for entry, primitive in zip(entries, asked.primitives, strict=True))
-    return Reach(config, asked.held, start_grip(*asked.held, asked.assumed), found, asked.notes)
+    return Reach(config, asked.held, found, asked.notes, start=start_grip(*asked.held, asked.assumed))
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.asterisk_test.config import ReachCommand
 from inhand.asterisk_test.reach_figure import limit_curve
+from inhand.asterisk_test.reached import Reached
 from inhand.hands.fit import Held
 from inhand.hands.reach.limits import Farthest
 from inhand.pages import Table, again, listed, options, spread, table_of
@@ -19,12 +19,17 @@ HINT = "Point at a direction for its limit."
 TOLD = "How far the hand could carry the object along each direction, whatever controls it [mm]."
 
 
-def reach_page(
-    config: ReachCommand, held: Held, found: tuple[Farthest, Sequence[Limit]], told: tuple[str, Sequence[str]]
-) -> str:
-    """Return the page of a reach: its grip at the start and its limits, told in a line and in notes."""
-    start, limits = found
-    line, notes = told
+def reach_page(found: Reached, views: Sequence[View], table: Table) -> str:
+    """Return the page of a reach with what is drawn of it, and the table of its limits."""
+    hand, spec = found.held
+    config = found.config
+    command = shlex.join(["inhand", "reach", *options(config)])
+    parts: list[WebPart] = [*views, table, listed(found.notes), again(command), settings_of(config)]
+    return html_of("A reach", [f"# Reach of {hand.name} with {spec.name}", found.subtitle, *parts])
+
+
+def planar_views(held: Held, start: Farthest, limits: Sequence[Limit]) -> list[View]:
+    """Return the asterisks of limits, one for each twist, over the grip at the start."""
     moves = [limit for limit in limits if limit.primitive.angle_deg is not None]
     scene = scene_of(*held, start.joints, start.pose, start.pose[:2])
     views = []
@@ -34,12 +39,11 @@ def reach_page(
         stars = [Star(held.hand.name, held.object.name, curves, [[f"{1e3 * e.distance:.1f} mm"] for e in mine], scene)]
         title = f"Reach, holding {twist:+g} deg" if twist else "Reach"
         views.append(View("asterisks", panels_of(stars, HINT), title, TOLD))
-    command = shlex.join(["inhand", "reach", *options(config)])
-    parts: list[WebPart] = [*views, _table(limits), listed(notes), again(command), settings_of(config)]
-    return html_of("A reach", [f"# Reach of {held.hand.name} with {held.object.name}", line, *parts])
+    return views
 
 
-def _table(limits: Sequence[Limit]) -> Table:
+def planar_rows(limits: Sequence[Limit]) -> Table:
+    """Return the table of limits, with the last pose of each."""
     rows = []
     for limit in limits:
         turns = limit.primitive.angle_deg is None

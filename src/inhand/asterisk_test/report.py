@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from inhand.aside import Aside, here
-from inhand.asterisk_test.beside import SETTINGS, Beside, settings_of
+from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, by_direction, result_of_human
@@ -47,16 +47,6 @@ class Run(Tested):
     """A finished run of a hand in the plane."""
 
     trials: tuple[Trial, ...]
-
-    @property
-    def settings(self) -> dict[str, object]:
-        """Hand, object, controller, engine and disturbance."""
-        return dict(zip(SETTINGS, settings_of(self.trials[0].passport), strict=True))
-
-    @property
-    def disturbances(self) -> dict[str, object]:
-        """How each trial's world was disturbed."""
-        return {"disturbed": [trial.passport.disturbed for trial in self.trials]}
 
     def figure(self) -> Figure:
         """Return the asterisk of the mean paths, or the donut where everything only rotates."""
@@ -117,7 +107,7 @@ def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         table_of(*with_beside(*table, run.name, run.beside)),
-        listed([f"{other.name}: {other.told_settings}." for other in run.beside], "Set beside it"),
+        beside_told(run.beside),
         endings(run.results),
         listed([*failures(run.results), *metric_faults(run.results)], "What failed"),
         people_told(run.people),
@@ -125,6 +115,11 @@ def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
         *pictures,
         again(command(config)),
     ]
+
+
+def beside_told(beside: Sequence[Beside]) -> Part:
+    """Return what was run in each run that stands beside one."""
+    return listed([f"{other.name}: {other.told_settings}." for other in beside], "Set beside it")
 
 
 def command(config: AsteriskConfig) -> str:

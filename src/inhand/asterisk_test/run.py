@@ -12,7 +12,7 @@ from inhand.asterisk_test.people.paths import human_path
 from inhand.control import loop
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
 from inhand.control.controller import Task
-from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise
+from inhand.control.draws import check_count, check_draws, check_worlds, disturbed_worlds, keys_of, start_noise
 from inhand.control.loop import Told
 from inhand.control.phases import PHASES
 from inhand.control.recording import cut_trials, passports
@@ -23,8 +23,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.drawn import Disturbed, check_drawn
+from inhand.sim.drawn import Disturbed
 from inhand.sim.engines import check_engine
 from inhand.tasks.paths import ReferencePath, path_of, stacked, twist_poses, whole_path
 from inhand.tasks.primitives import Primitive, parse_directions, twisted_name
@@ -71,9 +70,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
     check_fit(hand, spec)
     check_engine(config.engine)
-    disturbance = load_disturbance(config.disturb)
-    if disturbance is not None:
-        check_drawn(disturbance, hand, spec)
+    check_worlds(config, hand, spec)
     for name in config.phases:
         PHASES.known(name)
     assignments = []
@@ -97,7 +94,7 @@ def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None,
     whole = stacked([whole_path(each.path) for each in assignments])
     whose = [(each.primitive.angle_deg, each.primitive.rotation_deg, each.trial) for each in assignments]
     start = hand.start_pose + start_noise(config, whose)
-    disturbed = disturbed_worlds(config, whose, hand.n_joints)
+    disturbed = disturbed_worlds(config, keys_of(config, whose), hand.n_joints)
     path = Path(stacked([each.path.poses for each in assignments]))
     grasp = setup.controller.grasp(hand, setup.object, hand.start_pose + whole, start, engine=config.engine)
     # What was planned is the whole way; a twist before the path has its part of it.

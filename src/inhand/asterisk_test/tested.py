@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.aside import Aside, here
-from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.beside import SETTINGS, Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, summary_of, tidy
@@ -48,13 +48,8 @@ class Tested(Shown):
 
     @property
     def settings(self) -> dict[str, object]:
-        """What a row of its table says of its run."""
-        raise NotImplementedError
-
-    @property
-    def disturbances(self) -> dict[str, object]:
-        """What its JSON tells of how worlds were disturbed; nothing where they cannot be."""
-        return {}
+        """What a row of its table says of its run: hand, object, controller, engine and disturbance."""
+        return dict(zip(SETTINGS, self.trials[0].passport.settings, strict=False))
 
     def pictures(self, folder: Path, aside: Aside = here) -> list[Part]:
         """Draw figures and a replay into `figures` of a folder, some aside, and return their parts of the page."""
@@ -91,8 +86,9 @@ class Tested(Shown):
             "versions": versions(),
             "seed": self.config.seed,
             "reads": self.trials[0].passport.reads,
+            "disturbed": [trial.passport.disturbed for trial in self.trials],
         }
-        write_json(content | self.disturbances, folder / "metrics.json")
+        write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)
         write_repeat(folder, "asterisk", self.config)
 

@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
-from inhand.asterisk_test.reach import MARK, compute_reach, ready_reach
+from inhand.asterisk_test.reach import compute_reach, ready_reach
+from inhand.asterisk_test.reached import MARK
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import progress
 from inhand.folders import run_folder

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from inhand.control.kept import Remembered, remember, remembered
 from inhand.control.noise import Noise
 from inhand.control.seen import SENSED, Reads, View
-from inhand.control.sense_kernels import Line, Pushes, plan, push, send
 from inhand.control.senses import PARTS, Senses, decisions_of
+from inhand.control.way_kernels import Line, Pushes, plan, push, send
 from inhand.geometry import Array
 from inhand.sim.drawn import Disturbed
 from inhand.sim.engine import Simulator
@@ -45,11 +45,11 @@ class Between:
         ring, zero = np.zeros((latest + 2, n_worlds, n_joints)), np.zeros((n_worlds, n_joints))
         whole, self._lag, come = np.zeros((3, n_worlds), dtype=np.int64)
         self._line, self._head = Line(ring, zero, whole), 0
-        self._noise = Noise(n_worlds, PUSHES, 0, 2)
+        self._noise = Noise(n_worlds, PUSHES, 0, 2 if state.pose.shape[1] == 3 else 3)
         pushes = self.spec.pushes
         law = pushes.push_mns / 1e3, float(pushes.per_s), pushes.most
-        held, following, angle = np.zeros((3, n_worlds))
-        self._pushes = Pushes(self._noise.drawn, come, held, following, angle, law)
+        held, following = np.zeros((2, n_worlds))
+        self._pushes = Pushes(self._noise.drawn, come, held, following, np.zeros((n_worlds, 3)), law)
         self._state, self._commands = state, state.targets
         self._shown: dict[Reads, View] = {}
         self.pushing = False

@@ -8,9 +8,9 @@ from inhand.control.contract import Contract, other_senses
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.sim.disturbance import told
+from inhand.sim.disturbance import Differences, told
 from inhand.sim.disturbance_files import load_disturbance
-from inhand.sim.drawn import Disturbed, draw
+from inhand.sim.drawn import Disturbed, H, Key, S, check_drawn, draw
 
 STEP_DEG = 1e-3
 """Directions and rotations nearer than this to each other are one, and start alike [deg]."""
@@ -50,6 +50,17 @@ def check_draws(config: RunConfig) -> None:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
 
 
+def check_worlds(config: RunConfig, hand: H, spec: S) -> None:
+    """Refuse a disturbance at whose ends a hand or an object is not one that can be.
+
+    Raises:
+        InputError: the text names the disturbance and what cannot be.
+    """
+    disturbance = load_disturbance(config.disturb)
+    if disturbance is not None:
+        check_drawn(disturbance, hand, spec)
+
+
 def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, int]]) -> Array:
     """Return how far each object's start is from where it should be `(B, 3)` [m, m, rad].
 
@@ -58,11 +69,7 @@ def start_noise(config: RunConfig, whose: Iterable[tuple[float | None, float, in
     paired with it.
     """
     spread = np.array([config.noise_mm / 1e3, config.noise_mm / 1e3, np.deg2rad(config.noise_deg)])
-    drawn = [
-        np.random.default_rng((config.seed, trial, *_numbers(angle, rotation))).standard_normal(3)
-        for angle, rotation, trial in whose
-    ]
-    return spread * np.array(drawn)
+    return np.array(spread * [np.random.default_rng(key).standard_normal(3) for key in keys_of(config, whose)])
 
 
 def start_noise_in_space(
@@ -73,32 +80,42 @@ def start_noise_in_space(
     It follows from the seed, the trial's number and numbers that tell its primitive, if it has one, so that runs of
     other hands, objects and gravities are paired with it.
     """
-    drawn = []
-    for trial, goal in zip(trials, goals or [()] * len(trials), strict=True):
-        key = [round(1e6 * part) % 2**32 for part in goal]  # a seed takes no negative number
-        drawn.append(np.random.default_rng((config.seed, trial, *key)).standard_normal((2, 3)))
-    moved, turned = np.stack(drawn, axis=1)
+    keys = keys_in_space(config, trials, goals)
+    moved, turned = np.stack([np.random.default_rng(key).standard_normal((2, 3)) for key in keys], axis=1)
     return config.noise_mm / 1e3 * moved, np.deg2rad(config.noise_deg) * turned
 
 
+def keys_of(config: RunConfig, whose: Iterable[tuple[float | None, float, int]]) -> list[Key]:
+    """Return what the draws of each trial follow from: seed, number, direction [deg] and rotation [deg]."""
+    return [(config.seed, trial, *_numbers(angle, rotation)) for angle, rotation, trial in whose]
+
+
+def keys_in_space(
+    config: RunConfig, trials: Sequence[int], goals: Sequence[Sequence[float]] | None = None
+) -> list[Key]:
+    """Return the same in space: seed, number, and numbers that tell the primitive, if there is one."""
+    told = zip(trials, goals or [()] * len(trials), strict=True)
+    # A seed takes no negative number.
+    return [(config.seed, trial, *(round(1e6 * part) % 2**32 for part in goal)) for trial, goal in told]
+
+
 def disturbed_worlds(
-    config: RunConfig, whose: Iterable[tuple[float | None, float, int]], n_joints: int
+    config: RunConfig, keys: Iterable[Key], n_joints: int, *, space: bool = False
 ) -> tuple[Disturbed, ...] | None:
     """Return how each trial's world is disturbed, with a hand of some joints; None where a run disturbs nothing.
 
-    It follows from the same as the start noise, of which it is independent, and from the disturbance.
+    It follows from the same keys as the start noise, of which it is independent, and from the disturbance.
 
     Raises:
         InputError: no such disturbance.
     """
     spec = load_disturbance(config.disturb)
-    if spec is None:
-        return None
-    keys = [(config.seed, trial, *_numbers(angle, rotation)) for angle, rotation, trial in whose]
-    return tuple(draw(spec, key, n_joints) for key in keys)
+    return None if spec is None else tuple(draw(spec, key, n_joints, space=space) for key in keys)
 
 
-def disturbance_notes(config: RunConfig, reads: str, contract: Contract | None = None) -> tuple[str, ...]:
+def disturbance_notes(
+    config: RunConfig, reads: str, contract: Contract | None = None, *, space: bool = False
+) -> tuple[str, ...]:
     """Return what a reader should know of a disturbed run, a sentence each; nothing of another.
 
     Its controller reads so, and learned by a contract if it did.
@@ -106,7 +123,11 @@ def disturbance_notes(config: RunConfig, reads: str, contract: Contract | None =
     spec = load_disturbance(config.disturb)
     if spec is None:
         return ()
-    notes = (f"Disturbed by {told(spec)}. The controller is told none of it; it reads what is {reads}.",)
+    notes: tuple[str, ...] = (
+        f"Disturbed by {told(spec)}. The controller is told none of it; it reads what is {reads}.",
+    )
+    if space and spec.differs.floor != Differences.floor:
+        notes += ("In space there is no floor: differs.floor has no effect.",)
     others = () if contract is None else tuple(other_senses(contract, spec))
     return (*notes, f"The policy was trained with other senses: {'; '.join(others)}.") if others else notes
 

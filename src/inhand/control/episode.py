@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.sim.disturbance_files import NONE
+from inhand.sim.drawn import Disturbed
 from inhand.sim.names import UNTOLD
 from inhand.sim.state import CONTACT_TOLERANCE
 
@@ -43,6 +45,19 @@ class Source:
     """How far the hand could carry the object along the primitive [m], or turn it [rad]; None where unknown."""
     reads: str = "privileged"
     """What the controller reads: privileged, or sensed where it knows no more than a hand can."""
+    disturbed: Disturbed | None = None
+    """How its world was disturbed, with all that was drawn; None where nothing was. Hand and object are those that the
+    controller was told."""
+
+    @property
+    def disturb(self) -> str:
+        """Name of what disturbed its world; none where nothing did."""
+        return NONE if self.disturbed is None else self.disturbed.spec.name
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Hand, object, controller, engine and disturbance by their names."""
+        return self.hand.name, self.object.name, self.controller, self.engine, self.disturb
 
     @property
     def period(self) -> float:

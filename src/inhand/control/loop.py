@@ -14,7 +14,7 @@ from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.seen import PRIVILEGED, Reads, View, exact, reads_of
 from inhand.control.trial import DIVERGED, LOST_CONTACT, NO_GRASP, REACHED, TIME_OUT
 from inhand.geometry import Array
-from inhand.sim.drawn import Disturbed, truths
+from inhand.sim.drawn import Disturbed, true_starts, truths
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
 from inhand.sim.names import ENGINE
@@ -160,7 +160,7 @@ def simulate(
     hand, objects = task.hand, task.objects
     if disturbed is not None:
         hand, objects, scenes = truths(disturbed, hand, objects, scenes)
-        starts = starts + [each.drawn.start for each in disturbed]
+        starts = true_starts(disturbed, starts)
     simulator = make_simulator(bench.engine, hand, objects, scenes, bench.threads)
     start = simulator.reset(starts, joints)
     phases = standard_phases(

@@ -39,7 +39,7 @@ class Seen:
     targets: Array
     """The commands that were last given `(B, n)` [rad]."""
     frame_pose: Array
-    """The object's pose in the camera's last frame `(B, 3)` [m, m, rad]."""
+    """The object's pose in the camera's last frame `(B, 3)` [m, m, rad], in space `(B, 7)`: place and quaternion."""
     frame_time: Array
     """When that frame was taken, by the hand's clock `(B,)` [s]."""
 

@@ -16,6 +16,8 @@ from inhand.compiled import inner, kernel
 from inhand.geometry import Array
 from inhand.sim.disturbance import SOON
 
+IN_SPACE = 7
+"""Numbers of a pose in space: a place and a quaternion."""
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
@@ -68,7 +70,7 @@ class Lens(NamedTuple):
     first: int
     """What is added to a frame's number to have one that is not negative."""
     spread: tuple[float, float, float]
-    """Standard deviations of the noise [m, m, rad]."""
+    """Standard deviations of the noise of places, along x and y alike, and of rotations [m, m, rad]."""
     missing: float
     """Chance that after a frame a run of missing ones begins; 0 where none is missing."""
     fewest: int
@@ -85,9 +87,9 @@ class Filmed(NamedTuple):
     late: Array
     """How late frames arrive `(B,)` [s]."""
     bias: Array
-    """What every frame adds to the pose `(B, 3)` [m, m, rad]."""
+    """What every frame adds to the pose `(B, 3)` [m, m, rad], in space a way and a rotation vector `(B, 6)`."""
     noise: Drawn
-    """Three standard normal numbers and two from 0 to 1 for each frame `(B, D, 5)`."""
+    """As many standard normal numbers and two from 0 to 1 for each frame `(B, D, 5)`, in space `(B, D, 8)`."""
     number: Indices
     """Number of the last frame in its episode, counted from 0, missing or not `(B,)`."""
     gone: Indices
@@ -116,7 +118,7 @@ class Views(NamedTuple):
     row: Array
     """What was measured when the last frame that is not missing was taken `(B, W)`; first the pose that it has,"""
     pose: Array
-    """then that pose in the plane `(B, 3)` [m, m, rad],"""
+    """then that pose in the plane `(B, 3)` [m, m, rad], in space `(B, 7)`,"""
     time: Array
     """and when in the episode it was taken `(B,)` [s]."""
 
@@ -208,14 +210,20 @@ def _look(filmed: Filmed, episodes: Episodes, views: Views, b: int) -> bool:
     if filmed.number[b] >= newest:
         return True
     filmed.number[b] += 1
-    noise = filmed.noise.rows[b, (filmed.number[b] + lens.first) % filmed.noise.rows.shape[1]]
-    if lens.missing == 0.0 or not _misses(filmed, b, count, (noise[3], noise[4])):
+    noise, even = (
+        filmed.noise.rows[b, (filmed.number[b] + lens.first) % filmed.noise.rows.shape[1]],
+        filmed.bias.shape[1],
+    )
+    if lens.missing == 0.0 or not _misses(filmed, b, count, (noise[even], noise[even + 1])):
         views.time[b] = filmed.number[b] / lens.rate
         back = max(count - views.time[b] / lens.period, 0.0)
         later, before, share = _place(filmed.past, episodes.heads[1], back)
         for j in range(views.row.shape[1]):
             views.row[b, j] = _on_the_line(filmed.past[later, b, j], filmed.past[before, b, j], share)
-        _see(filmed, views, b, noise)
+        if views.pose.shape[1] == IN_SPACE:
+            _see_in_space(filmed, views, b, noise)
+        else:
+            _see(filmed, views, b, noise)
     return bool(filmed.number[b] >= newest)
 
 
@@ -252,6 +260,35 @@ def _see(filmed: Filmed, views: Views, b: int, noise: Array) -> None:
 
 
 @inner
+def _see_in_space(filmed: Filmed, views: Views, b: int, noise: Array) -> None:
+    """Add noise and then bias to the pose of an object in a frame."""
+    row, bias, (along, _, about) = views.row[b], filmed.bias[b], filmed.lens.spread
+    for j in range(3):
+        row[j] += bias[j] + along * noise[j]
+    size = math.sqrt(
+        row[3] ** 2 + row[4] ** 2 + row[5] ** 2 + row[6] ** 2
+    )  # between two decisions it is shorter than 1
+    for j in range(3, IN_SPACE):
+        row[j] /= size
+    _turn(row, (about * noise[3], about * noise[4], about * noise[5]))
+    _turn(row, (bias[3], bias[4], bias[5]))
+    for j in range(IN_SPACE):
+        views.pose[b, j] = row[j]
+
+
+@inner
+def _turn(pose: Array, vector: tuple[float, float, float]) -> None:
+    """Turn a pose on the spot by a rotation vector [rad]."""
+    x, y, z = vector
+    angle = math.sqrt(x * x + y * y + z * z)
+    share = 0.5 if angle < SOON else math.sin(angle / 2.0) / angle
+    w, x, y, z = math.cos(angle / 2.0), share * x, share * y, share * z
+    a, b, c, d = pose[3], pose[4], pose[5], pose[6]
+    pose[3], pose[4] = w * a - x * b - y * c - z * d, w * b + x * a + y * d - z * c
+    pose[5], pose[6] = w * c - x * d + y * a + z * b, w * d + x * c - y * b + z * a
+
+
+@inner
 def _place(past: Array, head: int, decisions: float) -> tuple[int, int, float]:
     """Return the places between which so many decisions ago is, and the share of the way from the later one."""
     whole = math.floor(decisions + SOON)
@@ -263,82 +300,3 @@ def _place(past: Array, head: int, decisions: float) -> tuple[int, int, float]:
 def _on_the_line(later: float, before: float, share: float) -> float:
     """Return a number between two decisions; at a decision it is that decision's, to the last bit."""
     return later if share < SOON else later + share * (before - later)
-
-
-class Line(NamedTuple):
-    """Commands on their way to the servos of B worlds."""
-
-    ring: Array
-    """Those of the last decisions `(D, B, n)` [rad]."""
-    zero: Array
-    """What is taken from them `(B, n)` [rad]."""
-    whole: Indices
-    """How many decisions they take `(B,)`."""
-
-
-class Pushes(NamedTuple):
-    """The pushes of B worlds."""
-
-    noise: Drawn
-    """Two numbers from 0 to 1 for each push `(B, D, 2)`: when and in which direction."""
-    come: Indices
-    """How many have come `(B,)`."""
-    held: Array
-    """For how long the object has been held `(B,)` [s]."""
-    next: Array
-    """When in that time the next one comes `(B,)` [s],"""
-    angle: Array
-    """and in which direction `(B,)` [rad]."""
-    law: tuple[float, float, int]
-    """Impulse [N s], how many come in a second, 0 for none, and how many at most, 0 for no end."""
-
-
-@kernel
-def send(line: Line, head: int, commands: Array, arriving: Array) -> None:
-    """Put commands `(B, n)` on the line, at a place of its ring; write those that arrive now."""
-    for b in range(len(commands)):
-        place = (head - line.whole[b]) % len(line.ring)
-        for j in range(commands.shape[1]):
-            line.ring[head, b, j] = commands[b, j] - line.zero[b, j]
-            arriving[b, j] = line.ring[place, b, j]
-
-
-@kernel
-def push(pushes: Pushes, period: float, impulse: Array, due: Flags) -> bool:
-    """Hold objects for a decision [s]; write who is pushed at its begin `(B,)`, how `(B, 3)` [N s], and plan on."""
-    for b in range(len(due)):
-        due[b] = pushes.next[b] <= pushes.held[b] + SOON
-        if due[b] and (pushes.come[b] + 1) // pushes.noise.rows.shape[1] != pushes.noise.block[b]:
-            return False
-    for b in range(len(due)):
-        pushes.held[b] += period
-        if due[b]:
-            impulse[b, 0] = pushes.law[0] * math.cos(pushes.angle[b])
-            impulse[b, 1] = pushes.law[0] * math.sin(pushes.angle[b])
-            pushes.come[b] += 1
-            _plan(pushes, b)
-    return True
-
-
-@kernel
-def plan(pushes: Pushes, worlds: Indices) -> bool:
-    """Plan the first pushes of some worlds' episodes."""
-    for b in worlds:
-        if pushes.noise.block[b] != 0:
-            return False
-    for b in worlds:
-        pushes.come[b], pushes.held[b], pushes.next[b] = 0, 0.0, 0.0
-        _plan(pushes, b)
-    return True
-
-
-@inner
-def _plan(pushes: Pushes, b: int) -> None:
-    """Plan when, counted from the push before, and in which direction the next push of a world comes."""
-    come, per_s, most = pushes.come[b], pushes.law[1], pushes.law[2]
-    drawn = come % pushes.noise.rows.shape[1]
-    pushes.angle[b] = 2.0 * math.pi * pushes.noise.rows[b, drawn, 1]
-    if per_s == 0.0 or (most > 0 and come >= most):
-        pushes.next[b] = np.inf
-    else:
-        pushes.next[b] -= math.log1p(-pushes.noise.rows[b, drawn, 0]) / per_s

@@ -39,7 +39,8 @@ class Senses:
         count, joints = state.joint_angles.shape
         self._exact_joints = spec.encoders == Encoders() and spec.differs.zero_deg == 0
         self._exact_frames = spec.camera == Camera()
-        self._noise = Noise(count, ENCODERS, joints), Noise(count, CAMERA, 3, 2)
+        size = state.pose.shape[1]  # of a pose: 3 in the plane, 7 in space, where a camera is off by 6 numbers
+        self._noise = Noise(count, ENCODERS, joints), Noise(count, CAMERA, min(size, 6), 2)
         self._encoded = _encoded(spec.encoders, self._noise[0], joints, period)
         shapes = [getattr(state, name).shape[1:] for name in LATE]
         ends = np.cumsum([math.prod(shape) for shape in shapes]).tolist()
@@ -48,7 +49,7 @@ class Senses:
         number, heads = np.zeros(count, dtype=np.int64), np.zeros(2, dtype=np.int64)
         self._episodes = Episodes(number, np.zeros(count, dtype=bool), np.zeros((count, joints)), heads)
         angles, velocities = np.zeros((2, count, joints))
-        self._views = Views(angles, velocities, np.zeros((count, ends[-1])), np.zeros((count, 3)), np.zeros(count))
+        self._views = Views(angles, velocities, np.zeros((count, ends[-1])), np.zeros((count, size)), np.zeros(count))
         self._begun = np.zeros(count)
 
     def begin(self, worlds: NDArray[np.int64], disturbed: Sequence[Disturbed], state: State) -> None:
@@ -125,7 +126,8 @@ def _filmed(spec: Camera, noise: Noise, width: int, period: float) -> Filmed:
     lens = Lens(period, rate, math.ceil(latest * rate) + 1, spread, begins, *spec.missing_run)
     past = np.zeros((decisions_of(latest + 1 / rate, period) + 3, count, width))
     number, gone = np.zeros((2, count), dtype=np.int64)
-    return Filmed(lens, past, np.zeros(count), np.zeros((count, 3)), noise.drawn, number, gone)
+    bias = np.zeros((count, noise.rows.shape[2] - 2))
+    return Filmed(lens, past, np.zeros(count), bias, noise.drawn, number, gone)
 
 
 def decisions_of(seconds: float, period: float) -> int:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from inhand.control.episode import Episode, Source
 from inhand.geometry import Array, inverse_quaternion
+from inhand.hands.spatial.gravity import gravity_name
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import multiply
@@ -29,6 +30,11 @@ class SpatialPassport(Source):
     def turns(self) -> bool:
         """Whether the primitive only turns the object."""
         return self.along is None
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Hand, object, controller, engine, disturbance and gravity by their names."""
+        return *super().settings, gravity_name(self.gravity)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,6 @@ from inhand.geometry import Array, planar, wrap_angle
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, text_of
-from inhand.sim.disturbance_files import NONE
-from inhand.sim.drawn import Disturbed
 
 FORMAT, SPATIAL_FORMAT = 2, 1
 """Versions of the file's layout, of hands in the plane and in space."""
@@ -57,19 +55,11 @@ class Passport(Source):
     """Rotation to hold, or to reach where there is no direction [deg]."""
     path: str
     """Name of the reference path."""
-    disturbed: Disturbed | None = None
-    """How its world was disturbed, with all that was drawn; None where nothing was. Hand and object are those that the
-    controller was told."""
 
     @property
     def turns(self) -> bool:
         """Whether the primitive only turns the object."""
         return self.angle_deg is None
-
-    @property
-    def disturb(self) -> str:
-        """Name of what disturbed its world; none where nothing did."""
-        return NONE if self.disturbed is None else self.disturbed.spec.name
 
 
 @dataclass(frozen=True, eq=False)

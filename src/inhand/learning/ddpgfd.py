@@ -162,8 +162,10 @@ def _targets(state: Learner, row: dict[str, jax.Array], learning: Learning, key:
     for later, reward, discount in (("successor", "reward", "discount"), ("later", "reward_n", "discount_n")):
         key, drawn = jax.random.split(key)
         action = act(state.target_actor, row[later])
-        noise = learning.smoothing * jnp.clip(jax.random.normal(drawn, action.shape), -2.0, 2.0)
-        value = values(state.target_critics, row[f"true_{later}"], jnp.clip(action + noise, -1.0, 1.0)).min(axis=0)
+        if learning.smoothing:
+            noise = learning.smoothing * jnp.clip(jax.random.normal(drawn, action.shape), -2.0, 2.0)
+            action = jnp.clip(action + noise, -1.0, 1.0)
+        value = values(state.target_critics, row[f"true_{later}"], action).min(axis=0)
         found.append(learning.reward_scale * row[reward][:, 0] + row[discount][:, 0] * value)
     return tuple(found)
 

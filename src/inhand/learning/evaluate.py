@@ -19,9 +19,9 @@ from inhand.control.notes import notes_of
 from inhand.control.trial import Trial, load_trials
 from inhand.errors import InputError
 from inhand.folders import MARK
-from inhand.hands.files import HANDS, OBJECTS
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
 from inhand.records import checked, configured
@@ -79,7 +79,7 @@ def evaluate(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"run": path_of("run", run), "trials": trials, "episodes": episodes, "seed": seed, "engine": engine}
-    settings |= {"hand": hand and HANDS.name_of(hand), "object": object and OBJECTS.name_of(object)}
+    settings |= {"hand": hand and hand_name(hand), "object": object and object_name(object)}
     settings["human"] = None if human is None else Path(path_of("human", human))
     settings |= disturbance_of(settings)
     config = configured(EvaluateConfig, settings)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from inhand.geometry import Array
 from inhand.hands.fit import Held
+from inhand.hands.hand import HandSpec
 from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.starts import Starts
 from inhand.sim.disturbance import FACTORS
@@ -31,7 +32,8 @@ def simulator_of(held: AnyPair, starts: Starts, count: int, threads: int) -> tup
     if starts.disturbed is None:
         return make_simulator(starts.engine, hands, objects, threads=threads, kinds=first), None
     each = range(len(starts)) if starts.pairs is None else starts.pairs.of.tolist()
-    kinds = truths(starts.disturbed, [hands[k] for k in each], [objects[k] for k in each], None)
+    own: list[HandSpec] = [hands[k] for k in each]
+    kinds = truths(starts.disturbed, own, [objects[k] for k in each], None)
     simulator = make_simulator(starts.engine, *kinds, threads, kinds=first)
     return simulator, np.array([_numbers(each.drawn) for each in starts.disturbed])
 

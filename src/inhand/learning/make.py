@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from inhand.environment_ids import IDS
 from inhand.errors import InputError, near_matches, needs_extra
-from inhand.hands.spatial.files import name_of
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.records import checked
 from inhand.sim.disturbance import disturbance_of
 
@@ -42,9 +42,9 @@ def make(
         raise needs_extra("rl", "an environment") from error
     name = checked("name", name, str)
     if "hand" in keywords:
-        keywords["hand"] = name_of(keywords["hand"])
+        keywords["hand"] = hand_name(keywords["hand"])
     if "object" in keywords:
-        keywords["object"] = name_of(keywords["object"])
+        keywords["object"] = object_name(keywords["object"])
     keywords |= disturbance_of(keywords)
     found = WORDS.get(name, name)
     if found not in IDS:

@@ -19,10 +19,11 @@ from inhand.control.user_policy import GraspKind
 from inhand.errors import InputError
 from inhand.folders import run_folder
 from inhand.geometry import Array
-from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
+from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.learning.commands import RecordConfig
 from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, kind_of
 from inhand.learning.datasets import MARK, DatasetEpisode, StoredEpisodes, check_installed, read_dataset, write_dataset
@@ -149,7 +150,7 @@ def record(
         InputError: anything that cannot be recorded; the text says what, and what is allowed.
     """
     settings |= {"directions": listed(directions), "episodes": episodes, "seed": seed}
-    settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object)}
+    settings |= {"hand": hand_name(hand), "object": object_name(object)}
     settings |= disturbance_of(settings)
     settings["out"] = Path(tempfile.mkdtemp(prefix="inhand-record-")) if out is None else Path(path_of("out", out))
     return run_record(configured(RecordConfig, settings))

@@ -137,7 +137,12 @@ def joined(parts: Sequence[Starts]) -> Starts:
     legs = _together([part.legs for part in parts], parts, np.nan)
     pairs = all_pairs([part.pairs for part in parts if part.pairs is not None])
     asked = angle_deg, distance, routes, parts[0].engine, worlds, turn, legs, pairs
-    return Starts(snapshot, State(**states), *asked, joined_spaces([p.space for p in parts if p.space is not None]))
+    return Starts(
+        snapshot,
+        replace(parts[0].state, **states),
+        *asked,
+        joined_spaces([p.space for p in parts if p.space is not None]),
+    )
 
 
 def _together(given: Sequence[Array | None], parts: Sequence[Starts], nothing: float) -> Array | None:

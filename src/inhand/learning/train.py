@@ -16,7 +16,7 @@ from inhand.control.policy import Policy, load_policy
 from inhand.errors import InputError, near_matches, needs_extra
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import name_of
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.learning.commands import TrainConfig
@@ -134,7 +134,7 @@ def train(
     check_installed()
     folder = Path(tempfile.mkdtemp(prefix="inhand-train-")) if out is None else Path(path_of("out", out))
     shown = None if demonstrations is None else path_of("demonstrations", demonstrations)
-    named: dict[str, Any] = {"hand": hand and name_of(hand), "object": object and name_of(object)}
+    named: dict[str, Any] = {"hand": hand and hand_name(hand), "object": object and object_name(object)}
     named |= {"episodes": episodes, "seed": seed, "demonstrations": shown} | settings | disturbance_of(settings)
     given = {name: value for name, value in named.items() if value is not None}
     if resume:

@@ -12,7 +12,8 @@ import numpy as np
 
 from inhand.asterisk_test.people.human_write import write_recording
 from inhand.control.contract import joint_names
-from inhand.control.trial import LOST, Trial, load_trial, load_trials
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import LOST, AnyTrial, Passport, load_all, load_any
 from inhand.errors import InputError
 from inhand.folders import run_folder
 from inhand.learning.dataset_cards import OURS, DatasetHead
@@ -92,21 +93,27 @@ def export_run(place: Path, out: Path, form: Form, *, overwrite: bool = False) -
         return {"csv": _as_recordings, "minari": _as_minari, "lerobot": _as_lerobot}[form](trials, folder)
 
 
-def _trials(place: Path) -> list[Trial]:
+def _trials(place: Path) -> list[AnyTrial]:
     if place.is_file():
-        return [load_trial(place)]
+        return [load_any(place)]
     if not (place / "trials").is_dir():
         raise InputError(
             f"{place} holds no trials and no dataset: give the folder of a run of asterisk, trace or evaluate, one of"
             " `inhand record`, or a trial's .npz file"
         )
-    return load_trials(place)
+    return load_all(place)
 
 
-def _as_recordings(trials: list[Trial], folder: Path) -> Exported:
+def _as_recordings(trials: list[AnyTrial], folder: Path) -> Exported:
     notes: dict[str, None] = {}
     count = 0
     for trial in trials:
+        if isinstance(trial, SpatialTrial):
+            raise InputError(
+                "recordings of the Asterisk Test hold x, y and one angle of an object on a table;"
+                " of a hand in space they would leave out height and tilt, and their names know no such hand: use"
+                " --as lerobot or --as minari, which hold whole poses"
+            )
         try:
             write_recording(trial, folder)
             count += 1
@@ -117,7 +124,7 @@ def _as_recordings(trials: list[Trial], folder: Path) -> Exported:
     return Exported(count, tuple(notes))
 
 
-def _as_lerobot(trials: list[Trial], folder: Path) -> Exported:
+def _as_lerobot(trials: list[AnyTrial], folder: Path) -> Exported:
     hand = trials[0].passport.hand
     joints = [f"{name} [rad]" for name in joint_names(hand)]
     forces = [f"{finger} {axis} [N]" for finger in hand.finger_names for axis in "xyz"]
@@ -126,7 +133,7 @@ def _as_lerobot(trials: list[Trial], folder: Path) -> Exported:
     return Exported(write_lerobot(folder, map(trial_frames, trials), round(1 / period), hand.name, names), ())
 
 
-def trial_frames(trial: Trial) -> Frames:
+def trial_frames(trial: AnyTrial) -> Frames:
     """Return a trial as frames: each state but the last, and the joint targets that lead from it to the next.
 
     Raises:
@@ -146,14 +153,14 @@ def trial_frames(trial: Trial) -> Frames:
     passport = trial.passport
     return Frames(
         f"Move {passport.object.name} along {passport.path} with hand {passport.hand.name}"
-        if passport.angle_deg is None
+        if isinstance(passport, Passport) and passport.angle_deg is None
         else f"Move {passport.object.name} {passport.primitive} with hand {passport.hand.name}",
         {name: values.astype(np.float32) for name, values in arrays.items()} | {DONE: np.arange(steps) == steps - 1},
         {"outcome": trial.outcome, "controller": passport.controller, "trial": passport.trial, "seed": passport.seed},
     )
 
 
-def _as_minari(trials: list[Trial], folder: Path) -> Exported:
+def _as_minari(trials: list[AnyTrial], folder: Path) -> Exported:
     """Write trials as Minari's episodes: joint angles and the object's pose, joint targets, no reward."""
     n_joints = trials[0].passport.hand.n_joints
     place = folder.resolve() / DATA
@@ -170,7 +177,7 @@ def _as_minari(trials: list[Trial], folder: Path) -> Exported:
     return Exported(len(trials), ())
 
 
-def _minari_entry(trial: Trial) -> Entry:
+def _minari_entry(trial: AnyTrial) -> Entry:
     steps = len(trial.time) - 1
     last, lost = np.arange(steps) == steps - 1, trial.outcome in LOST
     arrays = {

@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, Normalize
+from matplotlib.colors import Colormap, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -26,6 +26,8 @@ AXES = (("Left", "Right"), ("In", "Out"), ("Down", "Up"))
 """Names of the directions against and along x, y and z of the palm."""
 PLANES = ((0, 1), (0, 2), (1, 2))
 """Which axes a plane shows, across and up."""
+HALVES = {1.0: "away from the palm (Up in the middle)", -1.0: "towards the palm (Down in the middle)"}
+"""What the maps of the directions of positive and of negative z show."""
 IN_PLANE = 1e-6
 """A direction lies in a plane where its part across is less than this."""
 PLANE_IN, MAP_IN, SOLID_IN = 2.7, 2.7, 6.4
@@ -88,7 +90,7 @@ def spatial_figure(curves: Sequence[SpatialCurve], turns: Sequence[Turned], titl
                 _draw_plane(ax, curves, plane, largest)
             _bar(figure, left[3], ScalarMappable(SHARE, _colours()), "share of the limit")
             distance = Normalize(0.0, max(curve.distance_mm for curve in curves))
-            for ax, way in zip(left[4:6], (1.0, -1.0), strict=True):
+            for ax, way in zip(left[4:6], HALVES, strict=True):
                 _draw_map(ax, curves, way, distance)
             _bar(figure, left[6], ScalarMappable(distance, "YlGnBu"), "distance [mm]")
             left = left[7:]
@@ -108,6 +110,22 @@ def _look(curve: SpatialCurve) -> tuple[float, float, float, float] | str:
     return _colours()(SHARE(curve.share)) if np.isfinite(curve.share) else MUTED
 
 
+def colour_of(curve: SpatialCurve) -> str:
+    """Return the same for a page."""
+    return to_hex(_look(curve))
+
+
+def in_plane(curve: SpatialCurve, plane: tuple[int, int]) -> bool:
+    """Return whether a direction lies in the plane of two axes."""
+    across = ({0, 1, 2} - set(plane)).pop()
+    return bool(abs(curve.direction[across]) < IN_PLANE)
+
+
+def on_half(curve: SpatialCurve, way: float) -> bool:
+    """Return whether a direction is on the map of one half, on whose rim are those of both."""
+    return bool(way * curve.direction[2] > -IN_PLANE)
+
+
 def _largest(curves: Sequence[SpatialCurve]) -> float:
     return max(LEAST_MM, *(max(curve.distance_mm, curve.limit_mm or 0.0) for curve in curves)) * 1.16
 
@@ -122,8 +140,7 @@ def _bar(figure: Figure, ax: Axes, mapping: ScalarMappable, text: str) -> None:
 def _draw_plane(ax: Axes, curves: Sequence[SpatialCurve], plane: tuple[int, int], largest: float) -> None:
     """Draw the directions that lie in a plane: their mean paths, the limits joined, the distances beside the ends."""
     a, b = plane
-    across = ({0, 1, 2} - {a, b}).pop()
-    mine = [curve for curve in curves if abs(curve.direction[across]) < IN_PLANE]
+    mine = [curve for curve in curves if in_plane(curve, plane)]
     mine.sort(key=lambda curve: np.arctan2(curve.direction[b], curve.direction[a]))
     limits = np.array([curve.direction[[a, b]] * (curve.limit_mm or np.nan) for curve in mine]).reshape(-1, 2)
     if len(limits) > 2:
@@ -143,15 +160,13 @@ def _draw_plane(ax: Axes, curves: Sequence[SpatialCurve], plane: tuple[int, int]
 
 def _draw_map(ax: Axes, curves: Sequence[SpatialCurve], way: float, distance: Normalize) -> None:
     """Draw half of all directions on a map of equal areas, the palm's normal in its middle, Right at the right."""
-    names = "away from the palm (Up in the middle)" if way > 0 else "towards the palm (Down in the middle)"
-    ax.set_title(names, fontsize=TICK_POINTS)
+    ax.set_title(HALVES[way], fontsize=TICK_POINTS)
     if len(curves) >= MANY:
         _fill(ax, curves, way, distance)
     ax.add_patch(Circle((0, 0), 1.0, fill=False, edgecolor=RULE, linewidth=0.9))
     few = len(curves) < MANY
     for curve in curves:
-        height = way * float(curve.direction[2])
-        if height < -IN_PLANE:
+        if not on_half(curve, way):
             continue
         x, y = on_map(curve.direction, way)
         colour = mpl.colormaps["YlGnBu"](distance(curve.distance_mm))

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.hand import SpatialHand
-from inhand.hands.spatial.kinematics import measure
+from inhand.hands.spatial.kinematics import measure_each, surfaces
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.sim.mujoco_worlds import MujocoWorlds, model_batch
 from inhand.sim.scene import PALM_UP, SceneSpec
 from inhand.sim.snapshot import Snapshot
 from inhand.sim.spatial_model import build_spatial_model
-from inhand.sim.state import NEAREST, State
+from inhand.sim.state import NEAREST, SpatialState
 
 
 class SpatialSimulator(MujocoWorlds):
@@ -40,14 +40,17 @@ class SpatialSimulator(MujocoWorlds):
         """Build a world for each object, to step on some threads; 0 uses every core.
 
         Raises:
-            InputError: objects of different shapes, meshes of different corners, or walls, which no hand in space has.
+            InputError: objects of different shapes, meshes of other triangles, or walls, which no hand in space has.
         """
         super().__init__(hand, objects, scenes, kinds)
         _check_alike(objects, [scene for _, _, scene in self._kinds])
-        pairs = {kind[:2]: None for kind in self._kinds}
-        self._pairs: list[tuple[SpatialHand, SolidSpec]] = [(hand, spec) for hand, spec in pairs]
-        alike = len(pairs) == 1
-        self._pair = np.array([self._pairs.index(kind[:2]) for kind in self._kinds])
+        alike = len({kind[:2] for kind in self._kinds}) == 1
+        bodies = dict.fromkeys(spec for _, spec, _ in self._kinds)
+        self._surfaces = surfaces(tuple(bodies))
+        self._surface = _numbers([spec for _, spec, _ in self._kinds])
+        # Hands may differ in friction and servos: what is measured depends on their fingers alone.
+        self._hands: list[SpatialHand] = list({own.fingers: own for own, _, _ in self._kinds}.values())
+        self._fingers = _numbers([own.fingers for own, _, _ in self._kinds])
         models = {kind: build_spatial_model(*kind) for kind in (self._kinds[:1] if alike else set(self._kinds))}
         self._models = [models[self._kinds[0] if alike else kind] for kind in self._kinds]
         self._gravity = np.array([scene.pull or PALM_UP for _, _, scene in self._kinds])
@@ -73,7 +76,7 @@ class SpatialSimulator(MujocoWorlds):
         held = np.concatenate([now["eq_active"], now["mocap_pos"][:, 0], now["mocap_quat"][:, 0]], axis=-1)
         return Snapshot(**self._copies(), centre=np.zeros((self.n_worlds, 6)), held=held)
 
-    def _measure(self, active: NDArray[np.bool_]) -> State:
+    def _measure(self, active: NDArray[np.bool_]) -> SpatialState:
         del active
         self._put_back()
         now, n = self._now, self.hand.n_joints
@@ -82,7 +85,7 @@ class SpatialSimulator(MujocoWorlds):
         points, normals, gaps, link_gaps = self._touch(joints, pose)
         # Points of a finger that just touches are kept a little apart, so that they tell the normal.
         apart = np.copysign(np.maximum(np.abs(gaps), 2 * NEAREST), gaps)[..., None]
-        return State(
+        return SpatialState(
             time=now["time"].copy(),
             object_pose=pose,
             object_velocity=np.concatenate([qvel[:, n : n + 3], turn(pose[:, 3:], qvel[:, n + 3 :])], axis=-1),
@@ -102,11 +105,10 @@ class SpatialSimulator(MujocoWorlds):
         """Return where objects are nearest to fingertips, the normals and distances there, and distances of links."""
         count, fingers = self.n_worlds, len(self.hand.fingers)
         points, normals, gaps = np.empty((count, fingers, 3)), np.empty((count, fingers, 3)), np.empty((count, fingers))
-        link_gaps, mine = np.empty(joints.shape), self._pair[self._kind]
+        link_gaps, mine, body = np.empty(joints.shape), self._fingers[self._kind], self._surface[self._kind]
         for number in np.unique(mine).tolist():
             rows = mine == number
-            hand, spec = self._pairs[number]
-            told = measure(hand, spec, joints[rows], pose[rows])
+            told = measure_each(self._hands[number], (self._surfaces, body[rows]), joints[rows], pose[rows])
             points[rows], normals[rows], gaps[rows] = told.points, told.normals, told.gaps
             link_gaps[rows] = told.link_gaps
         return points, normals, gaps, link_gaps
@@ -139,10 +141,17 @@ class SpatialSimulator(MujocoWorlds):
         return wild
 
 
+def _numbers(things: Sequence[object]) -> NDArray[np.int64]:
+    """Return for each thing its number among those that differ, counted as they first come."""
+    known = {thing: number for number, thing in enumerate(dict.fromkeys(things))}
+    return np.array([known[thing] for thing in things])
+
+
 def _check_alike(objects: Sequence[SolidSpec], scenes: Sequence[SceneSpec]) -> None:
     if len({spec.shape for spec in objects}) > 1:
         raise InputError("objects of different shapes in one simulator; use one simulator for each shape")
-    if len({spec.mesh for spec in objects}) > 1:
-        raise InputError("different meshes in one simulator; use one simulator for each mesh")
+    meshes = {None if spec.mesh is None else spec.mesh.triangles for spec in objects}
+    if len(meshes) > 1:
+        raise InputError("different meshes in one simulator; use one simulator for each mesh (its size may differ)")
     if any(scene.walls for scene in scenes):
         raise InputError("walls with a hand in space, which has none: leave them out, or use a hand in the plane")

@@ -108,7 +108,7 @@ def _add_object(mj: mujoco.MjSpec, hand: SpatialHand, spec: SolidSpec, scene: Sc
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia_of(spec)
     body.explicitinertial = True
     # Without ipos the centre of mass would be at the body's own place in the palm frame (4.0.1).
-    body.mass, body.ipos, body.fullinertia = spec.mass, [0, 0, 0], [xx, yy, zz, xy, xz, yz]
+    body.mass, body.ipos, body.fullinertia = spec.mass, spec.centre, [xx, yy, zz, xy, xz, yz]
     mj.worldbody.add_body(name=HOLDER, mocap=True, pos=hand.start_position)
     weld = mj.add_equality(name=HOLDER, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
     weld.name1, weld.name2, weld.active = HOLDER, "object", True

@@ -1,6 +1,6 @@
 """What the simulator measures: one frozen `State` of a batch of worlds, all from one instant."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -95,6 +95,15 @@ class State:
         return int(self.time.shape[0])
 
 
+class SpatialState(State):
+    """The same of worlds in space, where poses have no planar view."""
+
+    @cached_property
+    def pose(self) -> Array:
+        """Pose of the object `(B, 7)`."""
+        return self.object_pose
+
+
 def believed(
     time: Array,
     moving: tuple[Array, Array],
@@ -137,7 +146,7 @@ def ran_away(*parts: Array) -> NDArray[np.bool_]:
 
 
 def seen_at(pose: Array, state: State) -> State:
-    """Return a state whose planar view of the object's pose is known already `(B, 3)`: it takes a while to find."""
+    """Return a state whose `pose` is known already, `(B, 3)` or in space `(B, 7)`: it takes a while to find."""
     view = pose.view()
     view.setflags(write=False)
     vars(state)["pose"] = view
@@ -146,7 +155,7 @@ def seen_at(pose: Array, state: State) -> State:
 
 def select(state: State, worlds: NDArray[np.int64] | NDArray[np.bool_] | slice) -> State:
     """Return the state of some worlds alone; arrays are copied unless `worlds` is a slice."""
-    return State(**{field.name: getattr(state, field.name)[worlds] for field in fields(State)})
+    return replace(state, **{field.name: getattr(state, field.name)[worlds] for field in fields(State)})
 
 
 def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.int64]) -> State:
@@ -155,7 +164,7 @@ def put(state: State, worlds: NDArray[np.int64], other: State, rows: NDArray[np.
         field.name: put_rows(getattr(state, field.name), worlds, getattr(other, field.name)[rows])
         for field in fields(State)
     }
-    return State(**found)
+    return replace(state, **found)
 
 
 def put_rows(array: NDArray[Any], rows: NDArray[np.int64], values: NDArray[Any]) -> NDArray[Any]:

@@ -118,7 +118,14 @@ def follow(
 
 
 def follow_in_space(
-    held: SpatialHeld, entry: SpatialEntry, plans: Sequence[Plan], starts: Array, bench: Bench, *, seed: int = 0
+    held: SpatialHeld,
+    entry: SpatialEntry,
+    plans: Sequence[Plan],
+    starts: Array,
+    bench: Bench,
+    *,
+    seed: int = 0,
+    disturbed: Sequence[Disturbed] | None = None,
 ) -> tuple[Followed, ...]:
     """Take one object for each plan through it with a hand in space; objects stand at `starts` `(B, 7)`.
 
@@ -139,10 +146,14 @@ def follow_in_space(
         return driver if task.distance is None else entry.manipulate(task)  # who holds the object before it is carried
 
     longest = max(map(_longest, plans))
-    _, recording = simulate(task, grasp, starts, carry, bench, longest=longest)
+    _, recording = simulate(task, grasp, starts, carry, bench, longest=longest, disturbed=disturbed)
     same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "gravity": gravity}
     signed = passports(SpatialPassport, **same, seed=seed, engine=bench.engine, along=None, about=None)
-    found = [signed(primitive=plan.name, trial=number) for number, plan in enumerate(plans, start=1)]
+    worlds: Sequence[Disturbed | None] = disturbed or [None] * count
+    found = [
+        signed(primitive=plan.name, trial=number, disturbed=world)
+        for number, (plan, world) in enumerate(zip(plans, worlds, strict=True), start=1)
+    ]
     trials = cut_trials(SpatialTrial, recording, found, stacked(ways))
     return tuple(_followed(plan, trial, driver, k) for k, (plan, trial) in enumerate(zip(plans, trials, strict=True)))
 

@@ -10,12 +10,20 @@ import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.catalogue import ControllerEntry, find_controller
-from inhand.control.draws import check_count, check_draws, disturbed_worlds, start_noise, start_noise_in_space
+from inhand.control.draws import (
+    check_count,
+    check_draws,
+    check_worlds,
+    disturbed_worlds,
+    keys_in_space,
+    keys_of,
+    start_noise,
+    start_noise_in_space,
+)
 from inhand.control.knowing import check_held
 from inhand.control.loop import Bench, Told
-from inhand.control.run_config import TrialsConfig
 from inhand.control.seen import SENSED
-from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller, refuse_of_plane
+from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
 from inhand.control.spatial_rehearsal import check_carried
 from inhand.errors import InputError, near_matches
 from inhand.hands.files import load_hand, load_object
@@ -123,6 +131,7 @@ def _in_the_plane(config: TraceConfig) -> tuple[Held, ControllerEntry]:
     held = Held(load_hand(config.hand), load_object(config.object))
     entry = find_controller(config.controller, held)
     check_fit(*held)
+    check_worlds(config, *held)
     check_engine(config.engine)
     if entry.policy is not None:
         check_held(entry.policy, held.hand, (held.object,))
@@ -130,7 +139,6 @@ def _in_the_plane(config: TraceConfig) -> tuple[Held, ControllerEntry]:
 
 
 def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
-    refuse_of_plane(config.hand, {"--disturb": config.disturb != TrialsConfig.disturb})
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
     if entry.policy is not None:
@@ -139,6 +147,7 @@ def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
             " single primitives (inhand asterisk); use ik"
         )
     check_carried(hand, spec, config.engine)
+    check_worlds(config, hand, spec)
     return SpatialHeld(hand, spec, gravity_of(config.gravity or USUAL_PALM)), entry
 
 
@@ -217,14 +226,16 @@ def simulate_trace(
 def _followed(config: TraceConfig, setup: TraceSetup, progress: Told | None) -> tuple[Followed, ...]:
     held, entry = setup.held, setup.controller
     if isinstance(held, SpatialHeld) and isinstance(entry, SpatialEntry):
-        starts = pose_from(held.hand.start_pose, *start_noise_in_space(config, range(1, config.trials + 1)))
-        bench = Bench(engine_in_space(config.engine), progress=progress)
-        return follow_in_space(held, entry, setup.plans, starts, bench, seed=config.seed)
+        numbers = range(1, config.trials + 1)
+        starts = pose_from(held.hand.start_pose, *start_noise_in_space(config, numbers))
+        bench, keys = Bench(engine_in_space(config.engine), progress=progress), keys_in_space(config, numbers)
+        worlds = disturbed_worlds(config, keys, held.hand.n_joints, space=True)
+        return follow_in_space(held, entry, setup.plans, starts, bench, seed=config.seed, disturbed=worlds)
     if isinstance(held, SpatialHeld) or isinstance(entry, SpatialEntry):
         raise InputError(f"controller {entry.name!r} and hand {held.hand.name!r} are not both of the plane or of space")
     whose = [(None, 0.0, number) for number in range(1, config.trials + 1)]
     starts = held.start + start_noise(config, whose)
-    worlds = disturbed_worlds(config, whose, held.hand.n_joints)
+    worlds = disturbed_worlds(config, keys_of(config, whose), held.hand.n_joints)
     bench = Bench(config.engine, None if setup.task is None else setup.task.scene(held), progress=progress)
     return follow(held, entry, setup.plans, starts, bench, seed=config.seed, disturbed=worlds)
 

@@ -11,7 +11,7 @@ from inhand.control.draws import disturbance_notes
 from inhand.control.notes import notes_of
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import name_of
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import configured
@@ -57,7 +57,7 @@ def trace(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     settings |= {"path": str(path), "size": size, "trials": trials, "seed": seed}
-    settings |= {"hand": name_of(hand), "object": name_of(object)}
+    settings |= {"hand": hand_name(hand), "object": object_name(object)}
     settings["controller"] = CONTROLLERS.name_of(controller)
     settings |= disturbance_of(settings)
     return run_trace(configured(TraceConfig, settings))
@@ -79,5 +79,7 @@ def run_trace(
     if isinstance(entry, ControllerEntry):
         notes += notes_of(entry, config.hand, config.object)
         notes += disturbance_notes(config, entry.reads, entry.contract)
+    else:
+        notes += disturbance_notes(config, entry.reads, space=True)
     followed, traces = run(config, setup)
     return TraceRun(config, setup, followed, traces, notes)

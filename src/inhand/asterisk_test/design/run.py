@@ -25,10 +25,11 @@ from inhand.caches import sources
 from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, clear, place_of, writing
-from inhand.hands.files import OBJECTS, load_hand
+from inhand.hands.files import load_hand
 from inhand.hands.hand import HandSpec
 from inhand.hands.names import CATALOGUE, LAB_LIMITS_SUFFIX
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import object_name
 from inhand.records import checked, configured, read_json, table_of
 from inhand.repeats import write_repeat
 from inhand.shown import frame, listed, path_of, several
@@ -113,7 +114,7 @@ def design(
         InputError: anything that cannot be searched; the text says what, and what is allowed.
     """
     folder = Path(tempfile.mkdtemp(prefix="inhand-design-")) if out is None else Path(path_of("out", out))
-    settings |= {"objects": [OBJECTS.name_of(thing) for thing in several(objects)], "directions": listed(directions)}
+    settings |= {"objects": [object_name(thing) for thing in several(objects)], "directions": listed(directions)}
     return run_design(configured(DesignConfig, settings | {"jobs": jobs, "out": folder}))
 
 

@@ -19,10 +19,11 @@ from inhand.asterisk_test.spread import Compute, computed
 from inhand.asterisk_test.study import Study, told_in
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.notes import notes_of
-from inhand.hands.files import HANDS, OBJECTS, load_hand, load_object
+from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.records import checked, configured, read_record
 from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
@@ -120,7 +121,7 @@ def robustness(
     settings |= {"controllers": [CONTROLLERS.name_of(each) for each in several(controllers)]}
     settings |= {"disturbances": [name_of(each) for each in _each(disturbances)]}
     settings |= {"curves": [name_of(each) for each in _each(curves)], "directions": listed(directions)}
-    settings |= {"hand": HANDS.name_of(hand), "object": OBJECTS.name_of(object), "jobs": jobs, "out": folder}
+    settings |= {"hand": hand_name(hand), "object": object_name(object), "jobs": jobs, "out": folder}
     return run_robustness(configured(RobustnessConfig, settings))
 
 

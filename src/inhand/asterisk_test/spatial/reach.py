@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from inhand.asterisk_test.config import ReachCommand
-from inhand.control.trial import write_json
+from inhand.asterisk_test.reached import Reached
 from inhand.errors import InputError
 from inhand.hands.spatial.farthest import SpatialFarthest, SpatialReachConfig
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
@@ -19,14 +18,11 @@ from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import read_record
-from inhand.shown import Shown, frame
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
 from inhand.tasks.spatial.reach import SpatialLimit, limits_in_space
-from inhand.versions import versions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from pandas import DataFrame
 
 FINEST_MM = 0.5
 """A resolution in space is no finer [mm]: contacts are tried in tuples."""
@@ -46,62 +42,39 @@ class SpatialAsked:
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialReach(Shown):
+class SpatialReach(Reached):
     """How far a hand in space could carry an object."""
 
-    mark = "reach.json"
-
-    config: ReachCommand
     held: tuple[SpatialHand, SolidSpec]
-    """The hand and the object."""
     limits: tuple[SpatialLimit, ...]
-    """The limit of each direction."""
-    notes: tuple[str, ...] = ()
-    """What a reader should know, a sentence each."""
 
     @property
     def subtitle(self) -> str:
         """What was assumed."""
         palm = self.config.gravity or USUAL_PALM
-        return f"{self.held[0].name}, {self.held[1].name}, friction {self._friction:g}, gravity {palm}"
+        return f"{self.held[0].name}, {self.held[1].name}, friction {self.friction:g}, gravity {palm}"
 
-    @property
-    def _friction(self) -> float:
-        given = self.config.friction
-        return self.held[0].friction * self.held[1].friction if given is None else given
-
-    def table(self) -> DataFrame:
-        """Return a row for each direction: its limit and the last grip."""
-        return frame([_entry(limit) for limit in self.limits])
+    def entries(self) -> list[dict[str, Any]]:
+        """Return the limits as the JSON has them, each with the last grip."""
+        return [_entry(limit) for limit in self.limits]
 
     def figure(self) -> Figure:
         """Return the limits in three planes, on maps of all directions, and of turns."""
-        from inhand.plots.spatial_asterisk import SpatialCurve, Turned, spatial_figure
+        from inhand.asterisk_test.spatial.scenes import limits_drawn
+        from inhand.plots.spatial_asterisk import spatial_figure
 
-        curves, turns = [], []
-        for limit in self.limits:
-            primitive, far = limit.primitive, limit.distance
-            if primitive.direction is None:
-                turns.append(Turned(primitive.name, float(np.rad2deg(far))))
-            else:
-                direction = np.array(primitive.direction)
-                line = 1e3 * far * np.linspace(0.0, 1.0, 2)[:, None] * direction
-                curves.append(SpatialCurve(primitive.name, direction, line, 1e3 * far))
-        return spatial_figure(curves, turns, "Reach [mm, deg]", self.subtitle)
+        return spatial_figure(*limits_drawn(self.limits), "Reach [mm, deg]", self.subtitle)
 
-    def write(self, folder: Path) -> None:
-        """Write everything into a folder that is there."""
-        from inhand.plots.save import save_figure
+    def figures(self) -> dict[str, Figure]:
+        """Return it by the name of its file."""
+        return {"reach.png": self.figure()}
 
-        save_figure(self.figure(), folder / "reach.png")
-        content = {
-            "limits": [_entry(limit) for limit in self.limits],
-            "config": asdict(self.config),
-            "friction": self._friction,
-            "notes": self.notes,
-            "versions": versions(),
-        }
-        write_json(content, folder / self.mark)
+    def html(self) -> str:
+        """Return its page for a browser."""
+        from inhand.asterisk_test.reach_browser import reach_page
+        from inhand.asterisk_test.spatial.browser import limit_rows, limit_views
+
+        return reach_page(self, limit_views(self.held[0].name, self.limits), limit_rows(self.limits))
 
 
 def ready_in_space(config: ReachCommand) -> SpatialAsked:

@@ -8,47 +8,43 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from inhand.aside import Aside, here
-from inhand.asterisk_test.report import command
-from inhand.asterisk_test.results import Result, by_direction
-from inhand.asterisk_test.table import endings, failures, shown_columns
+from inhand.asterisk_test.beside import Beside
+from inhand.asterisk_test.report import beside_told, command
+from inhand.asterisk_test.results import Result
+from inhand.asterisk_test.spatial.scenes import drawn
+from inhand.asterisk_test.table import endings, failures, shown_columns, with_beside
 from inhand.asterisk_test.tested import FRAME_STEPS, Tested, farthest_trial
 from inhand.control.spatial_scenes import solid_frames
 from inhand.control.spatial_trial import SpatialTrial
-from inhand.geometry import Array, interpolate
+from inhand.geometry import Array
 from inhand.hands.spatial.gravity import USUAL_PALM
 from inhand.pages import Part, Picture, again, counted, listed, table_of
 from inhand.plots.save import save_picture
-from inhand.plots.spatial_asterisk import MANY, SpatialCurve, Turned, solid_figure, spatial_figure
+from inhand.plots.spatial_asterisk import MANY, solid_figure, spatial_figure
 from inhand.plots.spatial_replay import write_spatial_replay
-
-POINTS = 60
-"""Points of a mean path."""
-SETTINGS = ("hand", "object", "controller", "engine", "gravity")
-"""What a row of the table says of its run."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpatialRun(Tested):
-    """A finished run of a hand in space; nobody has done the test there, and it stands beside no other yet."""
+    """A finished run of a hand in space, where nobody has done the test."""
 
     trials: tuple[SpatialTrial, ...]
 
     @property
     def settings(self) -> dict[str, object]:
-        """Hand, object, controller, engine and gravity."""
-        passport = self.trials[0].passport
-        names = passport.hand.name, passport.object.name, passport.controller, passport.engine, gravity_told(self)
-        return dict(zip(SETTINGS, names, strict=True))
+        """Hand, object, controller, engine, disturbance and gravity."""
+        return super().settings | {"gravity": gravity_told(self)}
 
     def figure(self) -> Figure:
         """Return planes, maps of directions and turns."""
-        return spatial_figure(*drawn(self), self.subject, _subtitle(self))
+        return spatial_figure(*drawn(self.trials, self.results), self.subject, _subtitle(self))
 
     def html(self) -> str:
         """Return its page for a browser."""
         from inhand.asterisk_test.spatial.browser import spatial_page
 
-        return spatial_page(self.parts(), (self.trials, self.results), drawn(self), self.config)
+        own = Beside(self.name, self.trials, self.results, "")
+        return spatial_page(self.parts(), [*self.beside, own], self.config)
 
     def pictures(self, folder: Path, aside: Aside = here) -> list[Part]:
         """Draw figures and a replay into `figures` of a folder, that aside, and return their parts of the page."""
@@ -72,31 +68,8 @@ def _subtitle(run: SpatialRun) -> str:
     return f"{held}; mean of {counted(count, 'trial')} a direction"
 
 
-def drawn(run: SpatialRun) -> tuple[list[SpatialCurve], list[Turned]]:
-    """Return the mean path of every direction, and the mean angle of every turn."""
-    trials = {(trial.passport.primitive, trial.passport.trial): trial for trial in run.trials}
-    curves, turns = list[SpatialCurve](), list[Turned]()
-    for name, group in by_direction(run.results).items():
-        reached, failed = float(np.mean([result.reached for result in group])), any(result.lost for result in group)
-        along, limit = group[0].along, group[0].limit
-        if along is None:
-            turns.append(Turned(name, reached, limit, failed))
-            continue
-        mean = np.mean([mean_points(trials[name, result.trial]) for result in group], axis=0)
-        curves.append(SpatialCurve(name, np.array(along), mean, reached, limit, failed))
-    return curves, turns
-
-
-def mean_points(trial: SpatialTrial) -> Array:
-    """Return evenly spread points `(POINTS, 3)` [mm] of a trial's path, as far as its distance counts."""
-    path, _, touching = trial.manipulated()
-    lost = np.flatnonzero(~touching.all(axis=-1))
-    rows = path[: max(int(lost[0]), 1)] if len(lost) else path
-    return interpolate(np.linspace(0.0, len(rows) - 1.0, POINTS), np.arange(len(rows), dtype=float), rows)
-
-
 def _pictures(run: SpatialRun, folder: Path) -> list[Picture]:
-    curves, _ = drawn(run)
+    curves, _ = drawn(run.trials, run.results)
     text = "Distances in three planes and on maps of all directions, colours by the share of the hand's limit; turns"
     pictures = [save_picture(run.figure(), folder, "asterisk.png", text)]
     if curves and len(curves) < MANY:
@@ -151,7 +124,8 @@ def _parts(run: SpatialRun, pictures: Sequence[Part]) -> list[Part]:
         " deg), Contact (share of steps with every finger touching), Gap (longest time without), Force"
         " (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are the worst"
         " trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
-        table_of(*shown_columns(run.rows)),
+        table_of(*with_beside(*shown_columns(run.rows), run.name, run.beside)),
+        beside_told(run.beside),
         endings(run.results),
         errors_told(run.results),
         listed(failures(run.results), "What failed"),

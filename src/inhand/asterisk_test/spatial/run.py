@@ -8,10 +8,16 @@ import numpy as np
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
 from inhand.control.controller import SpatialTask
-from inhand.control.draws import check_count, check_draws, start_noise_in_space
+from inhand.control.draws import (
+    check_count,
+    check_draws,
+    check_worlds,
+    disturbed_worlds,
+    keys_in_space,
+    start_noise_in_space,
+)
 from inhand.control.loop import Bench, Told, simulate
 from inhand.control.recording import cut_trials, passports
-from inhand.control.run_config import TrialsConfig
 from inhand.control.spatial_catalogue import (
     SpatialEntry,
     check_known_in_space,
@@ -28,6 +34,7 @@ from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import pose_from
+from inhand.sim.drawn import Disturbed
 from inhand.sim.engines import engine_in_space
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
@@ -75,6 +82,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
     check_carried(hand, spec, config.engine)
+    check_worlds(config, hand, spec)
     paths = [spatial_path_of(primitive) for primitive in primitives]
     assignments = tuple(
         SpatialAssignment(primitive, path, k + 1)
@@ -90,11 +98,8 @@ def _check_known(config: AsteriskConfig) -> None:
         "--paths human": config.paths == "human",
         "--human": config.human is not None,
         "--compatible": config.compatible,
-        "--disturb": config.disturb != TrialsConfig.disturb,
         "--phases": bool(config.phases),
         "--metrics": bool(config.metrics),
-        "--beside": bool(config.beside),
-        "--label": bool(config.label),
     }
     refuse_of_plane(config.hand, asked)
 
@@ -114,6 +119,7 @@ def simulate_asterisk_in_space(
     reach = limits_in_space((hand, spec), primitives, np.array([setup.gravity]), progress=told)
     limits = {limit.primitive: limit.distance for limit in reach}
     starts = pose_from(hand.start_pose, *starts_of(config, assignments))
+    disturbed = disturbed_worlds(config, keys_in_space(config, *_whose(assignments)), hand.n_joints, space=True)
     gravity = np.tile(setup.gravity, (count, 1))
     paths = [each.path for each in assignments]
     grasp = setup.controller.grasp(hand, spec, paths, gravity, starts, bench=bench, shared=config.one_grasp)
@@ -127,13 +133,18 @@ def simulate_asterisk_in_space(
         bench,
         twists=stacked_paths([hold_path(each) for each in paths]),
         holds=SpatialIkController,
+        disturbed=disturbed,
     )
-    references, found = path.path.poses, _passports(config, setup, limits)
+    references = path.path.poses
+    found = _passports(config, setup, limits, disturbed or [None] * count)
     return tuple(ended(trial) for trial in cut_trials(SpatialTrial, recording, found, references))
 
 
 def _passports(
-    config: AsteriskConfig, setup: SpatialSetup, reach: dict[SpatialPrimitive, float]
+    config: AsteriskConfig,
+    setup: SpatialSetup,
+    reach: dict[SpatialPrimitive, float],
+    disturbed: Sequence[Disturbed | None],
 ) -> list[SpatialPassport]:
     hand, spec, entry = setup.hand, setup.object, setup.controller
     same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "gravity": setup.gravity}
@@ -145,15 +156,23 @@ def _passports(
             about=_axis(each.primitive),
             trial=each.trial,
             limit=reach[each.primitive],
+            disturbed=world,
         )
-        for each in setup.assignments
+        for each, world in zip(setup.assignments, disturbed, strict=True)
     ]
 
 
 def starts_of(config: AsteriskConfig, whose: Sequence[SpatialAssignment]) -> tuple[Array, Array]:
     """Return how far each object's start is moved [m] and turned [rad] from where it should be, `(B, 3)` each."""
-    goals = [(*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation) for each in whose]
-    return start_noise_in_space(config, [each.trial for each in whose], goals)
+    return start_noise_in_space(config, *_whose(whose))
+
+
+def _whose(assignments: Sequence[SpatialAssignment]) -> tuple[list[int], list[tuple[float, ...]]]:
+    """Return what the draws of each world follow from: its trial's number, and its direction and rotation."""
+    goals: list[tuple[float, ...]] = [
+        (*(each.primitive.direction or (0.0, 0.0, 0.0)), *each.primitive.rotation) for each in assignments
+    ]
+    return [each.trial for each in assignments], goals
 
 
 def _axis(primitive: SpatialPrimitive) -> Vector | None:

@@ -20,9 +20,10 @@ from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.sweep import CELLS, plan
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.draws import disturbance_notes
-from inhand.hands.files import HANDS, OBJECTS, assumed
+from inhand.hands.files import assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import hand_name, object_name
 from inhand.records import checked, configured
 from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
@@ -107,8 +108,8 @@ def sweep(
         InputError: anything that cannot be run; the text says what, and what is allowed.
     """
     folder = Path(tempfile.mkdtemp(prefix="inhand-sweep-")) if out is None else Path(path_of("out", out))
-    settings |= {"hands": [HANDS.name_of(hand) for hand in several(hands)], "jobs": jobs, "out": folder}
-    settings["objects"] = [OBJECTS.name_of(thing) for thing in several(objects)]
+    settings |= {"hands": [hand_name(hand) for hand in several(hands)], "jobs": jobs, "out": folder}
+    settings["objects"] = [object_name(thing) for thing in several(objects)]
     settings |= {"directions": listed(directions), "controller": CONTROLLERS.name_of(controller)}
     settings |= disturbance_of(settings)
     return run_sweep(configured(SweepConfig, settings))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 from inhand.errors import InputError
 from inhand.hands import files
+from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.names import is_spatial, parse_spatial_name
 from inhand.hands.spatial.objects import Solid, SolidSpec, parse_solid_name
 from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
-from inhand.registry import Registry
+from inhand.registry import Registry, describe
 
 if TYPE_CHECKING:
     from inhand.hands.spatial.robots import RobotFinger
@@ -33,10 +35,28 @@ SOLIDS: Registry[SolidSpec] = Registry("object", {}, partial(files.made, SolidSp
 """The same of their objects."""
 
 
-def name_of(given: object) -> str:
-    """Return the name of what a call was given as a hand or an object; a spec is taken up under its own."""
-    registries: dict[type, Registry[Any]] = {SpatialHand: HANDS, SolidSpec: SOLIDS, ObjectSpec: files.OBJECTS}
-    return registries.get(type(given), files.HANDS).name_of(given)
+def hand_name(given: object) -> str:
+    """Return the name of what a call was given as a hand; a spec is taken up under its own.
+
+    Raises:
+        InputError: it is no hand.
+    """
+    return _named(given, "hand", {HandSpec: files.HANDS, SpatialHand: HANDS})
+
+
+def object_name(given: object) -> str:
+    """Return the same of an object."""
+    return _named(given, "object", {ObjectSpec: files.OBJECTS, SolidSpec: SOLIDS})
+
+
+def _named(given: object, what: str, registries: dict[type, Registry[Any]]) -> str:
+    if isinstance(given, str | os.PathLike):
+        return os.fspath(given)
+    planar, *_ = registries.values()
+    if type(given) not in registries and not callable(given):
+        specs = " or ".join(kind.__name__ for kind in registries)
+        raise InputError(f"{what} is {describe(given)}: give a name, the path of a file, or a spec ({specs})")
+    return registries.get(type(given), planar).name_of(given)
 
 
 def is_spatial_hand(given: str | Path | object) -> bool:

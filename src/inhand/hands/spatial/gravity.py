@@ -45,3 +45,11 @@ def gravity_of(word: str) -> Vector:
         raise InputError(f"gravity {word!r} has no length, so it pulls nowhere: give a direction such as 0,0,-1")
     x, y, z = (GRAVITY * number / length for number in numbers)
     return (x, y, z)
+
+
+def gravity_name(gravity: Vector) -> str:
+    """Return the word of a gravity [m/s^2], or its vector where there is none."""
+    for word in PALMS:
+        if np.allclose(gravity, gravity_of(word), rtol=0.0, atol=1e-6):
+            return word
+    return ",".join(f"{part:g}" for part in gravity)

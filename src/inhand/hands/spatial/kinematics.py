@@ -7,6 +7,7 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialFinger, SpatialHand
@@ -46,10 +47,15 @@ def place(hand: SpatialHand, joints: Array) -> Measured:
 
 def measure(hand: SpatialHand, spec: SolidSpec, joints: Array, pose: Array) -> Measured:
     """Return what joint angles `(B, n)` [rad] and poses of the object `(B, 7)` come to: contacts, normals, gaps too."""
+    return measure_each(hand, (surfaces((spec,)), np.zeros(len(joints), dtype=np.int64)), joints, pose)
+
+
+def measure_each(hand: SpatialHand, solids: tuple[Surface, NDArray[np.int64]], joints: Array, pose: Array) -> Measured:
+    """Return the same of worlds whose objects differ: their surfaces, and which of them each world has `(B,)`."""
     from inhand.hands.spatial.measuring import measure_fingers
 
     told = _told(hand, len(joints))
-    seen = (surface(spec), rows_of(pose), np.ascontiguousarray(joints))
+    seen = (*solids, rows_of(pose), np.ascontiguousarray(joints))
     for numbers, (chain, room) in zip(_numbers(hand), _chains(hand), strict=True):
         measure_fingers(chain, room, numbers, seen, told)
     return told
@@ -137,6 +143,14 @@ def surface(spec: SolidSpec) -> Surface:
     from inhand.hands.spatial.surfaces import surface_of
 
     return surface_of(spec)
+
+
+@lru_cache(maxsize=64)
+def surfaces(specs: tuple[SolidSpec, ...]) -> Surface:
+    """Return the surfaces of objects of one shape for kernels, stacked."""
+    from inhand.hands.spatial.surfaces import stacked_surfaces
+
+    return stacked_surfaces(specs)
 
 
 @lru_cache(maxsize=256)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inhand.compiled import kernel, leaf
 from inhand.geometry import Array
@@ -21,6 +22,7 @@ from inhand.hands.spatial.chains import (
 )
 from inhand.hands.spatial.surfaces import Surface, nearest
 
+Indices = NDArray[np.int64]
 FAR = 1.0
 """Distance of a link without capsules [m]; larger than any hand."""
 
@@ -54,16 +56,17 @@ def place_fingers(chain: Chain, room: Room, numbers: tuple[int, int], joints: Ar
 
 @kernel
 def measure_fingers(
-    chain: Chain, room: Room, numbers: tuple[int, int], seen: tuple[Surface, Array, Array], told: Measured
+    chain: Chain, room: Room, numbers: tuple[int, int], seen: tuple[Surface, Indices, Array, Array], told: Measured
 ) -> None:
-    """Write all of one finger: `seen` are the solid, its poses `(B, 12)` and joint angles `(B, n)`."""
-    surface, poses, joints = seen
+    """Write all of one finger: `seen` are solids, which each world has `(B,)`, poses `(B, 12)` and angles `(B, n)`."""
+    solids, whose, poses, joints = seen
     finger, first = numbers
     last = first + len(room.angles) - 1
     for b in range(len(joints)):
         _place(chain, room, numbers, joints, b)
         _tell_finger(room, numbers, b, told)
-        pose = poses[b]
+        pose, own = poses[b], whose[b]
+        surface = Surface(solids.kind, solids.half[own], solids.planes[own], solids.triangles[own])
         for k in range(len(room.angles)):
             told.link_gaps[b, first + k] = FAR
         for m in range(len(chain.capsules)):

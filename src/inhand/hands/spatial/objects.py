@@ -54,6 +54,8 @@ class SolidSpec:
     """Friction coefficient; a contact has the product of both bodies' coefficients."""
     mesh: Mesh | None = None
     """Surface of a mesh."""
+    centre: Vector = (0.0, 0.0, 0.0)
+    """Centre of mass in the object frame [m]; the moments of inertia about it are those of the even body."""
 
     def __post_init__(self) -> None:
         """Refuse shapes, sizes, masses and frictions that no object has."""
@@ -75,12 +77,25 @@ class SolidSpec:
         check_body(what, self.mass, self.friction)
         if (self.shape == "mesh") != (self.mesh is not None):
             raise InputError(f"{what}: shape {self.shape!r}; a mesh and only a mesh has a surface of triangles")
+        if len(self.centre) != 3 or not np.isfinite(self.centre).all():
+            raise InputError(f"{what}: centre {self.centre}; its centre of mass needs x, y and z, finite [m]")
 
     @property
     def half(self) -> Vector:
         """Half of its extent along x, y and z [m]."""
         x, y, z = self.size
         return (x / 2, y / 2, z / 2)
+
+
+def resized(spec: SolidSpec, factor: float) -> SolidSpec:
+    """Return an object of the same shape, each of its lengths changed by a factor, and of the same mass."""
+    x, y, z = spec.size
+    mesh = spec.mesh
+    if mesh is not None:
+        corners = tuple((factor * a, factor * b, factor * c) for a, b, c in mesh.corners)
+        xx, yy, zz, xy, xz, yz = (factor**2 * moment for moment in mesh.inertia)
+        mesh = replace(mesh, corners=corners, inertia=(xx, yy, zz, xy, xz, yz))
+    return replace(spec, size=(factor * x, factor * y, factor * z), mesh=mesh)
 
 
 def inertia_of(spec: SolidSpec) -> Array:

@@ -8,6 +8,7 @@ All is in the solid's own frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ SHARP = 0.87
 
 
 class Surface(NamedTuple):
-    """A solid's surface as kernels read it."""
+    """A solid's surface as kernels read it; of K solids of a kind arrays have a first axis of K."""
 
     kind: int
     half: Array
@@ -49,6 +50,13 @@ def surface_of(spec: SolidSpec) -> Surface:
     normals = normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), TINY**2)
     planes = np.concatenate([normals, -(normals * a).sum(axis=-1, keepdims=True)], axis=-1)
     return Surface(_KINDS[spec.shape], np.array(spec.half), planes, np.ascontiguousarray(triangles))
+
+
+def stacked_surfaces(specs: Sequence[SolidSpec]) -> Surface:
+    """Return the surfaces of objects of one shape, their meshes of as many triangles."""
+    each = [surface_of(spec) for spec in specs]
+    half, planes, triangles = (np.stack(part) for part in zip(*(one[1:] for one in each), strict=True))
+    return Surface(each[0].kind, half, planes, triangles)
 
 
 @leaf

@@ -18,7 +18,7 @@ from inhand.records import compact, table_of
 
 Html = NewType("Html", str)
 """Text that is markup; every other text is escaped on its way into the page."""
-SCRIPTS = ("dom", "theme", "tables", "motion", "solid", "stage", "chart", "grids", "asterisk", "player", "main")
+SCRIPTS = ("dom", "theme", "tables", "motion", "solid", "stage", "chart", "grids", "asterisk", "maps", "player", "main")
 """The modules of the page in an order in which each comes after what it imports."""
 LONG = 34
 """A cell of more characters is broken into lines."""

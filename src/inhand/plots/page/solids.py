@@ -101,6 +101,8 @@ class Ways:
 
     title: str
     curves: tuple[Way, ...]
+    group: str = ""
+    """Whose they are: of it the first trial of a direction that is picked is replayed."""
 
 
 @dataclass(frozen=True)
@@ -108,3 +110,37 @@ class Bars:
     """Lists of bars side by side."""
 
     lists: tuple[Ways, ...]
+
+
+@dataclass(frozen=True)
+class Dot:
+    """A direction on a map."""
+
+    name: str
+    x: float
+    y: float
+    """Where it lies, the rim being a circle of radius 1."""
+    label: float
+    """Distance [mm]."""
+    colour: str
+    failed: bool
+    told: tuple[str, ...]
+    """What stands beside the pointer, a line each."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A map of half of all directions."""
+
+    title: str
+    group: str
+    rim: tuple[str, str, str, str]
+    """What is at its left, right, lower and upper end."""
+    dots: tuple[Dot, ...]
+
+
+@dataclass(frozen=True)
+class Maps:
+    """Maps side by side."""
+
+    discs: tuple[Disc, ...]

@@ -24,7 +24,7 @@ DIGITS = 2
 class View:
     """A part of a page that a script draws."""
 
-    kind: Literal["asterisks", "player", "charts", "heat", "intervals", "bars"]
+    kind: Literal["asterisks", "player", "charts", "heat", "intervals", "bars", "maps"]
     content: Any
     """What it draws, a record."""
     title: str = ""

@@ -4,6 +4,7 @@ import { Asterisk } from "./asterisk.js";
 import { Chart } from "./chart.js";
 import { make, shown } from "./dom.js";
 import { heat, intervals } from "./grids.js";
+import { maps } from "./maps.js";
 import { Player } from "./player.js";
 import { copyButton, tables } from "./tables.js";
 import { themes } from "./theme.js";
@@ -66,11 +67,15 @@ function charts(host, content) {
 
 function bars(host, { lists }, page) {
   const grid = make("div", { class: "charts wider" });
-  for (const list of lists) grid.append(ways(list, (name) => page.player?.pick(name, ""), list.title));
+  for (const list of lists) grid.append(ways(list, (name) => page.player?.pick(name, list.group), list.title));
   host.append(grid);
 }
 
-const VIEWS = { asterisks, player, charts, heat, intervals, bars };
+function discs(host, content, page) {
+  maps(host, content.discs, (name, group) => page.player?.pick(name, group));
+}
+
+const VIEWS = { asterisks, player, charts, heat, intervals, bars, maps: discs };
 const page = { stars: [] };
 
 for (const host of document.querySelectorAll(".view")) {

@@ -48,8 +48,9 @@ def wall_time(words: Sequence[str], variables: Mapping[str, str] | None = None, 
     """
 
     async def finish() -> tuple[int | None, bytes]:
-        pipe = asyncio.subprocess.PIPE
-        process = await asyncio.create_subprocess_exec(*words, env=variables, stdout=pipe, stderr=pipe)
+        pipe, kept = asyncio.subprocess.PIPE, {"PYTHONDONTWRITEBYTECODE": ""}  # compiled modules, as in any install
+        given = dict(os.environ if variables is None else variables)
+        process = await asyncio.create_subprocess_exec(*words, env=given | kept, stdout=pipe, stderr=pipe)
         errors = (await process.communicate())[1]
         return process.returncode, errors
 

@@ -98,7 +98,7 @@ def fitted(config: FamilyConfig, cases: pd.DataFrame, compute: Compute, told: To
         for count in config.demonstrations:
             told(f"{hand} from {count} demonstrations")
             policy = _fit(config, hand, count)
-            found = cases_of(config, str(policy), compute, ((hand,), (config.new_object,)), "all")
+            found = cases_of(config, str(policy), compute, ((hand,), (config.new_object,)), ",".join(own.direction))
             both = joined(found, own[[*CASE, "expert", "expert_kept"]].rename(columns=EXPERTS))
             rows.append((hand, count, both.share.mean(), both.kept.mean()))
     return pd.DataFrame(rows, columns=["hand", "demonstrations", "share", "kept"])

@@ -26,12 +26,12 @@ from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
 from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.pair import SpatialPair
-from inhand.learning.space_pools import NEVER, SEEN, space_of
+from inhand.learning.space_pools import NEVER, space_of
 from inhand.rotations import pose_from
 from inhand.sim.names import SPATIAL
 from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
-from inhand.tasks.spatial.primitives import SpatialPrimitive, along
+from inhand.tasks.spatial.primitives import SpatialPrimitive, along, parse_spatial_directions
 
 HEADER = ("Starts", "Trials", "Kept", "Expert keeps", "Share of the expert", "Off the line [mm]", "Turned off [deg]")
 KEPT = (REACHED, TIME_OUT)
@@ -52,8 +52,10 @@ class SpaceConfig:
     """Object."""
     anywhere: int = 200
     """Directions drawn anywhere on the sphere, a quarter of them under each palm and under a gravity never shown."""
+    directions: str = "all,turns"
+    """Named directions and turns."""
     trials: int = 1
-    """Starts of each named direction and turn under each gravity."""
+    """Starts of each of them under each gravity."""
     seed: int = 0
     """Seed of the starts and of the directions."""
 
@@ -75,10 +77,13 @@ class Compared:
 
 
 def compared(
-    held: SpatialPair, config: SpaceConfig, primitives: Sequence[SpatialPrimitive], gravity: Array
+    held: SpatialPair, config: SpaceConfig, primitives: Sequence[SpatialPrimitive], gravity: Array, case: int
 ) -> Compared:
-    """Return what policy and expert reach along primitives under one gravity `(3,)` [m/s^2], from the same grasps."""
-    count, rng = len(primitives), np.random.default_rng((config.seed, len(primitives)))
+    """Return what policy and expert reach along primitives under one gravity `(3,)` [m/s^2], from the same grasps.
+
+    Each `case` has noise of its own.
+    """
+    count, rng = len(primitives), np.random.default_rng((config.seed, case))
     off = NOISE[0] * rng.standard_normal((count, 3)), NOISE[1] * rng.standard_normal((count, 3))
     starts, pulls = pose_from(held.hand.start_pose, *off), np.tile(gravity, (count, 1))
     paths, bench = [spatial_path_of(each) for each in primitives], Bench(SPATIAL)
@@ -120,16 +125,19 @@ def run_space(config: SpaceConfig) -> None:
     never /= np.sqrt(3)
     rng = np.random.default_rng(config.seed)
     drawn = [along(each) for each in rng.standard_normal((config.anywhere, 3))]
+    named = parse_spatial_directions(config.directions) * config.trials
     cases: list[tuple[str, Sequence[SpatialPrimitive], Array]] = [
-        *[("named, palm up, down, sideways", SEEN * config.trials, pull) for pull in palms],
+        *[("named, palm up, down, sideways", named, pull) for pull in palms],
         *[("anywhere on the sphere", drawn[k::4], pull) for k, pull in enumerate([*palms, never[0]])],
-        *[("named, gravity never shown", SEEN * config.trials, pull) for pull in never],
+        *[("named, gravity never shown", named, pull) for pull in never],
     ]
     parts: dict[str, list[Compared]] = {}
-    for name, primitives, pull in cases:
+    for case, (name, primitives, pull) in enumerate(cases):
+        if not primitives:
+            continue
         say(f"{name}: {len(primitives)} starts")
         found, turns = (
-            compared(held, config, primitives, pull),
+            compared(held, config, primitives, pull, case),
             np.array([each.direction is None for each in primitives]),
         )
         for word, rows in (("directions", ~turns), ("turns", turns)):

@@ -277,9 +277,8 @@ def test_a_path_that_comes_back_is_planned_to_its_end() -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sensed_plan, "STAYS", 5)
-    poses, shares = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], (1.0, 0.75)
-    stays = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="stays", shares=shares)).way
+    poses, by = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], Carrier(shares=(1.0, 0.75))
+    stays = sensed_grasp(HAND, CUBE, poses, carrier=replace(by, digest="stays", stays=5)).way
     carried = vars(sensed_plan)["_carried"]
 
     def lost(*given: Any) -> tuple[Recording, list[Array]]:
@@ -288,7 +287,7 @@ def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.
         return (replace(found, outcomes=("lost contact",) * 5) if len(given[4][1]) == 5 and far else found), aimed
 
     monkeypatch.setattr(sensed_plan, "_carried", lost)
-    slips = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="slips", shares=shares)).way
+    slips = sensed_grasp(HAND, CUBE, poses, carrier=replace(by, digest="slips", stays=5)).way
     assert stays is not None
     assert slips is not None
     np.testing.assert_allclose(slips, 0.75 * stays)

@@ -14,7 +14,9 @@ from inhand.control.phases import LIFT, PRESS, Grasp, standard_phases
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, grip_for
 from inhand.control.spatial_rehearsal import (
     CLOSE,
+    GAP,
     LOST,
+    TO_THE_END,
     WIDE,
     Tried,
     Worlds,
@@ -179,43 +181,92 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
 ) -> None:
     asked: list[tuple[int, tuple[float, float]]] = []
 
-    def rehearsed(_: object, groups: list[list[Any]], *rest: Any) -> list[list[Tried]]:
+    def rehearsed(_: object, groups: list[list[Any]], *rest: Any, **__: Any) -> list[list[Tried]]:
         margin = rest[-1][1].margin
         asked.append((len(groups), margin))
         kept = {True: SpatialIkConfig().margin, False: WIDE[1]}  # how far before its end each grasp has to stop
-        return [[Tried(grasp, 0.05, 0.04 if margin >= kept[grasp] else -0.95)] for (grasp,) in groups]
+        return [[Tried(grasp, 0.05, 0.04 if margin >= kept[grasp.way > 0.05] else -0.95)] for (grasp,) in groups]
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
     worlds_of, paths = Worlds(np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
-    groups: list[list[Any]] = [[True], [False], [True]]
+    groups = [[planned_for(way)] for way in (0.06, 0.05, 0.06)]
     found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
     assert asked == [(3, SpatialIkConfig().margin), (1, WIDE[0]), (1, WIDE[1])]
     assert all(each.worth > 0 for each in found)
 
 
-def test_the_one_grasp_for_all_worlds_loses_the_object_in_fewest(monkeypatch: pytest.MonkeyPatch) -> None:
-    far, safe, short = (SpatialGrasp(CONTACTS, NORMALS, fingers_at(0.0), way, way) for way in (0.09, 0.06, 0.03))
-    worth = {far.way: (0.08, -0.9), safe.way: (0.06, 0.05), short.way: (0.03, 0.03)}
+def test_where_the_prediction_falls_far_short_of_the_plan_the_plan_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[int, bool]] = []
 
-    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any) -> list[list[Tried]]:
-        return [[Tried(grasp, grasp.way, worth[grasp.way][k % 2]) for grasp in group] for k, group in enumerate(groups)]
+    def rehearsed(_: object, groups: list[list[Any]], *__: Any, planned: bool = False, **___: Any) -> list[list[Tried]]:
+        asked.append((len(groups), planned))
+        short = [0.05 if planned or k else 0.02 for k in range(len(groups))]
+        return [[Tried(group[0], way, way)] for group, way in zip(groups, short, strict=True)]
+
+    monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
+    worlds_of, paths = Worlds(np.zeros((2, 3)), np.zeros((2, 7))), [spatial_path_of(ASKED[0])] * 2
+    found = tried_out((HAND, CUBE), [[planned_for(0.06)]] * 2, paths, worlds_of, Bench("mujoco"))
+    assert asked == [(2, False), (1, True)]
+    assert [each.way for each in found] == [0.05, 0.05]
+
+
+def test_a_grasp_goes_as_far_as_it_was_planned_to_where_that_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts = np.tile(HAND.start_pose, (1, 1))
+    grasp = replace(planned_for(0.008), joints=plain_grasp(starts).closed[0])
+    world, how = Worlds(np.array([gravity_of("up")]), starts), (Bench("mujoco", threads=1), SpatialIkConfig())
+    asked = (HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, how
+    ((tried,),) = spatial_rehearsal.rehearsed(*asked, planned=True)
+    assert tried.way == pytest.approx(0.006)
+    assert 0.004 < tried.worth < 0.006
+    monkeypatch.setattr(spatial_rehearsal, "always_held", lambda _: np.zeros(1, dtype=bool))
+    ((loose,),) = spatial_rehearsal.rehearsed(*asked, planned=True, strict=True)
+    assert loose.worth == pytest.approx(tried.worth - GAP)
+    assert loose.worth < LOST
+
+
+def test_a_finger_that_is_off_for_a_while_is_seen(moved: tuple[SpatialTask, Recording]) -> None:
+    _, recording = moved
+    assert spatial_rehearsal.always_held(recording).all()
+    states, row = list(recording.states), int(recording.last.min()) - 2
+    gaps = states[row].gaps.copy()
+    gaps[1, 2] = 0.01
+    states[row] = replace(states[row], gaps=gaps)
+    assert np.flatnonzero(~spatial_rehearsal.always_held(replace(recording, states=tuple(states)))).tolist() == [1]
+
+
+def planned_for(way: float) -> SpatialGrasp:
+    """Return the plain grasp, as if it had been planned to go some way [m]."""
+    return SpatialGrasp(CONTACTS, NORMALS, fingers_at(0.0), way, way)
+
+
+def test_the_one_grasp_for_all_worlds_loses_the_object_in_fewest(monkeypatch: pytest.MonkeyPatch) -> None:
+    far, safe, short = map(planned_for, (0.09, 0.06, 0.03))
+    worth = {far.way: (0.08, -0.9), safe.way: (0.06, 0.05), short.way: (0.03, 0.03)}
+    farther = {SpatialIkConfig().margin: 0.0, TO_THE_END[0]: 0.002, TO_THE_END[1]: -0.8}
+
+    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *rest: Any, **__: Any) -> list[list[Tried]]:
+        more = farther[rest[-1][1].margin]
+        return [
+            [Tried(grasp, grasp.way, worth[grasp.way][k % 2] + more) for grasp in group]
+            for k, group in enumerate(groups)
+        ]
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
     worlds_of, paths = Worlds(np.zeros((4, 3)), np.zeros((4, 7))), [spatial_path_of(ASKED[0])] * 4
     found = tried_together((HAND, CUBE), [far, safe, short], paths, worlds_of, Bench("mujoco"))
     assert [each.grasp for each in found] == [safe] * 4
-    assert [each.worth for each in found] == [0.06, 0.05, 0.06, 0.05]
+    assert [each.worth for each in found] == pytest.approx([0.062, 0.052, 0.062, 0.052])
 
 
 def test_grasps_that_come_closer_are_tried_where_they_go_farther(monkeypatch: pytest.MonkeyPatch) -> None:
     def searched(_: object, __: object, paths: list[Any], *___: object, **how: Any) -> list[list[SpatialGrasp]]:
         ways = (0.06, 0.052) if how["config"].margins == CLOSE else (0.05, 0.045)
-        return [[SpatialGrasp(CONTACTS, NORMALS, fingers_at(0.0), way, way) for way in ways] for _ in paths]
+        return [[planned_for(way) for way in ways] for _ in paths]
 
     monkeypatch.setattr(spatial_rehearsal, "search_grasps", searched)
     tried: list[list[float]] = []
 
-    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any) -> list[list[Tried]]:
+    def rehearsed(_: object, groups: list[list[SpatialGrasp]], *__: Any, **___: Any) -> list[list[Tried]]:
         tried.extend([grasp.way for grasp in group] for group in groups)
         return [[Tried(grasp, grasp.way, grasp.way) for grasp in group] for group in groups]
 

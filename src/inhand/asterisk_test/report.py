@@ -38,7 +38,7 @@ from inhand.tasks.primitives import twisted_name
 COMPATIBLE = "averages by the rule of the Asterisk Test software; its lines end at half the span or depth"
 FIRST = "first trial of every direction"
 COUNTED = "numbers and ends of lines: mean distance at the first loss of contact, or at the end"
-ASIDE = 0.875
+ASIDE = 0.8
 """Share of the paths that is drawn aside: replay, asterisks, radar and the others take as long."""
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from inhand.control.estimator import EstimatorConfig
 from inhand.geometry import SAME, Array
 from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
+from inhand.sim.strengths import scaled
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,12 @@ GRADES = (
 )
 """Grades of cameras from the best; the borders are the geometric means of the levels' noise. At `hard` pushes throw a
 third of all objects from the best of grips, and shorter ways save few: there the mean way counts."""
+TRUSTING = (
+    Grade(GRADES[0].scatter, _farther_off(BENCH), 0.25, 2.0, price=2.0),
+    Grade(np.inf, scaled(FIELD, 1.25), price=6.0, crooked=0.25),
+)
+"""Two grades of who sees well and is trusted to have measured friction, mass and size, too, as in `bench`, and of who
+does not: in worlds somewhat rougher than those of `field`, since in few of them the first loss comes late by chance."""
 FIDUCIAL = np.array(EstimatorConfig().frame)
 """Noise of a fiducial's frames [m, m, rad]."""
 ENOUGH = 0.85
@@ -61,9 +68,9 @@ MARGIN = 0.001
 """Distance kept from where the first would be lost [m]."""
 
 
-def grade_of(scatter: Array) -> NDArray[np.int64]:
-    """Return the grade of each camera whose frames scatter so much `(B,)`, in a fiducial's noise."""
-    return np.searchsorted([each.scatter for each in GRADES[:-1]], scatter)
+def grade_of(scatter: Array, count: int = len(GRADES)) -> NDArray[np.int64]:
+    """Return which of so many grades each camera has whose frames scatter so much `(B,)`, in a fiducial's noise."""
+    return np.searchsorted([each.scatter for each in GRADES[: count - 1]], scatter)
 
 
 def told_way(ways: Array, whole: float = np.inf, grade: Grade = USUAL) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from inhand.caches import cached
 from inhand.control.controller import Controller, Task
 from inhand.control.grades import ENOUGH, GRADES, USUAL, Grade, told_way
 from inhand.control.ik_sensed import IkSensedController
+from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
@@ -42,10 +43,8 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-ASTRAY = 0.012
-"""An object that is farther than this from its path counts as lost [m]; 27 deg at `TURN_ARM`,"""
-STRAIGHT = 0.004
-"""and one that is farther than this is not carried straight [m]; 9 deg."""
+ASTRAY, STRAIGHT = 0.012, 0.004
+"""Objects farther than this from their path count as lost, or as not straight [m]; 27 and 9 deg at `TURN_ARM`."""
 OFTEN = 3
 """Of the decisions of a rehearsal one in so many is judged."""
 SQUEEZE = 0.0035
@@ -56,12 +55,10 @@ SHIFTS = np.diag([0.002, 0.002, np.deg2rad(2.0)])
 """Poses beside the plan from which it is computed how joints follow [m, m, rad]."""
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
-STAYS = 64
-"""Worlds in which ways are gone to their end, to see whether the object stays there."""
+STAYS, SHARES = 64, (1.0, 0.94)
+"""Worlds in which ways are gone to their end, and shares of a planned way among which that of a grade is chosen."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
-SHARES = (1.0, 0.94)
-"""Shares of a planned way among which that of each grade is chosen."""
 PLAN = ("opened", "closed", "way", "ways", "planned", "follows")
 """Names of what is kept of a plan."""
 SEED = 20_000
@@ -100,18 +97,22 @@ class Carrier:
     module: str = __name__
     """Module on whose sources, and on those that it imports, what it does depends."""
     shares: tuple[float, ...] = ()
-    """Shares of the way that is found to which the last candidates then carry and hold, of which the best is told: what
+    """Shares of the way that is found to which candidates then carry and hold, of which the best is told: what
     is carried farther may be lost where it is to stay. Without any what is found is told."""
     grades: tuple[Grade, ...] = (USUAL,)
-    """What ways are planned for; of several the usual one is in the middle."""
+    """What ways are planned for; of several the usual one is the middle one or, of two, the last."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
+    stays: int = 0
+    """Worlds in which ways are gone to their end, to see whether the object stays there; without any `STAYS`;"""
+    last: int = 1
+    """by so many candidates, of which the best is taken."""
     engine: str = ENGINE
 
 
 def graded(carrier: Carrier) -> Carrier:
     """Return the same carrier, for whom a way is planned for each grade of a camera, to where objects stay."""
-    return replace(carrier, shares=SHARES, grades=GRADES)
+    return replace(carrier, shares=SHARES, grades=GRADES, last=2)
 
 
 def sensed_grasp(
@@ -135,7 +136,7 @@ def sensed_grasp(
     plans = [known.get(key, {}) for key in keys]
     for rows in np.split(waiting, range(PATHS, len(waiting), PATHS)) if len(waiting) else ():
         part = distinct[rows]
-        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS)
+        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS, by.stays, by.last)
         found = cached("sensed-plan", inputs, by.module, partial(_planned, held, part, by))
         for k, row in enumerate(rows.tolist()):
             plans[row] = {name: found[name][k] for name in PLAN}
@@ -145,7 +146,8 @@ def sensed_grasp(
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
-    numbers = (by.rounds or ROUNDS, STAYS, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
+    tried = by.rounds or ROUNDS, by.stays or STAYS, by.last
+    numbers = (*tried, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
     return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
@@ -175,17 +177,18 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
         left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[:best]]
         left = _tried(held, (poses, reach), left, by, range(first, first + worlds))
         first += worlds
+    left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[: by.last]]
     each = [_told(candidate, whole[candidate.path], by) for candidate in left]
     told, worth = np.array([ways for ways, _ in each]), np.array([gained for _, gained in each])
     if by.shares:
-        draws = range(first, first + STAYS)
+        draws = range(first, first + (by.stays or STAYS))
         stays = [
             _stayed(held, (poses, ways), left, by, (grade, _part(grade, draws)))
             for grade, ways in zip(by.grades, told.T, strict=True)
         ]
         told, worth = np.stack([ways for ways, _ in stays], axis=-1), np.sum([gained for _, gained in stays], axis=0)
-    own = [[k for k, candidate in enumerate(left) if candidate.path == path] for path in range(len(poses))]
-    chosen = [max(some, key=lambda k: worth[k]) for some in own]
+    paths = np.array([candidate.path for candidate in left])
+    chosen = [int(np.where(paths == path, worth, -np.inf).argmax()) for path in range(len(poses))]
     told, left = told[chosen], [left[k] for k in chosen]
     return {**_closing(held, left, poses), "way": told[:, len(by.grades) // 2], "ways": told}
 
@@ -229,13 +232,11 @@ def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str,
     """Return what a `Grasp` has of joints for candidates of paths of poses `(P, S, 3)`, by name."""
     plans, starts = [each.plan for each in candidates], poses[[each.path for each in candidates], 0]
     grasp = closing_joints(*held, plans, starts, starts, squeeze=SQUEEZE)
-    beside = [
-        closing_joints(*held, plans, starts, starts + sign * shift, squeeze=SQUEEZE).closed
-        for shift in SHIFTS
-        for sign in (1, -1)
-    ]
-    slopes = [(beside[2 * k] - beside[2 * k + 1]) / (2 * SHIFTS[k, k]) for k in range(len(SHIFTS))]
-    follows = LOOKED * np.stack(slopes, axis=-1)
+
+    def closed(shift: Array) -> Array:
+        return closing_joints(*held, plans, starts, starts + shift, squeeze=SQUEEZE).closed
+
+    follows = LOOKED * slopes(closed, SHIFTS)
     return {"opened": grasp.opened, "closed": grasp.closed, "planned": starts, "follows": follows}
 
 
@@ -277,10 +278,7 @@ def _tried_together(
 def _carried(
     held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, where: tuple[Grade, range]
 ) -> tuple[Recording, list[Array]]:
-    """Return what came of candidates in worlds of a grade, and how far each was to be at each decision `(B,)` [m].
-
-    The paths `(P, S, 3)` come with the way that each candidate is to go `(N,)` [m].
-    """
+    """Return what came of candidates, each to go a way, in worlds of a grade, and how far each was to be `(B,)` [m]."""
     (poses, ways), (grade, draws) = paths, where
     owner = np.repeat([each.path for each in candidates], len(draws))
     own, starts = poses[owner], poses[owner, 0]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
+from inhand.control.grades import TRUSTING
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
@@ -160,9 +161,11 @@ def carrier_of(policy: Policy) -> Carrier:
     """Return who carries objects where grasps are planned for a policy on real senses."""
     carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
     if policy.family is not None:
-        return replace(carrier, rounds=QUICK)
+        return replace(carrier, shares=NEAR, grades=TRUSTING, rounds=QUICK, stays=24)
     return graded(carrier)
 
 
-QUICK = ((6, 8), (1, 48))
-"""Candidates and worlds that a policy of the family plans with: a second a direction, a fifth of what `rl` takes."""
+NEAR = (1.0, 0.8)
+"""Shares of a planned way among which that of a policy of the family is chosen."""
+QUICK = ((32, 3), (6, 8), (2, 16))
+"""Candidates and worlds that a policy of the family plans with."""

@@ -40,8 +40,13 @@ def spatial_limit(task: SpatialTask, state: State, ending: Ending) -> Array:
         if len(short):
             tight = replace(ending.rules.margins, fingers=0.0, links=0.0)
             found[short] = _followed(task, state, (spec, short), replace(ending.rules, margins=tight))
-    kept = margin_at(task.path, found, ending.margin)
-    return np.asarray(np.where(found >= task.path.length - 1e-9, found, np.maximum(found - kept, 0.0)))
+    return stops_at(task.path, found, ending.margin)
+
+
+def stops_at(path: SpatialPath, end: Array, margin: tuple[float, float]) -> Array:
+    """Return where set points stop `(B,)` [m] of grips that hold so far: a margin before, or at the end of a path."""
+    before = np.maximum(end - margin_at(path, end, margin), 0.0)
+    return np.asarray(np.where(end >= path.length - 1e-9, end, before))
 
 
 def _followed(task: SpatialTask, state: State, which: tuple[SolidSpec, NDArray[np.int64]], rules: FollowRules) -> Array:

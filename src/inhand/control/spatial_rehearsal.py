@@ -13,22 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import SpatialTask
-from inhand.control.loop import Bench, simulate
+from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
+from inhand.control.spatial_follow import stops_at
 from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, grip_for
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.errors import InputError
-from inhand.geometry import Array
-from inhand.hands.spatial.fit import check_solid_fit
+from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig, search_grasps
-from inhand.hands.spatial.gravity import GRAVITY
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import inverse
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.spatial.rolling import Margins
 from inhand.hands.spatial.shared_grasps import search_shared, worth_together
 from inhand.rotations import SpatialPath, placed
-from inhand.sim.engines import engine_in_space
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
 
 LONGEST, SLOWEST = 8.0, 0.65
@@ -36,15 +34,22 @@ LONGEST, SLOWEST = 8.0, 0.65
 share of its speed."""
 LOSS = 1.0
 """Way that losing the object costs a grasp [m]: more than any other grasp can gain."""
-LEVER = 0.5
-"""Share of the fingers' length at which a grip acts at least, guessed."""
 AT_ONCE = 150
 """Worlds whose grasps are tried at a time: about a thousand worlds, whose states take 0.3 GB."""
+GAP = 0.7
+"""Way that it costs the one grasp for all to have a finger off the object for a while [m]: less than losing it, and
+more than can be gained. A sequence takes the finger back, and goes farther so."""
 LOST = -LOSS / 2
-"""A grasp that is worth less has lost the object [m]."""
+"""A grasp that is worth less has lost the object, or a finger has [m]."""
 WIDE = ((0.006, 0.35), (0.015, 0.7))
 """Margins from the predicted end where every grasp loses the object before it, each where those before do not do [m,
 rad]."""
+TO_THE_END = ((0.0, 0.0), (-0.002, -0.07))
+"""Margins that the one grasp for all is tried with in the end, in the very worlds that it is for: none, and on to the
+next pose that the prediction looks at [m, rad]."""
+BEHIND = 0.6
+"""Where grasps go less than this share of the way that the search found, they are told to go as far as that: a start
+some tenths of a millimetre off can cost the room that the prediction asks for at one pose, though nothing meets."""
 STRAYED = 6.0
 """Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
 by 5 deg is worth 13 mm less than one that does not."""
@@ -82,7 +87,7 @@ def planned_in_space(
     if shared:
         tried = tried_together(held, _searched_together(held, paths, gravities), paths, worlds, bench)
     else:
-        groups, tried = _searched(held, paths, gravities, bench), []
+        groups, tried = searched(held, paths, gravities, bench), []
         for part in _parts(len(paths)):
             some = [paths[k] for k in part]
             tried += tried_out(held, [groups[path.name] for path in some], some, worlds.some(part), bench)
@@ -92,7 +97,7 @@ def planned_in_space(
     return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
 
 
-def _searched(
+def searched(
     held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
 ) -> dict[str, list[SpatialGrasp]]:
     """Return the grasps of the contact search for paths, by their names."""
@@ -178,25 +183,47 @@ def tried_out(
 ) -> list[Tried]:
     """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
     found = [_best(group) for group in rehearsed(held, groups, paths, worlds, (bench, SpatialIkConfig()))]
-    return _stopped_before(held, found, groups, (paths, worlds, bench))
-
-
-def _stopped_before(
-    held: tuple[SpatialHand, SolidSpec],
-    found: list[Tried],
-    groups: Sequence[Sequence[SpatialGrasp]],
-    where: tuple[Sequence[SpatialReference], Worlds, Bench],
-) -> list[Tried]:
-    """Return what is found for every world; where the object is lost, grasps of its group that stop farther before."""
-    paths, worlds, bench = where
-    for margin in WIDE:
-        lost = [k for k, each in enumerate(found) if each.worth < LOST]
-        if lost:
-            config, some = replace(SpatialIkConfig(), margin=margin), [paths[k] for k in lost]
-            again = rehearsed(held, [groups[k] for k in lost], some, worlds.some(lost), (bench, config))
-            for k, group in zip(lost, again, strict=True):
-                found[k] = _best([found[k], *group])
+    again = _Again(held, found, groups, paths, worlds, bench)
+    again.stop_before()
+    ways = [max(_planned_way(grasp, path) for grasp in group) for group, path in zip(groups, paths, strict=True)]
+    short = [k for k, each in enumerate(found) if each.way < BEHIND * ways[k]]
+    again.try_out(short, SpatialIkConfig(), planned=True)
     return found
+
+
+def _planned_way(grasp: SpatialGrasp, path: SpatialReference) -> float:
+    """Return how far along a path a grasp was planned to go [m], after the turn that the path holds."""
+    return grasp.way - TURN_ARM * float(np.linalg.norm(path.hold))
+
+
+@dataclass(frozen=True, eq=False)
+class _Again:
+    """Grasps of worlds that are tried again in another way; what is worth more takes the place of what was found."""
+
+    held: tuple[SpatialHand, SolidSpec]
+    found: list[Tried]
+    groups: Sequence[Sequence[SpatialGrasp]]
+    paths: Sequence[SpatialReference]
+    worlds: Worlds
+    bench: Bench
+    strict: bool = False
+    """Whether a finger may not be off the object for a while."""
+
+    def stop_before(self) -> None:
+        """Try those that lose the object once more, to stop farther before its end."""
+        for margin in WIDE:
+            lost = [k for k, each in enumerate(self.found) if each.worth < LOST]
+            self.try_out(lost, replace(SpatialIkConfig(), margin=margin))
+
+    def try_out(self, rows: Sequence[int], config: SpatialIkConfig, *, planned: bool = False) -> None:
+        """Try the grasps of some worlds."""
+        if not rows:
+            return
+        groups, paths = [self.groups[k] for k in rows], [self.paths[k] for k in rows]
+        how, worlds = {"planned": planned, "strict": self.strict}, self.worlds.some(rows)
+        again = rehearsed(self.held, groups, paths, worlds, (self.bench, config), **how)
+        for k, group in zip(rows, again, strict=True):
+            self.found[k] = _best([self.found[k], *group])
 
 
 def _best(group: Sequence[Tried]) -> Tried:
@@ -215,11 +242,15 @@ def tried_together(
     config, found = SpatialIkConfig(), list[list[Tried]]()
     for part in _parts(len(paths)):
         some = [paths[k] for k in part]
-        found += rehearsed(held, [grasps] * len(part), some, worlds.some(part), (bench, config))
+        found += rehearsed(held, [grasps] * len(part), some, worlds.some(part), (bench, config), strict=True)
     worth = np.array([[each.worth for each in group] for group in found]).T
     best = int((worth_together(np.maximum(worth, 0.0), paths) - (worth < LOST).sum(axis=1)).argmax())
     tried = [group[best] for group in found]
-    return _stopped_before(held, tried, [[grasps[best]]] * len(tried), (paths, worlds, bench))
+    again = _Again(held, tried, [[grasps[best]]] * len(tried), paths, worlds, bench, strict=True)
+    again.stop_before()
+    for margin in TO_THE_END:
+        again.try_out(range(len(tried)), replace(config, margin=margin))
+    return tried
 
 
 def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
@@ -229,40 +260,16 @@ def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
     return replace(config, rules=replace(config.rules, grip=float(grip_for(weight, SpatialIkConfig())[0])))
 
 
-def check_carried(hand: SpatialHand, spec: SolidSpec, engine: str) -> None:
-    """Refuse an engine without a third dimension, and an object that the hand cannot hold.
+def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array, squeeze: float = SQUEEZE) -> Grasp:
+    """Return joint angles that stand off the contacts of a grasp for each start `(B, 7)`, and that press on them.
 
-    Raises:
-        InputError: the text names the engine, or the measure or weight and the most that there may be.
+    Fingers that press aim inside the object by `squeeze` [m].
     """
-    engine_in_space(engine)
-    check_solid_fit(hand, spec)
-    check_weight(hand, spec)
-
-
-def check_weight(hand: SpatialHand, spec: SolidSpec) -> None:
-    """Refuse an object that needs a grip which the motors cannot give on half of the fingers' length.
-
-    Raises:
-        InputError: the text gives the most that they can hold.
-    """
-    config = SpatialIkConfig()
-    strongest = hand.torque / (LEVER * hand.finger_length)
-    most = (config.weight + (strongest - config.grip) / config.growth) / GRAVITY
-    if spec.mass > most:
-        raise InputError(
-            f"object {spec.name!r} weighs {1e3 * spec.mass:g} g; the motors of {hand.name!r}, {hand.torque:g} N m, hold"
-            f" at most {1e3 * max(most, 0.0):.0f} g: use a lighter object or stronger motors"
-        )
-
-
-def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array) -> Grasp:
-    """Return joint angles that stand off the contacts of a grasp for each start `(B, 7)`, and that press on them."""
     opened, closed = np.empty((2, len(starts), hand.n_joints))
     for f, (finger, own) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
         points, normals = (np.stack([getattr(grasp, name)[f] for grasp in grasps]) for name in ("points", "normals"))
         planned = np.stack([grasp.joints[own] for grasp in grasps])[:, None]
-        for found, off in ((opened, OPENING), (closed, -SQUEEZE)):
+        for found, off in ((opened, OPENING), (closed, -squeeze)):
             goals = placed(starts, points + (finger.tip_radius + off) * normals)
             found[:, own] = inverse(finger, goals, planned)[0][:, 0]
     return Grasp(opened, closed)
@@ -274,13 +281,22 @@ def rehearsed(
     paths: Sequence[SpatialReference],
     worlds: Worlds,
     how: tuple[Bench, SpatialIkConfig],
+    *,
+    planned: bool = False,
+    strict: bool = False,
 ) -> list[list[Tried]]:
-    """Return what each world's grasps are worth in it: how far they go, less what the object strays."""
+    """Return what each world's grasps are worth in it: how far they go, less what the object strays.
+
+    They go as far as the grip that is measured is predicted to hold, or as they were `planned` to. Where it is `strict`
+    a finger that is off the object for a while costs `GAP`.
+    """
     (hand, spec), (bench, config) = held, how
     owner = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
     grasps, mine = [grasp for group in groups for grasp in group], [paths[k] for k in owner.tolist()]
     there, path = worlds.some(owner), stacked_paths(mine)
-    task = SpatialTask(hand, (spec,) * len(owner), path, gravity=there.gravity, start=there.origin)
+    way = np.minimum(list(map(_planned_way, grasps, mine)), path.length)
+    told = stops_at(path, way, config.margin) if planned else None
+    task = SpatialTask(hand, (spec,) * len(owner), path, gravity=there.gravity, start=there.origin, distance=told)
     made = [SpatialIkController(task, config)]  # which stays the last where no world holds its object
 
     def carry(task: SpatialTask) -> SpatialIkController:
@@ -291,9 +307,17 @@ def rehearsed(
     closed, silent = closed_at(hand, grasps, there.starts), replace(bench, progress=None)
     _, found = simulate(task, closed, there.starts, carry, silent, twists=twists, longest=longest_of(path, config))
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
-    worth = last.progress - STRAYED * last.strayed - np.where(kept, 0.0, LOSS)
+    cost = np.where(kept, np.where(always_held(found), 0.0, GAP) if strict else 0.0, LOSS)
+    worth = last.progress - STRAYED * last.strayed - cost
     tried = [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in range(len(grasps))]
     return [[tried[k] for k in np.flatnonzero(owner == w)] for w in range(len(groups))]
+
+
+def always_held(found: Recording) -> NDArray[np.bool_]:
+    """Return in which worlds all fingers touch for the whole of the last phase `(B,)`."""
+    rows = np.flatnonzero(found.phase == len(found.phases) - 1)
+    touching: NDArray[np.bool_] = np.array([found.states[row].touching for row in rows])
+    return np.asarray(touching.all(axis=(0, 2)))
 
 
 def longest_of(path: SpatialPath, config: SpatialIkConfig) -> float:

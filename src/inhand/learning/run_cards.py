@@ -7,7 +7,7 @@ import numpy as np
 
 from inhand.control.catalogue import find_controller
 from inhand.control.policy import Policy
-from inhand.control.spatial_rehearsal import check_carried
+from inhand.control.spatial_weight import check_carried
 from inhand.errors import InputError
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec

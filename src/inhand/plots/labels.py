@@ -75,6 +75,8 @@ def place_labels(
 
 def _overlaps(middles: Array, size: Array, others: Array, other_sizes: Array) -> NDArray[np.bool_]:
     """Return for each middle `(T, 2)` whether a box of that size there meets any other box `(M, 2)`."""
-    apart = np.abs(middles[:, None] - others[None])
-    meets: NDArray[np.bool_] = np.all(apart < (size + other_sizes) / 2, axis=2)
+    wide = size + other_sizes
+    near = np.all((others > middles.min(axis=0) - wide) & (others < middles.max(axis=0) + wide), axis=1)  # of all tries
+    apart = np.abs(middles[:, None] - others[near])
+    meets: NDArray[np.bool_] = np.all(apart < wide[near] / 2, axis=2)
     return np.asarray(np.any(meets, axis=1))

@@ -9,9 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
-from scipy.spatial import ConvexHull
 
+from inhand.caches import cached
 from inhand.geometry import Array, perpendicular
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, centre_of_mass, convex_pieces, polygon
@@ -58,12 +57,20 @@ def friction_arm(spec: ObjectSpec) -> float:
     """
     if spec.shape == "cylinder" and not any(spec.centre):
         return spec.size[0] / 2
-    corners = polygon(spec)
-    away = corners[ConvexHull(corners).vertices] - centre_of_mass(spec)
+    corners, centre = polygon(spec), centre_of_mass(spec)
+    found = cached("arm", (corners, centre), __name__, lambda: {"arm": _mean_distance(corners, centre)})
+    return float(found["arm"])
+
+
+def _mean_distance(corners: Array, centre: Array) -> Array:
+    from scipy.optimize import nnls  # whose import takes a warm run 0.2 s more than reading the arm does
+    from scipy.spatial import ConvexHull
+
+    away = corners[ConvexHull(corners).vertices] - centre
     even = 1e-3 * np.abs(away).max()
     rows = np.vstack([np.ones(len(away)), away.T / np.abs(away).max(), even * np.eye(len(away))])
     loads, _ = nnls(rows, np.concatenate([[1.0, 0.0, 0.0], np.full(len(away), even / len(away))]))
-    return float(loads @ np.linalg.norm(away, axis=-1) / loads.sum())
+    return np.asarray(loads @ np.linalg.norm(away, axis=-1) / loads.sum())
 
 
 def build(worlds: Sequence[World]) -> Model:

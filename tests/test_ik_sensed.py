@@ -305,7 +305,7 @@ def test_of_the_last_candidates_the_one_is_taken_that_is_worth_most_where_it_sta
         return paths[1], np.arange(len(candidates))
 
     monkeypatch.setattr(sensed_plan, "_stayed", stayed)
-    grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="last", shares=(1.0,)))
+    grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="last", shares=(1.0,), last=3))
     closed = [vars(sensed_plan)["_closing"](Held(HAND, CUBE), [each], poses)["closed"][0] for each in last]
     assert not np.array_equal(closed[0], closed[-1])
     np.testing.assert_array_equal(grasp.closed[0], closed[-1])

@@ -1,5 +1,6 @@
 """Fixtures shared by the tests."""
 
+import gc
 import os
 import sys
 from collections.abc import Iterator
@@ -23,6 +24,11 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         for path in sorted(Path(__file__).parent.glob("test_*.py"), reverse=True):
             with suppress(Exception, pytest.skip.Exception):  # told where it is collected
                 import_module(path.stem)
+
+
+def pytest_collection_finish() -> None:
+    """Leave what is imported and collected out of what the garbage collector looks through again and again."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

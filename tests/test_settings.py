@@ -83,7 +83,7 @@ WRONG: list[tuple[Callable[..., object], dict[str, Any], str]] = [
     (inhand.asterisk, {"beside": 3}, r"beside\[0\] is 3; it must be a text"),
     (inhand.asterisk, {"metrics": 3}, "metric 'int' is int 3"),
     (inhand.asterisk, {"directions": None}, "unknown direction 'None'"),
-    (inhand.sweep, {"hands": 3}, "hand 'int' is int 3"),
+    (inhand.sweep, {"hands": 3}, "hand is int 3"),
     (inhand.trace, {"trials": "a"}, "trials is 'a'; it must be a whole number"),
     (inhand.trace, {"scal": True}, r"unknown keyword 'scal'; did you mean scale"),
 ]

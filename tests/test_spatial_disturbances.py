@@ -318,6 +318,8 @@ def test_a_disturbed_trial_is_the_same_alone_and_says_what_was_drawn(both: list[
     passport = both[1].passport
     assert passport.disturbed is not None
     assert (passport.disturb, len(passport.disturbed.drawn.bias), passport.object) == ("gentle", 6, CUBE)
+    off = alone.object_pose[0, :3] - disturbed_trials("none", "turn+z")[0].object_pose[0, :3]
+    np.testing.assert_allclose(off, passport.disturbed.drawn.start[:3], atol=1e-12)
     save_trial(both[1], tmp_path / "t.npz")
     assert load_any(tmp_path / "t.npz").passport == passport
     config = AsteriskConfig(hand=STANDARD, object="cube_50", directions="Down,turn+z", trials=1, disturb="field")

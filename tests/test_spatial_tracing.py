@@ -202,7 +202,8 @@ def test_a_way_point_of_a_file_turns_about_the_normal_of_its_plane(tmp_path: Pat
         ({"path": "pose", "size": 20.0}, "--path pose is a task and has no size"),
         ({"disturb": "feild"}, "unknown disturbance 'feild'; did you mean field?"),
         ({"gravity": "0,0,0"}, "gravity '0,0,0' has no length"),
-        ({"controller": "rl"}, "a policy there knows single primitives"),
+        ({"controller": "rl"}, "a policy knows single primitives"),
+        ({"controller": "ik-sensed"}, "ik-sensed there knows single primitives"),
         ({"hand": "2v2_50.50_50.50_1.1_53", "object": "cube_39", "gravity": "up"}, "--gravity up with 2v2_50.50"),
     ],
 )

@@ -132,6 +132,11 @@ def pose_from(start: Array, move: Array, turned: Array) -> Array:
     return np.concatenate([position, quaternion], axis=-1)
 
 
+def change_between(pose: Array, other: Array) -> Array:
+    """Return by what way [m] and rotation vector [rad] poses `(..., 7)` become others: `(..., 6)`, for `pose_from`."""
+    return np.concatenate([other[..., :3] - pose[..., :3], rotation_between(pose[..., 3:], other[..., 3:])], axis=-1)
+
+
 def carried(motion: Array, arm: Array) -> Array:
     """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
     u, v, w = motion[:, 3:].T

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.controller import Task
+from inhand.control.controller import AnyTask
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
 from inhand.sim.state import State
@@ -34,7 +34,7 @@ class JointPid:
 
     reads = SENSED
 
-    def __init__(self, task: Task, goal: Array, config: PidConfig | None = None) -> None:
+    def __init__(self, task: AnyTask, goal: Array, config: PidConfig | None = None) -> None:
         """Aim at joint angles `(B, n_joints)` [rad]."""
         self.config = config or PidConfig()
         self._period = task.control_period

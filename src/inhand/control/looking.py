@@ -4,13 +4,16 @@ An object that stands off the plan is held off the plan: of all that `field` dra
 a grip can be trusted with. How much the frames of an object that rests scatter tells how well it is seen.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
-from inhand.control.controller import Task
+from inhand.control.controller import AnyTask
 from inhand.control.grades import FIDUCIAL
 from inhand.control.joint import JointPid
 from inhand.control.seen import Seen, exact
 from inhand.geometry import Array, wrap_angle
+from inhand.rotations import change_between
 from inhand.sim.state import State
 
 FEWEST = 3
@@ -20,8 +23,8 @@ FEWEST = 3
 class Looking(JointPid):
     """Moves all joints to a goal `(B, n_joints)`, and sees on the way where objects stand."""
 
-    def __init__(self, task: Task, goal: Array, planned: Array) -> None:
-        """Aim at joint angles [rad], with objects planned to stand at poses `(B, 3)`."""
+    def __init__(self, task: AnyTask, goal: Array, planned: Array) -> None:
+        """Aim at joint angles [rad], with objects planned to stand at poses `(B, 3)`, or in space to be at `(B, 7)`."""
         super().__init__(task, goal)
         self._planned = planned
 
@@ -30,7 +33,7 @@ class Looking(JointPid):
         super().begin(state)
         self._frame = np.full(state.n_worlds, -np.inf)
         self._count = np.zeros((state.n_worlds, 1))
-        self._sum, self._squares = np.zeros((2, state.n_worlds, 3))
+        self._sum, self._squares = np.zeros((2, state.n_worlds, min(self._planned.shape[1], 6)))
 
     def act(self, state: State | Seen) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
@@ -39,8 +42,11 @@ class Looking(JointPid):
 
     @property
     def off(self) -> Array:
-        """How far objects are seen beside where they were planned to stand, on average `(B, 3)` [m, m, rad]."""
-        return self._sum / self._count
+        """How far objects are seen beside where they were planned to stand, on average `(B, 3)` [m, m, rad].
+
+        In space it is a way and a rotation vector `(B, 6)`.
+        """
+        return np.asarray(self._sum / self._count)
 
     @property
     def scatter(self) -> Array:
@@ -50,9 +56,23 @@ class Looking(JointPid):
         return np.where(count[:, 0] < FEWEST, np.inf, np.sqrt((variance / FIDUCIAL**2).mean(axis=-1)))
 
     def _look(self, seen: Seen) -> None:
-        off = seen.frame_pose - self._planned
-        off[:, 2] = wrap_angle(off[:, 2])
+        off = _beside(seen.frame_pose, self._planned)
         fresh = (seen.frame_time > self._frame)[:, None]
         self._sum, self._squares = self._sum + fresh * off, self._squares + fresh * off**2
         self._count = self._count + fresh
         self._frame = np.maximum(self._frame, seen.frame_time)
+
+
+def _beside(pose: Array, planned: Array) -> Array:
+    """Return how far poses are beside others, `(B, 3)` or in space `(B, 6)`."""
+    if pose.shape[1] > 3:
+        return change_between(planned, pose)
+    off = pose - planned
+    off[:, 2] = wrap_angle(off[:, 2])
+    return off
+
+
+def slopes(closed: Callable[[Array], Array], shifts: Array) -> Array:
+    """Return how joints that press `(B, n)` change with k numbers of a start `(B, n, k)`, by shifts `(k, k)`."""
+    found = [(closed(shift) - closed(-shift)) / (2 * shift[k]) for k, shift in enumerate(shifts)]
+    return np.stack(found, axis=-1)

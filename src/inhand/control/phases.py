@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from inhand.control.checked import maker
-from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask, Task
+from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask
 from inhand.control.episode import MANIPULATE, TWIST
 from inhand.control.grades import grade_of
 from inhand.control.joint import JointPid
@@ -42,9 +42,11 @@ class Grasp:
     """The same for each grade of a camera `(B, G)` [m] (`control/grades.py`), where the way follows how well objects
     are seen; `way` is then the usual one."""
     planned: Array | None = None
-    """Where objects were planned to stand `(B, 3)` [m, m, rad], if the grasp follows where they are seen to stand,"""
+    """Where objects were planned to stand `(B, 3)` [m, m, rad], or in space to be `(B, 7)`, if the grasp follows where
+    they are seen to be,"""
     follows: Array | None = None
-    """and how joints that press change with where they are seen beside that `(B, n_joints, 3)` [rad/m, rad/m, 1]."""
+    """and how joints that press change with where they are seen beside that `(B, n_joints, 3)` [rad/m, rad/m, 1], in
+    space `(B, n_joints, 6)`."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +100,7 @@ def standard_phases(
     them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
     """
     looked, last = list[Looking](), list[Controller]()
-    (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
-    phases: tuple[Phase, ...] = (
-        Phase("place", place, longest=placing),
-        Phase("grasp", close, longest=closing, must_hold=True),
-    )
+    phases = _closed(grasp, looked, held=held)
     if (lifts := holds or manipulate) is None:
         return phases
     if held:
@@ -157,17 +155,25 @@ def _as_far_as_seen(
     return made
 
 
-def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Task], Controller], Callable[[Task], Controller]]:
+def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, ...]:
+    """Return the phases that place the fingers of a grasp and close them; what follows what is seen looks first."""
+    (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
+    if grasp.follows is not None:
+        placing = STANDING[0]
+    return Phase("place", place, longest=placing), Phase("grasp", close, longest=closing, must_hold=True)
+
+
+def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Controller], Callable[[Any], Controller]]:
     """Return what makes the controllers that place the fingers of a grasp, kept as `placing`, and close them."""
     planned, follows = grasp.planned, grasp.follows
     if planned is None or follows is None:
         return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
 
-    def place(task: Task) -> Controller:
+    def place(task: AnyTask) -> Controller:
         placing[:] = [Looking(task, grasp.opened, planned)]
         return placing[0]
 
-    def close(task: Task) -> Controller:
+    def close(task: AnyTask) -> Controller:
         return JointPid(task, grasp.closed + (follows @ placing[0].off[..., None])[..., 0])
 
     return place, close

@@ -1,6 +1,6 @@
 """Controllers of hands in space by name: how each prepares a grasp, and what it manipulates with."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import Protocol
 
 from inhand.control.catalogue import Entry, policy_of
-from inhand.control.controller import SpatialTask
+from inhand.control.controller import Controller, SpatialTask
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, load_policy
+from inhand.control.seen import SENSED
 from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_ik_sensed import SpatialIkSensedController
 from inhand.control.spatial_policy import SpatialPolicyController, shorter
 from inhand.control.spatial_rehearsal import planned_in_space
+from inhand.control.spatial_sensed_plan import sensed_in_space
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
@@ -48,6 +51,11 @@ class SpatialPlanner(Protocol):
 class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
     """One controller of hands in space; for a learned policy the expert lifts the object."""
 
+    @property
+    def holds(self) -> Callable[[SpatialTask], Controller]:
+        """What holds and lifts the object before it manipulates."""
+        return self.manipulate if self.reads == SENSED else SpatialIkController
+
 
 CONTROLLERS = {
     "ik": SpatialEntry(
@@ -55,7 +63,14 @@ CONTROLLERS = {
         "the expert: searched contacts, forces that hold the weight, feedback on the object's pose",
         planned_in_space,
         SpatialIkController,
-    )
+    ),
+    "ik-sensed": SpatialEntry(
+        "ik-sensed",
+        "the expert's law on encoders and a camera, as far as was planned for worlds that differ",
+        sensed_in_space,
+        SpatialIkSensedController,
+        reads=SENSED,
+    ),
 }
 """Controllers of hands in space."""
 

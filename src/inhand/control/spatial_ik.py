@@ -23,7 +23,7 @@ from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.forces import Grip, GripRules, hold
 from inhand.hands.spatial.kinematics import place, point_jacobian
-from inhand.rotations import carried, pose_from, rotation_between
+from inhand.rotations import carried, change_between, pose_from
 from inhand.sim.state import State
 
 SLOW = 1e-4
@@ -147,8 +147,7 @@ class SpatialIkController(Expert[SpatialIkConfig]):
 
     def _error(self, state: State, moved: Array, turned: Array) -> Array:
         """Return how far set points are from the objects, and turned from them `(B, 6)` [m, rad]."""
-        pose, wanted = state.object_pose, pose_from(self._start, moved, turned)
-        return np.concatenate([wanted[:, :3] - pose[:, :3], rotation_between(pose[:, 3:], wanted[:, 3:])], axis=-1)
+        return change_between(state.object_pose, pose_from(self._start, moved, turned))
 
 
 def beside(error: Array, velocity: Array) -> Array:

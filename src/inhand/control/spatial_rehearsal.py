@@ -87,7 +87,7 @@ def planned_in_space(
     if shared:
         tried = tried_together(held, _searched_together(held, paths, gravities), paths, worlds, bench)
     else:
-        groups, tried = _searched(held, paths, gravities, bench), []
+        groups, tried = searched(held, paths, gravities, bench), []
         for part in _parts(len(paths)):
             some = [paths[k] for k in part]
             tried += tried_out(held, [groups[path.name] for path in some], some, worlds.some(part), bench)
@@ -97,7 +97,7 @@ def planned_in_space(
     return replace(closed_at(hand, [each.grasp for each in tried], starts), way=way)
 
 
-def _searched(
+def searched(
     held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
 ) -> dict[str, list[SpatialGrasp]]:
     """Return the grasps of the contact search for paths, by their names."""
@@ -260,13 +260,16 @@ def search_of(spec: SolidSpec, gravities: Array) -> SpatialSearchConfig:
     return replace(config, rules=replace(config.rules, grip=float(grip_for(weight, SpatialIkConfig())[0])))
 
 
-def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array) -> Grasp:
-    """Return joint angles that stand off the contacts of a grasp for each start `(B, 7)`, and that press on them."""
+def closed_at(hand: SpatialHand, grasps: Sequence[SpatialGrasp], starts: Array, squeeze: float = SQUEEZE) -> Grasp:
+    """Return joint angles that stand off the contacts of a grasp for each start `(B, 7)`, and that press on them.
+
+    Fingers that press aim inside the object by `squeeze` [m].
+    """
     opened, closed = np.empty((2, len(starts), hand.n_joints))
     for f, (finger, own) in enumerate(zip(hand.fingers, hand.slices, strict=True)):
         points, normals = (np.stack([getattr(grasp, name)[f] for grasp in grasps]) for name in ("points", "normals"))
         planned = np.stack([grasp.joints[own] for grasp in grasps])[:, None]
-        for found, off in ((opened, OPENING), (closed, -SQUEEZE)):
+        for found, off in ((opened, OPENING), (closed, -squeeze)):
             goals = placed(starts, points + (finger.tip_radius + off) * normals)
             found[:, own] = inverse(finger, goals, planned)[0][:, 0]
     return Grasp(opened, closed)

@@ -141,10 +141,11 @@ def _in_the_plane(config: TraceConfig) -> tuple[Held, ControllerEntry]:
 def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
-    if entry.policy is not None:
+    if entry.policy is not None or entry.reads == SENSED:
+        what = "a policy" if entry.policy is not None else f"{entry.name} there"
         raise InputError(
-            f"--controller {config.controller} in a sequence of {config.hand}, a hand in space: a policy there knows"
-            " single primitives (inhand asterisk); use ik"
+            f"--controller {config.controller} in a sequence of {config.hand}, a hand in space: {what} knows single"
+            " primitives (inhand asterisk); use ik"
         )
     check_carried(hand, spec, config.engine)
     check_worlds(config, hand, spec)

@@ -18,13 +18,13 @@ from inhand.control.draws import (
 )
 from inhand.control.loop import Bench, Told, simulate
 from inhand.control.recording import cut_trials, passports
+from inhand.control.seen import SENSED
 from inhand.control.spatial_catalogue import (
     SpatialEntry,
     check_known_in_space,
     find_spatial_controller,
     refuse_of_plane,
 )
-from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.spatial_weight import check_carried
 from inhand.errors import InputError
@@ -78,6 +78,11 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     hand, spec = load_spatial_hand(config.hand), load_solid(config.object)
     entry = find_spatial_controller(config.controller)
     check_known_in_space(entry, hand)
+    if config.one_grasp and entry.reads == SENSED:
+        raise InputError(
+            f"--one-grasp with --controller {entry.name}, whose grasps are planned path by path: leave it out, or use"
+            " ik"
+        )
     gravity = gravity_of(config.gravity or USUAL_PALM)
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")
@@ -132,7 +137,7 @@ def simulate_asterisk_in_space(
         setup.controller.manipulate,
         bench,
         twists=stacked_paths([hold_path(each) for each in paths]),
-        holds=SpatialIkController,
+        holds=setup.controller.holds,
         disturbed=disturbed,
     )
     references = path.path.poses

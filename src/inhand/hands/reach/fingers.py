@@ -54,6 +54,7 @@ def touched(by: Toucher, chosen: Indices, poses: Array) -> Postures:
     """Return `touching_postures` of a finger and an object; the outer links are looked for at chosen cells `(C,)`."""
     from inhand.hands.reach.touching import touch
 
+    poses = np.array(poses, order="C")  # of one kind, which is compiled once: may be written, lies row by row
     size = EXPECTED * len(chosen) * len(poses)
     while True:
         room = room_for(by, len(chosen), size)

@@ -76,7 +76,8 @@ def hold(
     inside = preferred[:, None, None] * inward if before is None else before.inside.copy()
     pulls = np.zeros_like(inside) if before is None else before.pulls.copy()
     found = Grip(np.empty_like(inside), inside, pulls, np.empty(worlds))
-    wanted, centres = (np.array(np.broadcast_to(each, (worlds, each.shape[-1]))) for each in (wanted, centres))
+    # Of one order of rows, so that the kernel is compiled once.
+    wanted, centres = (np.array(np.broadcast_to(e, (worlds, e.shape[-1])), order="C") for e in (wanted, centres))
     told = found.forces, inside, pulls, found.misses
     problem = Problem(points, inward, wanted, centres, preferred, allowed, *told)
     balance_worlds(problem, (rules.least, float(rules.rounds), rules.close))

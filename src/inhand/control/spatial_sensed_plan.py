@@ -1,0 +1,190 @@
+"""Grasps and ways in space for worlds that are not known, planned before the episode as `sensed_plan.py` does.
+
+The grasps of the contact search are closed and carried by the controller itself in worlds drawn from `field`, with all
+its senses, until they are lost or as far as they are predicted to reach. Of each path that grasp and that way are taken
+which gain most: way, less a price for every object that is lost before, and for every one that does not go straight.
+Where objects really start is not looked at; how fingers close follows where the camera sees the object.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from inhand.caches import Arrays, cached
+from inhand.control.controller import SpatialTask
+from inhand.control.grades import told_way
+from inhand.control.looking import slopes
+from inhand.control.loop import Bench, Recording, simulate
+from inhand.control.phases import Grasp
+from inhand.control.seen import Seen
+from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, STRAIGHT
+from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SpatialIkSensedController
+from inhand.control.spatial_rehearsal import closed_at, longest_of, searched
+from inhand.geometry import TURN_ARM, Array
+from inhand.hands.spatial.grasp_search import SpatialGrasp
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.rotations import change_between, pose_from
+from inhand.sim.disturbance import FIELD
+from inhand.sim.drawn import draw
+from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths
+
+ROUNDS = ((6, 3), (2, 12), (1, 24))
+"""How many grasps of a path are tried, the best so far, and in how many further worlds."""
+SQUEEZE = 0.006
+"""How far inside the object fingers aim when they close [m]: it may be smaller, and stand elsewhere than it is seen."""
+SHIFTS = np.diag(np.repeat([0.002, np.deg2rad(2.0)], 3))
+"""Poses beside the start from which it is computed how joints follow, ways and rotation vectors [m, rad]."""
+AHEAD = 0.001
+"""How far ahead of the set point it is looked where a path leads [m]."""
+PATHS = 8
+"""Paths that are planned at a time, which bounds memory."""
+ARMS = np.repeat([1.0, TURN_ARM], 3)
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A grasp of one of several paths."""
+
+    path: int
+    grasp: SpatialGrasp
+    ways: tuple[tuple[float, float], ...] = ()
+    """How far it went in each world that it was tried in, and how far of that straight [m]; negative where it never
+    held the object."""
+
+    @property
+    def told(self) -> tuple[float, float]:
+        """How far to go [m], and what that is worth."""
+        return told_way(np.array(self.ways)) if self.ways else (0.0, self.grasp.value)
+
+
+def sensed_in_space(
+    hand: SpatialHand,
+    spec: SolidSpec,
+    paths: Sequence[SpatialReference],
+    gravity: Array,
+    starts: Array,
+    *,
+    bench: Bench,
+    fixed: bool = False,
+    shared: bool = False,
+) -> Grasp:
+    """Return for every path the grasp and the way that are worth most in worlds that nobody knows.
+
+    Raises:
+        InputError: no contacts hold the object at its start.
+    """
+    del starts, fixed, shared
+    held, gravities, names = (hand, spec), np.unique(gravity, axis=0), [path.name for path in paths]
+    firsts = list({path.name: path for path in reversed(paths)}.values())
+    plans: dict[str, Arrays] = {}
+    for first in range(0, len(firsts), PATHS):
+        part = firsts[first : first + PATHS]
+        key = [array for path in part for array in (path.moves, path.turns, np.array(path.hold))]
+        inputs = (hand, spec, *key, gravities, SENSED_SPATIAL_IK, FIELD, ROUNDS, SQUEEZE, LOOKED)
+        found = cached("sensed-plan-in-space", inputs, __name__, partial(_planned, held, part, gravities, bench))
+        plans |= {path.name: {name: rows[k] for name, rows in found.items()} for k, path in enumerate(part)}
+    return Grasp(**{name: np.stack([plans[each][name] for each in names]) for name in plans[names[0]]})
+
+
+def following(hand: SpatialHand, grasps: Sequence[SpatialGrasp]) -> Grasp:
+    """Return joint angles of grasps, planned for where the hand starts objects, that follow where they are seen."""
+    starts = np.tile(hand.start_pose, (len(grasps), 1))
+    grasp = closed_at(hand, grasps, starts, SQUEEZE)
+
+    def closed(shift: Array) -> Array:
+        return closed_at(hand, grasps, pose_from(starts, shift[:3], shift[3:]), SQUEEZE).closed
+
+    return replace(grasp, planned=starts, follows=LOOKED * slopes(closed, SHIFTS))
+
+
+def _planned(
+    held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
+) -> Arrays:
+    """Return joints and ways of the best grasp of each path, by their names in `Grasp`."""
+    groups, first = searched(held, paths, gravities, bench), 0
+    left = [_Candidate(number, grasp) for number, path in enumerate(paths) for grasp in groups[path.name]]
+    for best, worlds in ROUNDS:
+        left = [each for number in range(len(paths)) for each in _best(left, number)[:best]]
+        left = _tried(held, paths, left, (gravities, range(first, first + worlds)), bench)
+        first += worlds
+    chosen = [_best(left, number)[0] for number in range(len(paths))]
+    grasp = replace(
+        following(held[0], [each.grasp for each in chosen]), way=np.array([each.told[0] for each in chosen])
+    )
+    return {name: rows for name, rows in vars(grasp).items() if rows is not None}
+
+
+def _best(candidates: Sequence[_Candidate], path: int) -> list[_Candidate]:
+    """Return the candidates of a path, the one that is worth most first."""
+    return sorted((each for each in candidates if each.path == path), key=lambda each: -each.told[1])
+
+
+def _tried(
+    held: tuple[SpatialHand, SolidSpec],
+    paths: Sequence[SpatialReference],
+    candidates: Sequence[_Candidate],
+    worlds: tuple[Array, range],
+    bench: Bench,
+) -> list[_Candidate]:
+    """Return candidates with the ways that they went in further worlds, under some gravities, the same for all."""
+    (hand, spec), (gravities, draws) = held, worlds
+    whose = [each for each in candidates for _ in draws]
+    mine = [paths[each.path] for each in whose]
+    path, pull = stacked_paths(mine), np.tile(gravities[np.array(draws) % len(gravities)], (len(candidates), 1))
+    twists = stacked_paths([hold_path(each) for each in mine])
+    far = np.maximum([each.grasp.way for each in whose] - twists.length, 0.0)
+    task = SpatialTask(hand, (spec,) * len(whose), path, gravity=pull, distance=far)
+    disturbed = [draw(FIELD, (SEED, number), hand.n_joints, space=True) for _ in candidates for number in draws]
+    watched = [_Watched(task)]  # which stays the last where no world holds its object
+
+    def carrying(task: SpatialTask) -> _Watched:
+        watched.append(_Watched(task))
+        return watched[-1]
+
+    silent, starts = replace(bench, progress=None), np.tile(hand.start_pose, (len(whose), 1))
+    grasp, longest = following(hand, [each.grasp for each in whose]), longest_of(path, SENSED_SPATIAL_IK)
+    _, found = simulate(task, grasp, starts, carrying, silent, twists=twists, longest=longest, disturbed=disturbed)
+    ways = _ways(found, task, watched[-1].ways).reshape(len(candidates), len(draws), 2)
+    return [
+        replace(each, ways=(*each.ways, *((way, straight) for way, straight in rows)))
+        for each, rows in zip(candidates, ways.tolist(), strict=True)
+    ]
+
+
+class _Watched(SpatialIkSensedController):
+    """The controller with how far it had come after every decision."""
+
+    def __init__(self, task: SpatialTask) -> None:
+        super().__init__(task)
+        self.ways = list[Array]()
+
+    def act(self, seen: Seen) -> Array:
+        targets = super().act(seen)
+        self.ways.append(self.progress)
+        return targets
+
+
+def _ways(found: Recording, task: SpatialTask, aimed: Sequence[Array]) -> Array:
+    """Return how far set points had gone while objects were held, not astray, and how far while straight `(B, 2)` [m].
+
+    It is -1 where one never was held. Set points were `aimed` in each decision `(B,)` [m].
+    """
+    carried = np.flatnonzero(found.phase == len(found.phases) - 1)
+    ways, most = np.full((2, task.n_worlds), -1.0), np.array([[ASTRAY], [STRAIGHT]])
+    if len(carried) == 0:
+        return ways.T
+    begin, going = found.states[carried[0]].object_pose, found.last >= carried[0]
+    for number, come in zip(carried[::OFTEN].tolist(), aimed[::OFTEN], strict=False):
+        state = found.states[number]
+        (moved, turned), ahead = task.path.at(come), np.concatenate(task.path.at(come + AHEAD), axis=-1)
+        off = ARMS * change_between(state.object_pose, pose_from(begin, moved, turned))
+        way = (ahead - np.concatenate([moved, turned], axis=-1)) * ARMS / AHEAD
+        away = np.linalg.norm(off - (off * way).sum(axis=-1, keepdims=True) * way, axis=-1)
+        # What is lost for a few decisions may be caught again, what is astray stays so.
+        going = going & (number <= found.last) & (away <= most)
+        here = going & state.touching.all(axis=-1)
+        ways = np.where(here, np.maximum(ways, come), ways)
+    return ways.T

@@ -1,6 +1,6 @@
-"""Plans the grasps that come with the package: of rl, the standard hand and object, in every direction and turn.
+"""Plans the grasps that come with the package: of the standard hand and object, in every direction and turn.
 
-    python studies/plans.py      some 150 s of a core
+    python studies/plans.py      rl and ik-sensed, some 150 s of a core each
 
 Run it where the policy that ships, or a number of planning, has changed: a test tells.
 """
@@ -15,7 +15,7 @@ from inhand.control import shipped_plans
 from inhand.control.catalogue import find_controller
 from inhand.control.policy import load_policy
 from inhand.control.run_config import HeldConfig
-from inhand.control.sensed_plan import PLAN, plan_keys
+from inhand.control.sensed_plan import PLAN, Carrier, graded, plan_keys
 from inhand.control.sensed_policy import carrier_of
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
@@ -27,9 +27,15 @@ PLACE = Path(inhand.policies.__file__).parent
 
 def main() -> None:
     """Plan, and put the plans where they ship from."""
-    config, carrier = HeldConfig(), carrier_of(load_policy(PLACE / "default"))
-    held, entry = Held(load_hand(config.hand), load_object(config.object)), find_controller("rl")
-    place = PLACE / shipped_plans.PLACE / "rl.npz"
+    for name, carrier in (("rl", carrier_of(load_policy(PLACE / "default"))), ("ik-sensed", graded(Carrier()))):
+        plan(name, carrier)
+
+
+def plan(name: str, carrier: Carrier) -> None:
+    """Put the plans of a controller where they ship from."""
+    config, entry = HeldConfig(), find_controller(name)
+    held = Held(load_hand(config.hand), load_object(config.object))
+    place = PLACE / shipped_plans.PLACE / f"{name}.npz"
     place.unlink(missing_ok=True)
     keys, rows = list[str](), list[dict[str, np.ndarray]]()
     for group in (GROUPS["all"], TURNS):

@@ -174,6 +174,7 @@ def test_few_files_take_part_in_one_control_step(name: str, engine: str, monkeyp
     if name != "rl":  # whose plan ships; a small plan takes no other files
         monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
         monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
+        monkeypatch.setattr(sensed_plan, "STAYS", 1)
     if engine == "bullet":
         pytest.importorskip("pybullet", reason="the witness needs the extra `bullet`")
     files = {file for file, _ in control_step_of(name, engine)}

@@ -11,11 +11,11 @@ import pytest
 from inhand.control import loop, sensed_plan, shipped_plans
 from inhand.control.catalogue import find_controller, rough_grasp
 from inhand.control.controller import Task
-from inhand.control.grades import GRADES, TRUSTING, USUAL, grade_of
+from inhand.control.grades import GRADES, TRUSTING, USUAL, grade_of, told_way
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import plan_keys, told_way
+from inhand.control.sensed_plan import Carrier, graded, plan_keys
 from inhand.control.sensed_policy import carrier_of
 from inhand.geometry import Array, Path
 from inhand.hands.files import load_object
@@ -91,10 +91,10 @@ def test_a_way_is_shorter_where_a_loss_costs_more() -> None:
     assert told_way(ways, grade=replace(USUAL, price=20.0))[0] < 0.08
 
 
-def test_rl_is_planned_for_the_standard_pair_in_every_direction(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = find_controller("rl")
-    assert entry.policy is not None
-    by = carrier_of(entry.policy)
+@pytest.mark.parametrize("name", ["rl", "ik-sensed"])
+def test_the_standard_pair_is_planned_in_every_direction(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = find_controller(name)
+    by = graded(Carrier()) if entry.policy is None else carrier_of(entry.policy)
     for group in (GROUPS["all"], TURNS):
         poses = HAND.start_pose + stacked([whole_path(path_of(each)) for each in group])
         known = shipped_plans.shipped()

@@ -16,12 +16,12 @@ from inhand.control import loop, sensed_plan
 from inhand.control.catalogue import find_controller
 from inhand.control.controller import Task
 from inhand.control.estimator import Estimator
-from inhand.control.grades import USUAL
+from inhand.control.grades import MARGIN, USUAL, told_way
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import MARGIN, Candidate, Carrier, sensed_grasp, told_way
+from inhand.control.sensed_plan import Candidate, Carrier, sensed_grasp
 from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
@@ -159,6 +159,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan in few worlds."""
     monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
     monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
+    monkeypatch.setattr(sensed_plan, "STAYS", 2)
 
 
 def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -257,7 +258,6 @@ def test_a_mean_of_frames_counts_each_once() -> None:
     np.testing.assert_allclose(looking.off, [[0.002, 0.0, 0.0]], atol=1e-12)
 
 
-@pytest.mark.usefixtures("quick")
 def test_commands_stay_as_they_are_at_the_end_of_the_way() -> None:
     run = inhand.asterisk(controller="ik-sensed", directions="Left", trials=1, disturb="field")
     targets = run.trials[0].targets
@@ -294,6 +294,23 @@ def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.
 
 
 @pytest.mark.usefixtures("quick")
+def test_of_the_last_candidates_the_one_is_taken_that_is_worth_most_where_it_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1),))
+    poses, last = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], list[Candidate]()
+
+    def stayed(_held: object, paths: tuple[Array, Array], candidates: list[Candidate], *_rest: object) -> object:
+        last[:] = candidates
+        return paths[1], np.arange(len(candidates))
+
+    monkeypatch.setattr(sensed_plan, "_stayed", stayed)
+    grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(digest="last", shares=(1.0,), last=3))
+    closed = [vars(sensed_plan)["_closing"](Held(HAND, CUBE), [each], poses)["closed"][0] for each in last]
+    assert not np.array_equal(closed[0], closed[-1])
+    np.testing.assert_array_equal(grasp.closed[0], closed[-1])
+
+
 def test_it_goes_its_way_with_a_cameras_noise_and_delay_where_the_expert_does_not() -> None:
     seen = Disturbance("seen", encoders=FIELD.encoders, camera=FIELD.camera, commands=FIELD.commands)
     ways = {}
@@ -304,7 +321,8 @@ def test_it_goes_its_way_with_a_cameras_noise_and_delay_where_the_expert_does_no
             ways[name, disturb == "none"] = np.where(table.outcome == "lost contact", 0.0, table.distance_mm)
             assert set(table.reads) == {"sensed" if name == "ik-sensed" else "privileged"}
     assert ways["ik", False].mean() < 0.5 * ways["ik", True].mean()
-    assert (ways["ik-sensed", False] > 0.95 * ways["ik-sensed", True]).all()
+    # It is told a shorter way where frames scatter.
+    assert (ways["ik-sensed", False] > 0.85 * ways["ik-sensed", True]).all()
     assert ways["ik-sensed", True].mean() > 0.7 * ways["ik", True].mean()
 
 

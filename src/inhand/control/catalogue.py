@@ -31,7 +31,7 @@ from inhand.control.policy import (
 from inhand.control.policy_arrays import ACTOR
 from inhand.control.rehearsal import closing_joints, rehearsed
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
-from inhand.control.sensed_plan import sensed_grasp
+from inhand.control.sensed_plan import Carrier, graded, sensed_grasp
 from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController, carrier_of
 from inhand.control.sliding import sliding_grasps
 from inhand.control.thesis_ik import ThesisIkController
@@ -212,9 +212,10 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
             ControllerEntry(
                 "ik-sensed",
                 "the expert's law on encoders and a camera, as far as was planned for a range of frictions and starts",
-                sensed_grasp,
+                partial(sensed_grasp, carrier=graded(Carrier())),
                 IkSensedController,
                 reads=SENSED,
+                fixed_grasp=sensed_grasp,
                 primitive=partial(IkController, config=SENSED_PRIMITIVE),
             ),
         )

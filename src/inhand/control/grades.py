@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.estimator import EstimatorConfig
-from inhand.geometry import Array
+from inhand.geometry import SAME, Array
 from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
 from inhand.sim.strengths import scaled
 
@@ -62,8 +62,29 @@ TRUSTING = (
 does not: in worlds somewhat rougher than those of `field`, since in few of them the first loss comes late by chance."""
 FIDUCIAL = np.array(EstimatorConfig().frame)
 """Noise of a fiducial's frames [m, m, rad]."""
+ENOUGH = 0.85
+"""A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
+MARGIN = 0.001
+"""Distance kept from where the first would be lost [m]."""
 
 
 def grade_of(scatter: Array, count: int = len(GRADES)) -> NDArray[np.int64]:
     """Return which of so many grades each camera has whose frames scatter so much `(B,)`, in a fiducial's noise."""
     return np.searchsorted([each.scatter for each in GRADES[: count - 1]], scatter)
+
+
+def told_way(ways: Array, whole: float = np.inf, grade: Grade = USUAL) -> tuple[float, float]:
+    """Return how far to go [m], and what that is worth, where worlds were lost and went crooked after `(N, 2)` [m].
+
+    A way is worth itself less the grade's price times itself for the share of worlds that are lost before its end, and
+    less what crooked ones cost for that of those that are not carried straight. Of a `whole` path [m] nothing is kept,
+    and its end is worth more than any way before it where `ENOUGH` of the worlds come there.
+    """
+    ends = np.unique(np.maximum(ways, 0.0))
+    lost, bent = (ways[None] < ends[:, None, None]).sum(axis=1).T
+    worth = ends * (1 - (grade.price * (lost + 0.5) + grade.crooked * (bent - lost)) / (len(ways) + 1))
+    come, done = 1 - lost / len(ways), ends >= whole - SAME
+    worth = np.where(done & (come >= ENOUGH), ends * (1 + come), worth)
+    best = int(worth.argmax())
+    kept = 0.0 if done[best] else MARGIN
+    return max(float(ends[best]) - kept, 0.0), float(worth[best])

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from inhand.caches import cached
 from inhand.control.controller import Controller, Task
-from inhand.control.grades import USUAL, Grade
+from inhand.control.grades import ENOUGH, GRADES, USUAL, Grade, told_way
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
@@ -43,26 +43,20 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-ENOUGH = 0.85
-"""A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
-ASTRAY = 0.012
-"""An object that is farther than this from its path counts as lost [m]; 27 deg at `TURN_ARM`,"""
-STRAIGHT = 0.004
-"""and one that is farther than this is not carried straight [m]; 9 deg."""
+ASTRAY, STRAIGHT = 0.012, 0.004
+"""Objects farther than this from their path count as lost, or as not straight [m]; 27 and 9 deg at `TURN_ARM`."""
 OFTEN = 3
 """Of the decisions of a rehearsal one in so many is judged."""
 SQUEEZE = 0.0035
 """How far inside the object fingers aim when they close [m]: it may be smaller, and joints stand elsewhere."""
-MARGIN = 0.001
-"""Distance kept from where the first would be lost [m]."""
 LOOKED = 0.7
 """Share of the way by which fingers follow an object that is seen off its plan: a camera has a bias."""
 SHIFTS = np.diag([0.002, 0.002, np.deg2rad(2.0)])
 """Poses beside the plan from which it is computed how joints follow [m, m, rad]."""
 BEHIND, AHEAD = 16, 3
 """Poses of a path behind the set point and ahead of it at which an object may be."""
-STAYS = 64
-"""Worlds in which ways are gone to their end, where nothing else is said."""
+STAYS, SHARES = 64, (1.0, 0.94)
+"""Worlds in which ways are gone to their end, and shares of a planned way among which that of a grade is chosen."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
 PLAN = ("opened", "closed", "way", "ways", "planned", "follows")
@@ -103,15 +97,22 @@ class Carrier:
     module: str = __name__
     """Module on whose sources, and on those that it imports, what it does depends."""
     shares: tuple[float, ...] = ()
-    """Shares of the way that is found to which it is then carried and held, of which the best is told: a policy may
-    lose where it is to stay what it carries farther. Without any what is found is told."""
+    """Shares of the way that is found to which candidates then carry and hold, of which the best is told: what
+    is carried farther may be lost where it is to stay. Without any what is found is told."""
     grades: tuple[Grade, ...] = (USUAL,)
     """What ways are planned for; of several the usual one is the middle one or, of two, the last."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
-    stays: int = STAYS
-    """Worlds in which ways are gone to their end, to see whether the object stays there."""
+    stays: int = 0
+    """Worlds in which ways are gone to their end, to see whether the object stays there; without any `STAYS`;"""
+    last: int = 1
+    """by so many candidates, of which the best is taken."""
     engine: str = ENGINE
+
+
+def graded(carrier: Carrier) -> Carrier:
+    """Return the same carrier, for whom a way is planned for each grade of a camera, to where objects stay."""
+    return replace(carrier, shares=SHARES, grades=GRADES, last=2)
 
 
 def sensed_grasp(
@@ -135,7 +136,7 @@ def sensed_grasp(
     plans = [known.get(key, {}) for key in keys]
     for rows in np.split(waiting, range(PATHS, len(waiting), PATHS)) if len(waiting) else ():
         part = distinct[rows]
-        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS, by.stays)
+        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS, by.stays, by.last)
         found = cached("sensed-plan", inputs, by.module, partial(_planned, held, part, by))
         for k, row in enumerate(rows.tolist()):
             plans[row] = {name: found[name][k] for name in PLAN}
@@ -145,7 +146,8 @@ def sensed_grasp(
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
-    numbers = (by.rounds or ROUNDS, by.stays, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
+    tried = by.rounds or ROUNDS, by.stays or STAYS, by.last
+    numbers = (*tried, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
     return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
@@ -167,23 +169,6 @@ def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
     return list(found.values()), reach
 
 
-def told_way(ways: Array, whole: float = np.inf, grade: Grade = USUAL) -> tuple[float, float]:
-    """Return how far to go [m], and what that is worth, where worlds were lost and went crooked after `(N, 2)` [m].
-
-    A way is worth itself less the grade's price times itself for the share of worlds that are lost before its end, and
-    less what crooked ones cost for that of those that are not carried straight. Of a `whole` path [m] nothing is kept,
-    and its end is worth more than any way before it where `ENOUGH` of the worlds come there.
-    """
-    ends = np.unique(np.maximum(ways, 0.0))
-    lost, bent = (ways[None] < ends[:, None, None]).sum(axis=1).T
-    worth = ends * (1 - (grade.price * (lost + 0.5) + grade.crooked * (bent - lost)) / (len(ways) + 1))
-    come, done = 1 - lost / len(ways), ends >= whole - SAME
-    worth = np.where(done & (come >= ENOUGH), ends * (1 + come), worth)
-    best = int(worth.argmax())
-    kept = 0.0 if done[best] else MARGIN
-    return max(float(ends[best]) - kept, 0.0), float(worth[best])
-
-
 def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
     left, reach = candidates(held, poses)
@@ -192,15 +177,20 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
         left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[:best]]
         left = _tried(held, (poses, reach), left, by, range(first, first + worlds))
         first += worlds
-    chosen = [_best(left, path, whole[path], by)[0] for path in range(len(poses))]
-    told = np.array([_told(each, whole[each.path], by)[0] for each in chosen])
+    left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[: by.last]]
+    each = [_told(candidate, whole[candidate.path], by) for candidate in left]
+    told, worth = np.array([ways for ways, _ in each]), np.array([gained for _, gained in each])
     if by.shares:
+        draws = range(first, first + (by.stays or STAYS))
         stays = [
-            _stayed(held, (poses, told[:, k]), chosen, by, (grade, _part(grade, range(first, first + by.stays))))
-            for k, grade in enumerate(by.grades)
+            _stayed(held, (poses, ways), left, by, (grade, _part(grade, draws)))
+            for grade, ways in zip(by.grades, told.T, strict=True)
         ]
-        told = np.stack(stays, axis=-1)
-    return {**_closing(held, chosen, poses), "way": told[:, len(by.grades) // 2], "ways": told}
+        told, worth = np.stack([ways for ways, _ in stays], axis=-1), np.sum([gained for _, gained in stays], axis=0)
+    paths = np.array([candidate.path for candidate in left])
+    chosen = [int(np.where(paths == path, worth, -np.inf).argmax()) for path in range(len(poses))]
+    told, left = told[chosen], [left[k] for k in chosen]
+    return {**_closing(held, left, poses), "way": told[:, len(by.grades) // 2], "ways": told}
 
 
 def _told(candidate: Candidate, whole: float, by: Carrier) -> tuple[list[float], float]:
@@ -219,15 +209,23 @@ def _part(grade: Grade, draws: range) -> range:
 
 
 def _stayed(
-    held: Held, paths: tuple[Array, Array], chosen: list[Candidate], by: Carrier, where: tuple[Grade, range]
-) -> Array:
-    """Return the ways `(P,)` [m] that are worth most of some shares of those found, where the object is to stay."""
-    (poses, told), (grade, draws), worth = paths, where, []
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, where: tuple[Grade, range]
+) -> tuple[Array, Array]:
+    """Return the ways [m] that are worth most of some shares of those found, where objects are to stay, and that worth.
+
+    It counts with the grade's weight. Both are `(N,)` as the candidates, which come with the poses of the paths and the
+    ways that were found.
+    """
+    (poses, told), (grade, draws) = paths, where
+    count, owner = len(draws), np.repeat([each.path for each in candidates], len(draws))
+    worth = []
     for share in by.shares:
-        found, _ = _carried(held, (poses, share * told), chosen, by, where)
-        kept = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)).reshape(len(chosen), len(draws))
-        worth.append(share * (1 - grade.price * (len(draws) - kept.sum(axis=1) + 0.5) / (len(draws) + 1)))
-    return np.asarray(np.array(by.shares)[np.argmax(worth, axis=0)] * told)
+        found, aimed = _carried(held, (poses, share * told), candidates, by, where)
+        lost = ~np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
+        way, straight = _ways(found, Path(poses[owner] - poses[owner, :1]), aimed).T
+        spoilt = grade.price * lost + grade.crooked * (~lost & (straight < way))
+        worth.append(share * told * (1 - (spoilt.reshape(-1, count).sum(axis=1) + 0.5 * grade.price) / (count + 1)))
+    return np.array(by.shares)[np.argmax(worth, axis=0)] * told, grade.weight * np.max(worth, axis=0)
 
 
 def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str, Array]:
@@ -265,7 +263,8 @@ def _tried_together(
     added = []
     for grade in by.grades:
         own = _part(grade, draws)
-        found, aimed = _carried(held, paths, candidates, by, (grade, own))
+        reach = paths[1][[each.path for each in candidates]]
+        found, aimed = _carried(held, (paths[0], reach), candidates, by, (grade, own))
         poses = paths[0][np.repeat([each.path for each in candidates], len(own))]
         ways = _ways(found, Path(poses - poses[:, :1]), aimed).reshape(len(candidates), len(own), 2)
         added.append([tuple((way, straight) for way, straight in rows) for rows in ways.tolist()])
@@ -279,22 +278,22 @@ def _tried_together(
 def _carried(
     held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, where: tuple[Grade, range]
 ) -> tuple[Recording, list[Array]]:
-    """Return what came of candidates in worlds of a grade, and how far each was to be at each decision `(B,)` [m]."""
-    (poses, reach), (grade, draws) = paths, where
+    """Return what came of candidates, each to go a way, in worlds of a grade, and how far each was to be `(B,)` [m]."""
+    (poses, ways), (grade, draws) = paths, where
     owner = np.repeat([each.path for each in candidates], len(draws))
     own, starts = poses[owner], poses[owner, 0]
     grasp = Grasp(
         **{name: np.repeat(rows, len(draws), axis=0) for name, rows in _closing(held, candidates, poses).items()}
     )
     worlds = [draw(grade.worlds, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
-    task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=reach[owner])
+    task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=np.repeat(ways, len(draws)))
     watched = list[_Watched]()
 
     def carrying(task: Task) -> _Watched:
         watched.append(_Watched(by.make(task)))
         return watched[-1]
 
-    longest = max(LEAST, float(reach.max()) / SLOWEST)
+    longest = max(LEAST, float(ways.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
     return found, watched[0].ways
 

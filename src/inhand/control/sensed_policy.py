@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
-from inhand.control.grades import GRADES, TRUSTING
+from inhand.control.grades import TRUSTING
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import SENSED, Seen
-from inhand.control.sensed_plan import Carrier
+from inhand.control.sensed_plan import Carrier, graded
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
 from inhand.tasks.decisions import targets_of
@@ -162,12 +162,10 @@ def carrier_of(policy: Policy) -> Carrier:
     carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
     if policy.family is not None:
         return replace(carrier, shares=NEAR, grades=TRUSTING, rounds=QUICK, stays=24)
-    return replace(carrier, shares=SHARES, grades=GRADES)
+    return graded(carrier)
 
 
-SHARES = (1.0, 0.95, 0.9)
-"""Shares of a planned way among which that of a learned policy on real senses is chosen."""
 NEAR = (1.0, 0.8)
-"""The same of a policy of the family."""
+"""Shares of a planned way among which that of a policy of the family is chosen."""
 QUICK = ((32, 3), (6, 8), (2, 16))
 """Candidates and worlds that a policy of the family plans with."""

@@ -20,7 +20,11 @@ from inhand.sim.state import select
 from inhand.tasks.decisions import actions_of
 from inhand.tasks.spatial.rows import gravity_in
 
-TEACHERS = {"teacher": TeacherConfig(), "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03)}
+TEACHERS = {
+    "teacher": TeacherConfig(),
+    "mild-teacher": TeacherConfig(proportional=0.7, lead=0.03, damping=0.01),
+    "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03),
+}
 """Teachers among experts by name. On objects whose contacts slide a little, soft feedback loses fewer, as they turn."""
 FARTHEST = 0.2
 """Way that no hand carries an object [m]."""

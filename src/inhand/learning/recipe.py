@@ -25,7 +25,7 @@ class Recipe(Config):
     episodes: int = 5000
     """Number of episodes (thesis 3.3.4 keeps 5,000 of the expert)."""
     expert: str = "ik"
-    """Who demonstrates: ik, ik-cautious, thesis-ik, or teacher and soft-teacher, which know every world as drawn."""
+    """Who demonstrates: ik, ik-cautious, thesis-ik, or teacher, mild-teacher or soft-teacher, which know all worlds."""
     push: float = 0.01
     """Largest standard deviation of the noise added to joint targets [rad]; each episode draws its own up to it."""
     midway: float = 0.25

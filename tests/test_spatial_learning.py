@@ -142,13 +142,18 @@ def test_a_scene_of_the_plane_has_no_gravity_of_its_own(starts: Starts) -> None:
 
 
 def test_the_teacher_carries_every_object_as_far_as_it_is_asked(starts: Starts) -> None:
-    worlds = worlds_of(starts)
+    """It turns more slowly than it moves, and presses harder than the expert."""
+    worlds, ways = worlds_of(starts), []
     worlds.reset(np.arange(len(starts)))
     teach = expert_of("teacher", HELD, starts, worlds)
     assert np.array_equal(teach(), teach())  # it remembers nothing
     for _ in range(SEEN.horizon - 1):
         step = worlds.step(worlds.actions_of(teach()))
         assert not step.terminated.any()
+        ways.append(step.shift[:, 0])
+    first, turning = (np.array(ways) > 0.7 * WAY).argmax(axis=0), worlds.asked.turning
+    assert first[turning].min() > first[~turning].max() + 1
+    assert (worlds.state.forces * worlds.state.normals).sum(axis=-1).mean() > 3.3
     along, across, turned = step.shift.T
     np.testing.assert_allclose(along, WAY, atol=6e-4)
     assert across.max() < 6e-4

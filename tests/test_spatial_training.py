@@ -196,7 +196,7 @@ def test_hands_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Polic
 
 
 def test_sequences_in_space_are_not_a_policys(policy: tuple[Path, Policy]) -> None:
-    with pytest.raises(InputError, match="a hand in space: a policy there knows single primitives"):
+    with pytest.raises(InputError, match="a hand in space: a policy knows single primitives"):
         inhand.trace("helix", hand="3f_60.60_40_10", object="cube_50", controller=str(policy[0]))
 
 

@@ -263,7 +263,7 @@ def spatial() -> Training:
         hand="3f_60.60_40_10",
         object="cube_50",
         engine=SPATIAL,
-        interface=Interface("space", "steps", "progress", horizon=160),
+        interface=Interface("space", "steps", "progress", horizon=180),
         recipe=Recipe(1536, "teacher", push=0.01, midway=0.25, whole=0.5, grip_spread=15.0),
         imitate=8000,
         rounds=3,

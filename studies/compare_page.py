@@ -44,7 +44,8 @@ def write_compare(config: CompareConfig, found: Sequence[dict[str, Any]], few: S
     every, adapting = scores(found), adaptations(few, config.seeds)
     subtitle = f"{len(config.seeds)} seeds, {config.episodes} episodes each; {config.object} with {config.hand}"
     for level in map(named, config.disturb):
-        title = f"Primitives in sequence against training end to end, disturbed by {level}"
+        how = "undisturbed" if level == "none" else f"disturbed by {level}"
+        title = f"Primitives in sequence against training end to end, {how}"
         figure = compare_figure(*_bars([score for score in every if score.disturb == level]), title, subtitle)
         save_figure(figure, config.out / f"compare_{level}.png")
     content = {

@@ -26,6 +26,7 @@ from inhand.control.trial import Trial
 from inhand.geometry import Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
 from inhand.hands.fit import Held
+from inhand.hands.grasp_search import GraspPlan
 from inhand.sim import memory
 from inhand.sim.disturbance import FIELD, Disturbance
 from inhand.sim.engine import Simulator
@@ -169,7 +170,7 @@ def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.Monke
     def tried(*given: Any) -> list[Candidate]:
         rounds.append((given[2], given[4]))
         far = {each.plan.contacts.tobytes(): 0.01 * (k + 1) for k, each in enumerate(rounds[0][0])}
-        return [replace(each, ways=(((far[each.plan.contacts.tobytes()],) * 2,) * 4,)) for each in given[2]]
+        return [replace(each, ways=(((far[each.plan.contacts.tobytes()],) * 2,) * 4,) * 2) for each in given[2]]
 
     monkeypatch.setattr(sensed_plan, "_tried", tried)
     monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
@@ -179,6 +180,27 @@ def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.Monke
     assert (few, more) == (range(2), range(2, 6))
     assert [each.plan for each in second] == [first[2].plan]
     assert found.way == pytest.approx([0.03 - MARGIN])
+
+
+def test_grasps_that_end_alike_are_told_apart_in_rougher_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 4),))
+    poses, seen = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], list[GraspPlan]()
+
+    def tried(*given: Any) -> list[Candidate]:
+        seen.extend(each.plan for each in given[2])
+        usual = ((0.04, 0.04),) * 4
+        return [
+            replace(each, ways=(((rough, rough),) * 4, usual))
+            for each, rough in zip(given[2], (0.01, 0.03, 0.02), strict=True)
+        ]
+
+    monkeypatch.setattr(sensed_plan, "_tried", tried)
+    monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
+    found = sensed_grasp(HAND, CUBE, poses)
+    best = vars(sensed_plan)["_closing"](Held(HAND, CUBE), [Candidate(0, seen[1], 0.0)], poses)
+    np.testing.assert_array_equal(found.closed, best["closed"])
+    assert found.way == pytest.approx([0.04 - MARGIN])  # of the usual worlds,
+    assert found.ways is None  # whatever a camera sees
 
 
 @pytest.mark.usefixtures("quick")

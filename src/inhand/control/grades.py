@@ -20,7 +20,7 @@ class Grade:
     """What a way is planned for where frames scatter so much."""
 
     scatter: float
-    """Up to so many times a fiducial's noise."""
+    """Up to so many times a fiducial's noise; of 0, where a grasp is chosen the grade counts, but no camera has it."""
     worlds: Disturbance
     """Worlds that grasps are tried in,"""
     share: float = 1.0
@@ -62,6 +62,9 @@ TRUSTING = (
 )
 """Two grades of who sees well and is trusted to have measured friction, mass and size, too, as in `bench`, and of who
 does not: in worlds somewhat rougher than those of `field`, since in few of them the first loss comes late by chance."""
+DRAWN = (Grade(0.0, scaled(FIELD, 1.5), weight=3.0), USUAL)
+"""What whole drawings are planned for: the way of the usual worlds, with a grasp that keeps most objects in rougher
+ones too, where grasps that come to the end alike differ."""
 FIDUCIAL = np.array(EstimatorConfig().frame)
 """Noise of a fiducial's frames [m, m, rad]."""
 ENOUGH = 0.85

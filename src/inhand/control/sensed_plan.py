@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from inhand.caches import cached
 from inhand.control.controller import Controller, Task
-from inhand.control.grades import ENOUGH, GRADES, USUAL, Grade, told_way, worth_of
+from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
@@ -99,8 +99,9 @@ class Carrier:
     shares: tuple[float, ...] = ()
     """Shares of the way that is found to which candidates then carry and hold, of which the best is told: what
     is carried farther may be lost where it is to stay. Without any what is found is told."""
-    grades: tuple[Grade, ...] = (USUAL,)
-    """What ways are planned for; of several the usual one is the middle one or, of two, the last."""
+    grades: tuple[Grade, ...] = DRAWN
+    """What ways are planned for; of several that a camera can have the usual one is the middle one or, of two, the
+    last."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     stays: int = 0
@@ -141,7 +142,7 @@ def sensed_grasp(
         for k, row in enumerate(rows.tolist()):
             plans[row] = {name: found[name][k] for name in PLAN}
     whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
-    return Grasp(**whole if len(by.grades) > 1 else whole | {"ways": None})
+    return Grasp(**whole if whole["ways"].shape[1] > 1 else whole | {"ways": None})
 
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
@@ -190,7 +191,8 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     paths = np.array([candidate.path for candidate in left])
     chosen = [int(np.where(paths == path, worth, -np.inf).argmax()) for path in range(len(poses))]
     told, left = told[chosen], [left[k] for k in chosen]
-    return {**_closing(held, left, poses), "way": told[:, len(by.grades) // 2], "ways": told}
+    told = told[:, [grade.scatter > 0 for grade in by.grades]]
+    return {**_closing(held, left, poses), "way": told[:, told.shape[1] // 2], "ways": told}
 
 
 def _told(candidate: Candidate, whole: float, by: Carrier) -> tuple[list[float], float]:

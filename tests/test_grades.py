@@ -91,6 +91,18 @@ def test_a_way_is_shorter_where_a_loss_costs_more() -> None:
     assert told_way(ways, grade=replace(USUAL, price=20.0))[0] < 0.08
 
 
+def test_a_grip_that_holds_is_worth_more_than_one_that_loses_before_it_goes() -> None:
+    held, lost = np.zeros((20, 2)), np.repeat(np.array([-1.0, -1.0, *[0.0] * 18])[:, None], 2, axis=1)
+    careful = TRUSTING[-1]
+    assert told_way(held, grade=careful)[1] > told_way(lost, grade=careful)[1] + 0.01
+    assert told_way(held, grade=USUAL)[1] == told_way(lost, grade=USUAL)[1]
+    # A short way on which one is lost is not gone, a long one is.
+    for far, gone in ((0.02, False), (0.2, True)):
+        ways = np.repeat(np.array([0.5 * far, *[far] * 27])[:, None], 2, axis=1)
+        assert (told_way(ways, grade=careful)[0] > 0.9 * far) == gone
+        assert told_way(ways, grade=replace(careful, least=0.0))[0] > 0.9 * far
+
+
 @pytest.mark.parametrize("name", ["rl", "ik-sensed"])
 def test_the_standard_pair_is_planned_in_every_direction(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     entry = find_controller(name)

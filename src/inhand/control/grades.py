@@ -31,6 +31,8 @@ class Grade:
     """What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be so much longer [%],"""
     crooked: float = 0.75
     """and what one that is not carried straight."""
+    least: float = 0.0
+    """A loss costs as much as on a way so much longer [m]: what goes nowhere is to be held, too."""
 
 
 def _seen_well() -> Disturbance:
@@ -56,7 +58,7 @@ GRADES = (
 third of all objects from the best of grips, and shorter ways save few: there the mean way counts."""
 TRUSTING = (
     Grade(GRADES[0].scatter, _farther_off(BENCH), 0.25, 2.0, price=2.0),
-    Grade(np.inf, scaled(FIELD, 1.25), price=6.0, crooked=0.25),
+    Grade(np.inf, scaled(FIELD, 1.25), price=6.0, crooked=0.25, least=0.06),
 )
 """Two grades of who sees well and is trusted to have measured friction, mass and size, too, as in `bench`, and of who
 does not: in worlds somewhat rougher than those of `field`, since in few of them the first loss comes late by chance."""
@@ -76,6 +78,12 @@ def grade_of(scatter: Array, count: int = len(GRADES)) -> NDArray[np.int64]:
     return np.searchsorted([each.scatter for each in GRADES[: count - 1]], scatter)
 
 
+def worth_of(ways: Array, spoilt: tuple[Array, Array], count: int, grade: Grade) -> Array:
+    """Return what ways [m] are worth to a grade, of which so many of `count` worlds were lost, and so many crooked."""
+    lost, bent = grade.price * (spoilt[0] + 0.5), grade.crooked * spoilt[1]
+    return np.asarray(ways * (1 - (lost + bent) / (count + 1)) - grade.least * lost / (count + 1))
+
+
 def told_way(ways: Array, whole: float = np.inf, grade: Grade = USUAL) -> tuple[float, float]:
     """Return how far to go [m], and what that is worth, where worlds were lost and went crooked after `(N, 2)` [m].
 
@@ -85,7 +93,7 @@ def told_way(ways: Array, whole: float = np.inf, grade: Grade = USUAL) -> tuple[
     """
     ends = np.unique(np.maximum(ways, 0.0))
     lost, bent = (ways[None] < ends[:, None, None]).sum(axis=1).T
-    worth = ends * (1 - (grade.price * (lost + 0.5) + grade.crooked * (bent - lost)) / (len(ways) + 1))
+    worth = worth_of(ends, (lost, bent - lost), len(ways), grade)
     come, done = 1 - lost / len(ways), ends >= whole - SAME
     worth = np.where(done & (come >= ENOUGH), ends * (1 + come), worth)
     best = int(worth.argmax())

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from inhand.caches import cached
 from inhand.control.controller import Controller, Task
-from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way
+from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
@@ -225,8 +225,8 @@ def _stayed(
         found, aimed = _carried(held, (poses, share * told), candidates, by, where)
         lost = ~np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
         way, straight = _ways(found, Path(poses[owner] - poses[owner, :1]), aimed).T
-        spoilt = grade.price * lost + grade.crooked * (~lost & (straight < way))
-        worth.append(share * told * (1 - (spoilt.reshape(-1, count).sum(axis=1) + 0.5 * grade.price) / (count + 1)))
+        spoilt = np.stack([lost, ~lost & (straight < way)]).reshape(2, -1, count).sum(axis=-1)
+        worth.append(worth_of(share * told, (spoilt[0], spoilt[1]), count, grade))
     return np.array(by.shares)[np.argmax(worth, axis=0)] * told, grade.weight * np.max(worth, axis=0)
 
 

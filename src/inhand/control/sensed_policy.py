@@ -165,7 +165,7 @@ def carrier_of(policy: Policy) -> Carrier:
     return graded(carrier)
 
 
-NEAR = (1.0, 0.8)
+NEAR = (1.0, 0.8, 0.5)
 """Shares of a planned way among which that of a policy of the family is chosen."""
 QUICK = ((32, 3), (6, 8), (2, 16))
 """Candidates and worlds that a policy of the family plans with."""

@@ -12,10 +12,11 @@ import numpy as np
 from compare_config import CompareConfig
 from compare_figure import Bar, compare_figure
 from compare_stats import Adaptation, Interval, Score, adaptations, scores
-from compare_study import ENOUGH, contestants, horizon_of, named, training_of
+from compare_study import ENOUGH, contestants, horizon_of, training_of
 from inhand.control.trial import write_json
 from inhand.pages import again, options, page_of, table_of
 from inhand.plots.save import save_figure
+from inhand.sim.disturbance_files import NONE, disturbance_name
 from inhand.versions import versions
 
 HEADER = (
@@ -43,8 +44,8 @@ def write_compare(config: CompareConfig, found: Sequence[dict[str, Any]], few: S
     """Write `compare.json`, the figure and `report.md` of a study to its folder; return the scores."""
     every, adapting = scores(found), adaptations(few, config.seeds)
     subtitle = f"{len(config.seeds)} seeds, {config.episodes} episodes each; {config.object} with {config.hand}"
-    for level in map(named, config.disturb):
-        how = "undisturbed" if level == "none" else f"disturbed by {level}"
+    for level in map(disturbance_name, config.disturb):
+        how = "undisturbed" if level == NONE else f"disturbed by {level}"
         title = f"Primitives in sequence against training end to end, {how}"
         figure = compare_figure(*_bars([score for score in every if score.disturb == level]), title, subtitle)
         save_figure(figure, config.out / f"compare_{level}.png")
@@ -124,7 +125,7 @@ def _page(config: CompareConfig, every: Sequence[Score], adapting: Sequence[Adap
         table_of(HEADER, table_rows(every)),
         *(
             f"![Completion of every task, disturbed by {level}](compare_{level}.png)"
-            for level in map(named, config.disturb)
+            for level in map(disturbance_name, config.disturb)
         ),
         table_of(
             ("controller", "demonstrated", "relabelled", "of the agent"), steps, "Environment steps of each training"

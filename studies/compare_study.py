@@ -33,8 +33,9 @@ from inhand.hands.fit import Held
 from inhand.learning.config import Training, default, privileged
 from inhand.learning.progress import CHECKPOINT, JOURNAL
 from inhand.learning.runs import finished, resume, train
+from inhand.learning.train import SILENT
 from inhand.records import table_of
-from inhand.sim.disturbance_files import load_disturbance
+from inhand.sim.disturbance_files import disturbance_name, load_disturbance
 from inhand.sim.drawn import draw
 from inhand.sim.scene import SUBSTEPS, SceneSpec
 from inhand.tracing.follow import follow
@@ -198,13 +199,12 @@ def _trained(config: CompareConfig, who: Contestant) -> str:
 
 
 def _train(training: Training, folder: Path) -> None:
-    silent = lambda *_: None, lambda _: None
     if finished(folder):
         return
     if (folder / CHECKPOINT).is_file():
-        resume(folder, silent)
+        resume(folder, SILENT)
     else:
-        train(training, folder, silent, overwrite=True)
+        train(training, folder, SILENT, overwrite=True)
 
 
 def evaluated(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
@@ -215,22 +215,16 @@ def evaluated(config: CompareConfig, told: Told) -> list[dict[str, Any]]:
     return [json.loads(_result(config, *each).read_text()) for each in every]
 
 
-def named(level: str) -> str:
-    """Return what a disturbance is called; none where nothing is disturbed."""
-    spec = load_disturbance(level)
-    return "none" if spec is None else spec.name
-
-
 def _result(config: CompareConfig, who: Contestant, task: str, level: str) -> Path:
-    return config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}_at_{named(level)}.json"
+    return config.out / "results" / f"{who.folder}_on_{task.replace(':', '_')}_at_{disturbance_name(level)}.json"
 
 
 def _tried(config: CompareConfig, case: tuple[Contestant, str, str]) -> str:
     who, task, level = case
     episodes = _episodes(config, *case)
-    content = {"contestant": asdict(who), "task": task, "disturb": named(level), "episodes": episodes}
+    content = {"contestant": asdict(who), "task": task, "disturb": disturbance_name(level), "episodes": episodes}
     write_json(content, _result(config, *case))
-    return f"{who.name} on {task}, {named(level)}"
+    return f"{who.name} on {task}, {disturbance_name(level)}"
 
 
 def _episodes(config: CompareConfig, who: Contestant, task: str, level: str) -> list[dict[str, Any]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from inhand import geometry
+from inhand import caches, geometry
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control import loop
@@ -255,6 +257,18 @@ def test_the_arm_of_a_boxs_friction_is_half_its_diagonal() -> None:
     assert friction_arm(CATALOGUE["cylinder_40"]) == pytest.approx(0.02)
     away = np.linalg.norm(polygon(CATALOGUE["triangle"]) - centre_of_mass(CATALOGUE["triangle"]), axis=-1)
     assert friction_arm(CATALOGUE["triangle"]) == pytest.approx(away.mean(), rel=1e-4)  # a third of its weight on each
+
+
+def test_the_arm_of_one_object_is_kept_and_of_worlds_that_differ_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(caches.PLACE, str(tmp_path))
+    drawn = [replace(CUBE, size=(0.039 + 1e-4 * k, 0.039, 0.05)) for k in range(3)]
+    told = build([(HAND, spec, SceneSpec()) for spec in drawn])
+    assert not list(tmp_path.rglob("arm-*"))
+    alone = [build([(HAND, spec, SceneSpec())]) for spec in drawn]
+    assert len(list(tmp_path.rglob("arm-*"))) == 3
+    np.testing.assert_array_equal(told.loss, [each.loss[0] for each in alone])
 
 
 @pytest.mark.parametrize("worth", [0, planar_engine.WORTH], ids=["on threads", "few worlds"])

@@ -210,10 +210,8 @@ def _look(filmed: Filmed, episodes: Episodes, views: Views, b: int) -> bool:
     if filmed.number[b] >= newest:
         return True
     filmed.number[b] += 1
-    noise, even = (
-        filmed.noise.rows[b, (filmed.number[b] + lens.first) % filmed.noise.rows.shape[1]],
-        filmed.bias.shape[1],
-    )
+    noise = filmed.noise.rows[b, (filmed.number[b] + lens.first) % filmed.noise.rows.shape[1]]
+    even = filmed.bias.shape[1]
     if lens.missing == 0.0 or not _misses(filmed, b, count, (noise[even], noise[even + 1])):
         views.time[b] = filmed.number[b] / lens.rate
         back = max(count - views.time[b] / lens.period, 0.0)
@@ -265,9 +263,8 @@ def _see_in_space(filmed: Filmed, views: Views, b: int, noise: Array) -> None:
     row, bias, (along, _, about) = views.row[b], filmed.bias[b], filmed.lens.spread
     for j in range(3):
         row[j] += bias[j] + along * noise[j]
-    size = math.sqrt(
-        row[3] ** 2 + row[4] ** 2 + row[5] ** 2 + row[6] ** 2
-    )  # between two decisions it is shorter than 1
+    # Between two decisions a quaternion is shorter than 1.
+    size = math.sqrt(row[3] ** 2 + row[4] ** 2 + row[5] ** 2 + row[6] ** 2)
     for j in range(3, IN_SPACE):
         row[j] /= size
     _turn(row, (about * noise[3], about * noise[4], about * noise[5]))

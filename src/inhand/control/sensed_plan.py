@@ -197,12 +197,9 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
 
 def _told(candidate: Candidate, whole: float, by: Carrier) -> tuple[list[float], float]:
     """Return how far to go at each grade with a candidate of a path, so long in all [m], and what that is worth."""
-    each = [
-        told_way(np.array(ways), whole, grade) for ways, grade in zip(candidate.ways, by.grades, strict=True) if ways
-    ]
-    return [way for way, _ in each], sum(
-        grade.weight * worth for grade, (_, worth) in zip(by.grades, each, strict=False)
-    )
+    each = [told_way(np.array(ways), whole, grade) for ways, grade in zip(candidate.ways, by.grades, strict=True)]
+    worth = sum(grade.weight * worth for grade, (_, worth) in zip(by.grades, each, strict=True))
+    return [way for way, _ in each], worth
 
 
 def _part(grade: Grade, draws: range) -> range:

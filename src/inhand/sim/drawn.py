@@ -161,10 +161,8 @@ def truths(
     scenes: SceneSpec | Sequence[SceneSpec] | None,
 ) -> tuple[list[H], list[S], list[SceneSpec]]:
     """Return the true hand, object and surroundings of each world; the hand is one for all or one for each."""
-    around, hands_told = (
-        scene_of_each(objects, scenes),
-        [hand] * len(objects) if isinstance(hand, HandSpec | SpatialHand) else hand,
-    )
+    around = scene_of_each(objects, scenes)
+    hands_told = [hand] * len(objects) if isinstance(hand, HandSpec | SpatialHand) else hand
     told = zip(disturbed, hands_told, objects, around, strict=True)
     each = [truth(world.drawn, own, spec, scene) for world, own, spec, scene in told]
     hands, things, true = (list(part) for part in zip(*each, strict=True))

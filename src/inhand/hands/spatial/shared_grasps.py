@@ -77,10 +77,8 @@ def _searched(
     chosen: NDArray[np.int64] = np.argsort(-worth_together(promised, paths), kind="stable")[: config.most]
     ways = np.empty((len(chosen), len(paths)))
     for k, each in enumerate(every):
-        stack, weights = (
-            stack_of(held[0], each.tracks, config.margins),
-            weights_of(held[1], each.poses, gravities)[None],
-        )
+        stack = stack_of(held[0], each.tracks, config.margins)
+        weights = weights_of(held[1], each.poses, gravities)[None]
         numbers, lengths = together.numbers[chosen], each.lengths[chosen]
         reached, _ = follow_tuples(stack, numbers, lengths, (weights, rules), config.every)
         ways[:, k] = np.where(reached > 0, each.way[np.maximum(reached - 1, 0)], 0.0)

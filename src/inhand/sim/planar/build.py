@@ -57,20 +57,28 @@ def friction_arm(spec: ObjectSpec) -> float:
     """
     if spec.shape == "cylinder" and not any(spec.centre):
         return spec.size[0] / 2
-    corners, centre = polygon(spec), centre_of_mass(spec)
-    found = cached("arm", (corners, centre), __name__, lambda: {"arm": _mean_distance(corners, centre)})
-    return float(found["arm"])
-
-
-def _mean_distance(corners: Array, centre: Array) -> Array:
     from scipy.optimize import nnls  # whose import takes a warm run 0.2 s more than reading the arm does
     from scipy.spatial import ConvexHull
 
-    away = corners[ConvexHull(corners).vertices] - centre
+    corners = polygon(spec)
+    away = corners[ConvexHull(corners).vertices] - centre_of_mass(spec)
     even = 1e-3 * np.abs(away).max()
     rows = np.vstack([np.ones(len(away)), away.T / np.abs(away).max(), even * np.eye(len(away))])
     loads, _ = nnls(rows, np.concatenate([[1.0, 0.0, 0.0], np.full(len(away), even / len(away))]))
-    return np.asarray(loads @ np.linalg.norm(away, axis=-1) / loads.sum())
+    return float(loads @ np.linalg.norm(away, axis=-1) / loads.sum())
+
+
+def _friction_arms(specs: Sequence[ObjectSpec]) -> dict[ObjectSpec, float]:
+    """Return the friction arms of objects; that of one object alone is kept on disk, for those that differ are drawn.
+
+    What is drawn for a run is asked for once, and would leave a file for each of its worlds.
+    """
+    distinct = list(dict.fromkeys(specs))
+    if len(distinct) > 1:
+        return {spec: friction_arm(spec) for spec in distinct}
+    (spec,) = distinct
+    found = cached("arm", spec, __name__, lambda: {"arm": np.array(friction_arm(spec))})
+    return {spec: float(found["arm"])}
 
 
 def build(worlds: Sequence[World]) -> Model:
@@ -94,7 +102,8 @@ def build(worlds: Sequence[World]) -> Model:
     flat = np.array([[_lies_flat(row, pair, (n, n + n_pieces)) for pair in pairs] for row in outlines])
     first = np.repeat([place.start for place in hand.slices], [len(f.links) for f in hand.fingers])
     owners = np.repeat(np.arange(len(hand.fingers)), [len(f.links) for f in hand.fingers])
-    numbers = [_numbers(world) for world in worlds]
+    arms = _friction_arms([spec for _, spec, _ in worlds])
+    numbers = [_numbers(world, arms[world[1]]) for world in worlds]
     return Model(
         timestep=worlds[0][2].timestep,
         first=np.array([*first, n, n + 1, n + 2], dtype=np.int64),
@@ -174,8 +183,8 @@ def _frictions(world: World, pairs: Sequence[tuple[int, int]], n_pieces: int) ->
     return [max(of(one) * of(other), LEAST_FRICTION) for one, other in pairs]
 
 
-def _numbers(world: World) -> dict[str, Array]:
-    """Return masses, inertias, servos and inverse weights of a world."""
+def _numbers(world: World, arm: float) -> dict[str, Array]:
+    """Return masses, inertias, servos and inverse weights of a world, whose floor acts on its object at an arm [m]."""
     hand, spec, scene = world
     links = [(finger, i) for finger in hand.fingers for i in range(len(finger.links))]
     outlines = [link_outline(hand, finger, i) for finger, i in links]
@@ -194,7 +203,7 @@ def _numbers(world: World) -> dict[str, Array]:
         "centre": centre,
         "servo": np.tile([hand.armature, hand.damping, hand.stiffness, hand.torque], (len(links), 1)),
         "limits": hand.limits,
-        "loss": hold * np.array([1.0, 1.0, friction_arm(spec)]),
+        "loss": hold * np.array([1.0, 1.0, arm]),
         "weight": np.array([*weight, 1 / spec.mass]),
         "joint_weight": np.array([*joint_weight, 1 / spec.mass, 1 / spec.mass, 1 / inertia[-1]]),
         "scale": np.array(1 / sum(diagonal)),

@@ -18,7 +18,7 @@ from inhand.control.seen import SENSED, Seen, exact
 from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.control.spatial_estimator import SpatialEstimator
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_ik_sensed import SpatialIkSensedController
+from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.spatial_sensed_plan import CARRIER, following, sensed_in_space
 from inhand.control.trial import GRIP_END, LOST, REACHED
@@ -109,6 +109,8 @@ def test_the_law_takes_over_what_was_believed() -> None:
     joints, time = fingers_at(-0.001)[None], np.zeros(1)
     seen = Seen(time, joints, np.zeros_like(joints), joints, HAND.start_pose[None], time)
     first, second = (SpatialIkSensedController(still) for _ in range(2))
+    moving = replace(still, path=stacked_paths(PATHS[:1]))
+    assert (first.law.config, SpatialIkSensedController(moving).law.config) == (SOFT, SENSED_SPATIAL_IK)
     first.begin(seen)
     first.act(seen)
     second.take_over(first)

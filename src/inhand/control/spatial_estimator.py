@@ -34,7 +34,7 @@ class SpatialEstimator(PoseFilter):
 
     @property
     def grip(self) -> tuple[Array, Array]:
-        """Where fingers are believed to touch, in the object's frame, and the normals into it `(B, F, 3)` each [m]."""
+        """Where fingers are believed to touch, in the object's frame, and its normals there, `(B, F, 3)` each [m]."""
         return seen_from(self._pose[:, None], self._points), self._normals
 
     @property

@@ -51,7 +51,7 @@ class Past:
     """Where it believes the fingers to touch, in the object's frame `(B, F, 2)` [m], in space `(B, F, 3)`."""
     askew: Array
     """Angles from the outline's normals there to the line between them `(B, F)` [rad]; in space the normals themselves,
-    unit vectors into the object in the palm frame `(B, F, 3)`."""
+    unit vectors out of the object in the palm frame `(B, F, 3)`."""
 
     @property
     def joint_angles(self) -> Array:

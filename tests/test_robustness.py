@@ -287,7 +287,7 @@ def test_the_folder_of_another_study_is_refused(run: RobustnessRun, tmp_path: Pa
         (tmp_path / command / ("cells" if command == "robustness" else "cases")).mkdir(parents=True)
         code, _, told = inhand(command, *words, "--out", tmp_path / command)
         assert code == 2
-        assert "holds files that are no run of inhand; give another folder" in told
+        assert "holds files that are no run of this kind; give another folder" in told
     with pytest.raises(InputError, match="holds files that are no run"):
         run.save(tmp_path)
 

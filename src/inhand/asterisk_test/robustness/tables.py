@@ -84,8 +84,8 @@ def summary(found: Robustness) -> list[str]:
     disturbed = found.rows[found.rows.disturb != NONE]
     if len(disturbed):
         count, clock, cpu = disturbed[["trials", "seconds", "cpu_seconds"]].sum()
-        told = f"took one core {clock:.0f} s by the clock, {cpu:.0f} s of its own"
-        sentences.append(f"{count:,.0f} disturbed trials {told}.")
+        took = f"took one core {clock:.0f} s by the clock, {cpu:.0f} s of its own"
+        sentences.append(f"{count:,.0f} disturbed trials {took}.")
     return sentences
 
 

@@ -152,7 +152,7 @@ def believed_in_space(
         time: `(B,)` [s].
         moving: poses `(B, 7)` of the objects, and their velocities `(B, 6)` [m/s, rad/s].
         joints: angles, velocities and targets, each `(B, n)`.
-        contacts: the link of each finger that touches `(B, F)`, where `(B, F, 3)` [m], and the normals out of the object.
+        contacts: the link of each finger that touches `(B, F)`, where `(B, F, 3)` [m], and the object's normals there.
     """
     links, points, normals = contacts
     return SpatialState(

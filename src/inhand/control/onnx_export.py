@@ -146,10 +146,8 @@ def card_of(policy: Policy) -> ModelCard:
         inputs.append(InputCard(part.name, first, count, middle, half))
         first += count
     step = largest_step(policy.actions)
-    lags = LAGS if layout.sensed else ()
-    return ModelCard(
-        layout.name, tuple(inputs), lags, policy.actions, step, policy.contract, policy.trained, policy.space
-    )
+    does = policy.actions, step, policy.contract, policy.trained, policy.space
+    return ModelCard(layout.name, tuple(inputs), LAGS if layout.sensed else (), *does)
 
 
 def _parts(policy: Policy, card: ModelCard) -> tuple[list[Node], dict[str, Array]]:

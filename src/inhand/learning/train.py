@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from inhand.learning.journal import Evaluation
 
-PACKAGES = ("jax", "optax", "tensorboardX")
+PACKAGES = ("jax", "optax", "tensorboardX", "threadpoolctl")
 """What the extra `rl` brings and training cannot do without."""
 CHOSEN = ("hand", "object", "directions", "engine", "disturb", "demonstrations", "seed", "episodes")
 """Settings of the command line that take the place of the preset's."""

@@ -53,8 +53,8 @@ def _half(signed: SpatialPassport, lost: bool) -> SpatialTrial:
     links, phase = np.full((rows, 3), 2), np.zeros(rows, dtype=np.int64)
     return SpatialTrial(
         passport=signed, outcome=LOST_CONTACT if lost else GRIP_END, phases=("manipulate",), phase=phase,
-        time=0.02 * np.arange(rows), object_pose=pose, gaps=gaps, contact_links=links, penetration=np.zeros(rows),
-        reference=reference, **plain,
+        time=np.linspace(0.0, 0.2, rows), object_pose=pose, gaps=gaps, contact_links=links, reference=reference,
+        penetration=np.zeros(rows), **plain,
     )  # fmt: skip
 
 

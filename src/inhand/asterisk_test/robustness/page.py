@@ -65,8 +65,8 @@ def parts(
         f"# Robustness: {counted(len(found.contenders), 'controller')} x {counted(len(found.cases), 'disturbance')}",
         f"{config.object} with {config.hand}, {figures.told_trials(config)} ({config.directions}), start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed},"
-        f" {place_told(config.hand, config.engine, config.gravity)}. Controllers are told none of what disturbs. A trial"
-        " has the same start whatever disturbs it, and the same world whatever controls it.",
+        f" {place_told(config.hand, config.engine, config.gravity)}. Controllers are told none of what disturbs. A"
+        " trial has the same start whatever disturbs it, and the same world whatever controls it.",
         listed([*tables.summary(found), *notes]),
         tables.contenders_table(found),
         "`Lost` counts objects that were let go or never held, with Wilson's 95 % interval. An object that was lost has"

@@ -259,6 +259,7 @@ def test_a_wrong_preset_is_told_the_presets_in_their_order(inhand: Call) -> None
         "family-privileged",
         "from-family",
         "spatial",
+        "spatial-privileged",
         "thesis",
         "smoke",
         "None",

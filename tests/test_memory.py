@@ -285,8 +285,8 @@ def test_the_shipped_policy_on_senses_carries_as_far_as_it_is_told_and_says_what
 def test_what_has_no_memory_is_not_given_the_layout_of_senses() -> None:
     with pytest.raises(InputError, match="has a memory: make a controller"):
         user_policy(np.tanh, "senses")
-    with pytest.raises(InputError, match="knows primitives: leave task out"):
-        check(replace(preset("default"), task="key"))
+    with pytest.raises(InputError, match="knows primitives: leave task out, or take layout senses"):
+        check(replace(preset("family"), pairs=0, task="key"))
     with pytest.raises(InputError, match="'rl-sensed' is called rl now, and what was rl is called rl-privileged"):
         find_controller("rl-sensed")
     with pytest.raises(InputError, match="what was sensed is default now, and what was default is privileged"):

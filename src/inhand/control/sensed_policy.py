@@ -17,6 +17,7 @@ from inhand.control.seen import SENSED, Seen
 from inhand.control.sensed_plan import Carrier, graded
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
+from inhand.sim.state import State
 from inhand.tasks.decisions import targets_of
 from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
@@ -113,7 +114,9 @@ class PolicyPrimitive(OnSenses):
         """Start where the task says, or where the object is believed."""
         start = past.pose if self._task.start is None else self._task.start
         distance = self._task.path.length if self._task.distance is None else self._task.distance
-        self._asked = asked(self._angle, self._turned, start, np.broadcast_to(distance, len(start)))
+        # It stops a little before what it is asked for, and the sequence waits until it has arrived.
+        distance = np.broadcast_to(np.where(np.asarray(distance) > 0, distance + ARRIVED, 0.0), len(start))
+        self._asked = asked(self._angle, self._turned, start, distance)
         self._first = past.joint_angles
 
     def act(self, past: Past) -> Array:
@@ -122,9 +125,7 @@ class PolicyPrimitive(OnSenses):
 
     def seen_by(self, past: Past) -> tuple[Past, Aim]:
         """Return what the policy sees: itself counts from where the primitive starts, once first frames are in."""
-        start = np.where(past.waiting[:, None], past.start, self._asked.start)
-        believed = np.where(past.waiting[:, None], past.believed, self._asked.start)
-        mine = replace(past, first=self._first, start=start, believed=believed)
+        mine = replace(past, first=self._first).counted_from(self._asked.start)
         return mine, mine.aimed(self._asked)
 
     def finished(self, past: Past) -> NDArray[np.bool_]:
@@ -133,14 +134,14 @@ class PolicyPrimitive(OnSenses):
 
 
 class Deciding:
-    """Joint targets of a policy for what is remembered and asked."""
+    """Joint targets of a policy for what is remembered, or is true of one on perfect knowledge, and asked."""
 
     def __init__(self, task: Task, policy: Policy) -> None:
         """Decide for a task's hand and objects."""
         self._policy, self._layout = policy, find_layout(policy.observation)
         self._scene = Scene(task.hand, task.objects)
 
-    def __call__(self, past: Past, aim: Aim) -> Array:
+    def __call__(self, past: Past | State, aim: Aim) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, past, aim, self._scene))
         if self._layout.columns:

@@ -14,12 +14,12 @@ import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.controller import SpatialTask
-from inhand.control.grades import told_way
+from inhand.control.grades import STRAIGHT, told_way
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, STRAIGHT
+from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED
 from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at, longest_of, searched
 from inhand.geometry import TURN_ARM, Array

@@ -336,7 +336,7 @@ def test_a_hand_with_other_joints_is_refused(folder: Path) -> None:
         prepare(AsteriskConfig(controller=str(folder), directions="twist"))
 
 
-def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
+def test_a_run_and_its_policies_are_controllers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in (folder, folder / "best"):
         entry = find_controller(str(name))
         assert entry.name == "my_run"
@@ -348,6 +348,9 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
     (folder.parent / "ik").mkdir()
     save_policy(a_policy(), folder.parent / "ik")
     assert policy_of(folder.parent / "ik")[0] == "ik-policy"
+    monkeypatch.chdir(folder.parent)  # where a folder that happens to be called like a controller does not stand for it
+    assert find_controller("ik").policy is None
+    assert find_controller("./ik").policy is not None
     (folder.parent / "empty").mkdir()
     with pytest.raises(InputError, match=r"no trained policy in .*empty"):
         find_controller(str(folder.parent / "empty"))

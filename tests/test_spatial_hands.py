@@ -101,7 +101,8 @@ def test_names_say_the_third_dimension() -> None:
     assert parse_solid_name("cube_50").size == (0.05, 0.05, 0.05)
     assert parse_solid_name("box_40x50x60").size == (0.04, 0.05, 0.06)
     assert parse_solid_name("cylinder_50x60").size == (0.05, 0.05, 0.06)
-    heavy = parse_solid_name("sphere_50:mass_kg=0.15:friction=0.6")
+    heavy = load_solid("sphere_50:mass_kg=0.15:friction=0.6")
+    assert heavy.name == "sphere_50:mass_kg=0.15:friction=0.6"
     assert (heavy.mass, heavy.friction, heavy.size) == (0.15, 0.6, (0.05, 0.05, 0.05))
 
 
@@ -112,7 +113,7 @@ def test_names_say_the_third_dimension() -> None:
         ("cube_39x39", "gives 2 lengths, and a cube in space has 1"),
         ("spere_50", "did you mean sphere_50"),
         ("cube_50:weight=1", "unknown key 'weight'"),
-        ("cube_50:mass_kg=light", "must be a number"),
+        ("cube_50:mass_kg=light", "must be a finite number"),
         ("cube_50:mass_kg=0", "must be positive"),
         ("cube_50000", "too large"),
     ],

@@ -232,7 +232,7 @@ def test_what_no_cell_could_run_with_is_refused_before_any(tmp_path: Path, confi
 def test_a_folder_of_other_files_and_a_damaged_cell_are_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     config = SweepConfig(hands=(STANDARD,), objects=(CUBE,), out=tmp_path)
-    with pytest.raises(InputError, match="holds files that are no run of inhand"):
+    with pytest.raises(InputError, match="holds files that are no run of this kind"):
         plan(config)
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / f"{STANDARD}__{CUBE}.json").write_text("{")

@@ -153,7 +153,7 @@ def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> R
         from inhand.asterisk_test.spatial.report import SpatialRun
 
         notes = notes_in_space(setup.controller, setup.hand, setup.object) + ((ONE,) if config.one_grasp else ())
-        notes += disturbance_notes(config, setup.controller.reads, space=True)
+        notes += disturbance_notes(config, setup.controller.reads, setup.controller.contract, space=True)
         return SpatialRun(config, trials, results, notes=notes, beside=known.beside, label=known.name)
     from inhand.asterisk_test.report import Run
 

@@ -12,11 +12,11 @@ from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy
 from inhand.control.seen import SENSED, Seen
-from inhand.control.sensed_policy import Deciding
+from inhand.control.underway import Deciding
 from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.sim.state import State
-from inhand.tasks.observations import Aim
+from inhand.tasks.observations import Aim, Scene
 from inhand.tasks.routes import routes_of
 
 STILL = 1.5
@@ -33,7 +33,8 @@ class OnRoutes:
             InputError: a hand with another number of joints than the policy knows, or another rate than its contract's.
         """
         check_task(policy, task)
-        self._task, self._decide, self._period = task, Deciding(task, policy), task.control_period
+        self._task, self._period = task, task.control_period
+        self._decide = Deciding(policy, Scene(task.hand, task.objects))
         self._rows = np.arange(task.n_worlds)
         self.came: list[Array] = []
         """Way along its route that each world had come at every decision `(B,)` [m]."""

@@ -255,11 +255,19 @@ def privileged_family() -> Training:
 
 
 def spatial() -> Training:
-    """Return the training of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
+    """Return the training of one controller on real senses for a hand in space, in worlds that differ."""
+    base = privileged_spatial()
+    senses = replace(base.interface, observation="space-senses", truth="space-truth")
+    recipe = replace(base.recipe, push=0.012, grasp="sensed")
+    return replace(base, preset="spatial", disturb="field", interface=senses, recipe=recipe, imitate=10000, rounds=4)
+
+
+def privileged_spatial() -> Training:
+    """Return that of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
     base = privileged()
     return replace(
         base,
-        preset="spatial",
+        preset="spatial-privileged",
         hand="3f_60.60_40_10",
         object="cube_50",
         engine=SPATIAL,
@@ -323,6 +331,7 @@ PRESETS = {
     "family-privileged": privileged_family,
     "from-family": hand_of_family,
     "spatial": spatial,
+    "spatial-privileged": privileged_spatial,
     "thesis": thesis,
     "smoke": smoke,
 }

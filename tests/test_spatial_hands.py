@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import inhand
 from inhand.cli.commands import HandsConfig, ObjectsConfig
 from inhand.cli.lists import run_hands, run_objects
 from inhand.errors import InputError
@@ -104,6 +105,16 @@ def test_names_say_the_third_dimension() -> None:
     heavy = load_solid("sphere_50:mass_kg=0.15:friction=0.6")
     assert heavy.name == "sphere_50:mass_kg=0.15:friction=0.6"
     assert (heavy.mass, heavy.friction, heavy.size) == (0.15, 0.6, (0.05, 0.05, 0.05))
+
+
+def test_programs_get_hands_and_objects_of_both_kinds() -> None:
+    hand, cube = inhand.hand(STANDARD), inhand.object("cube_50:friction=0.6", STANDARD)
+    assert hand == inhand.hand(hand) == parse_spatial_name(STANDARD)
+    assert cube == inhand.object(cube) == load_solid("cube_50:friction=0.6")
+    assert inhand.object("cube_50", hand) == inhand.object("cube_50", inhand.hand(STANDARD)) != inhand.object("cube_50")
+    planar = inhand.hand("2v2_50.50_50.50_1.1_53")
+    assert planar == inhand.hand(planar)
+    assert inhand.object("cube_50", planar) == inhand.object("cube_50", planar.name) == inhand.object("cube_50")
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ class SpatialContract:
     rate_hz: float
     """Decisions a second."""
     observed: tuple[str, ...] = ()
-    """Its joints in the order in which parts of an observation tell them that have a number for each lag."""
+    """The same in the order in which parts of an observation with a history tell them; empty where none has one."""
     encoders: Encoders = field(default_factory=Encoders)
     camera: Camera = field(default_factory=Camera)
     """Senses that it learned with, as in `Contract`; exact where it learned on the true state of the worlds."""
@@ -96,7 +96,7 @@ def joint_names(hand: HandSpec | SpatialHand) -> tuple[str, ...]:
 def contract_in_space(held: SpatialPair, disturb: Disturbance | None = None) -> SpatialContract:
     """Return the contract of what is trained with a hand in space, in worlds that something may disturb."""
     names, senses = joint_names(held.hand), senses_of(disturb or Disturbance())
-    observed = tuple(names[joint] for joint in by_rank(held.hand))
+    observed = () if disturb is None else tuple(names[joint] for joint in by_rank(held.hand))
     return SpatialContract(held.hand, held.object, names, rate_of(DECISION_S), observed, *senses)
 
 

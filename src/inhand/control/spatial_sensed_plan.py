@@ -50,12 +50,14 @@ CARRIER = Carrier(
     SpatialIkSensedController, "ik-sensed", __name__, grades=(Grade(np.inf, FIELD, price=4.0),), rounds=ROUNDS
 )
 """`ik-sensed`, where its grasps are planned."""
+DEAR = 6.0
+"""Price of an object lost for a policy, which is off its line by more than `ik-sensed` is."""
 
 
 def carrier_in_space(policy: Policy) -> Carrier:
     """Return who carries objects where grasps are planned for a policy on real senses."""
-    made = partial(SpatialSensedPolicyController, policy=policy)
-    return replace(CARRIER, make=made, digest=policy.digest)
+    made, grade = partial(SpatialSensedPolicyController, policy=policy), replace(CARRIER.grades[0], price=DEAR)
+    return replace(CARRIER, make=made, digest=policy.digest, grades=(grade,))
 
 
 @dataclass(frozen=True, eq=False)

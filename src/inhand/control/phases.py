@@ -9,9 +9,8 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask
 from inhand.control.episode import MANIPULATE, TWIST
-from inhand.control.grades import grade_of
 from inhand.control.joint import JointPid
-from inhand.control.looking import Looking
+from inhand.control.looking import Choosing, Looking
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -25,7 +24,9 @@ PRESS, LIFT = "press", "lift"
 PRESSING, LIFTING = 0.2, 0.3
 """and how long they last [s]."""
 STANDING, HELD = (0.5, 1.2), (0.1, 0.7)
-"""How long fingers are placed and close on objects that stand, and on those that their worlds hold [s]."""
+"""How long fingers are placed and close on objects that stand, and on those that their worlds hold [s];"""
+CHOSEN = 2.0
+"""how long they are placed where that is chosen by what is seen [s]."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +39,15 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
     way: Array | None = None
     """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
-    ways: Array | None = None
-    """The same for each grade of a camera `(B, G)` [m] (`control/grades.py`), where the way follows how well objects
-    are seen; `way` is then the usual one."""
     planned: Array | None = None
     """Where objects were planned to stand `(B, 3)` [m, m, rad], or in space to be `(B, 7)`, if the grasp follows where
     they are seen to be,"""
     follows: Array | None = None
     """and how joints that press change with where they are seen beside that `(B, n_joints, 3)` [rad/m, rad/m, 1], in
     space `(B, n_joints, 6)`."""
+    graded: "tuple[Grasp, ...]" = ()
+    """The grasp, or the same with another way, for each grade of a camera (`control/grades.py`), where what is done
+    follows how well objects are seen; this one is then the usual one."""
 
 
 @dataclass(frozen=True)
@@ -146,11 +147,10 @@ def _as_far_as_seen(
     """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed."""
 
     def made(task: AnyTask) -> Controller:
-        if grasp.ways is None or grasp.way is None or task.distance is None:
+        if not grasp.graded or grasp.way is None or task.distance is None:
             return make(task)
-        grades = grade_of(looked[0].scatter, grasp.ways.shape[1])
-        ways = np.take_along_axis(grasp.ways, grades[:, None], axis=1)[:, 0]
-        return make(replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0)))
+        way = looked[0].of_grade([each.way for each in grasp.graded if each.way is not None])
+        return make(replace(task, distance=np.maximum(task.distance + way - grasp.way, 0.0)))
 
     return made
 
@@ -159,7 +159,7 @@ def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, 
     """Return the phases that place the fingers of a grasp and close them; what follows what is seen looks first."""
     (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     if grasp.follows is not None:
-        placing = STANDING[0]
+        placing = CHOSEN if _differ(grasp.graded) else STANDING[0]
     return Phase("place", place, longest=placing), Phase("grasp", close, longest=closing, must_hold=True)
 
 
@@ -170,13 +170,28 @@ def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Cont
         return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
 
     def place(task: AnyTask) -> Controller:
-        placing[:] = [Looking(task, grasp.opened, planned)]
+        if _differ(grasp.graded):
+            stops = [np.stack([placed_joints(task.hand, each), each.opened]) for each in grasp.graded]
+            placing[:] = [Choosing(task, np.stack(stops), planned)]
+        else:
+            placing[:] = [Looking(task, grasp.opened, planned)]
         return placing[0]
 
     def close(task: AnyTask) -> Controller:
-        return JointPid(task, grasp.closed + (follows @ placing[0].off[..., None])[..., 0])
+        looked, each = placing[0], grasp.graded or (grasp,)
+        return JointPid(task, looked.of_grade([_pressing(own, looked.off) for own in each]))
 
     return place, close
+
+
+def _pressing(grasp: Grasp, off: Array) -> Array:
+    """Return joint angles that press on objects which stand so far beside where they were planned to."""
+    return grasp.closed if grasp.follows is None else grasp.closed + (grasp.follows @ off[..., None])[..., 0]
+
+
+def _differ(graded: Sequence[Grasp]) -> bool:
+    """Return whether fingers stand elsewhere at one grade than at another, and not only ways differ."""
+    return any(each.opened is not graded[0].opened for each in graded)
 
 
 LONGEST = 60.0

@@ -102,6 +102,8 @@ class Carrier:
     grades: tuple[Grade, ...] = DRAWN
     """What ways are planned for; of several that a camera can have the usual one is the middle one or, of two, the
     last."""
+    apart: bool = False
+    """Whether each grade has a grasp of its own; else one serves all, the one whose ways are worth most together."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     stays: int = 0
@@ -130,6 +132,10 @@ def sensed_grasp(
     Where objects really stand is not known: `starts` is not looked at. The grasp follows where they are seen to.
     """
     del starts
+    if carrier is not None and carrier.apart:
+        each = [replace(carrier, grades=(grade,), apart=False) for grade in carrier.grades]
+        graded = tuple(sensed_grasp(hand, spec, poses, carrier=own, engine=engine) for own in each)
+        return replace(graded[len(graded) // 2], graded=graded)
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
     known, keys = shipped(), plan_keys(held, distinct, by)
@@ -142,7 +148,9 @@ def sensed_grasp(
         for k, row in enumerate(rows.tolist()):
             plans[row] = {name: found[name][k] for name in PLAN}
     whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
-    return Grasp(**whole if whole["ways"].shape[1] > 1 else whole | {"ways": None})
+    ways = whole.pop("ways").T
+    usual = Grasp(**whole)
+    return replace(usual, graded=tuple(replace(usual, way=way) for way in ways) if len(ways) > 1 else ())
 
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:

@@ -160,8 +160,8 @@ def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
 def carrier_of(policy: Policy) -> Carrier:
     """Return who carries objects where grasps are planned for a policy on real senses."""
     carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
-    if policy.family is not None:
-        return replace(carrier, shares=NEAR, grades=TRUSTING, rounds=QUICK, stays=24)
+    if find_layout(policy.observation).columns:
+        return replace(carrier, shares=NEAR, grades=TRUSTING, apart=True, rounds=QUICK, stays=24)
     return graded(carrier)
 
 

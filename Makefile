@@ -82,8 +82,8 @@ ship: .venv/.dev
 	cp results/ship-family/best/actor.json results/ship-family/best/actor.safetensors results/ship-family/config.json src/inhand/policies/family
 	$(BIN)/inhand train --preset family-privileged --out results/family-privileged --overwrite
 	cp results/family-privileged/best/actor.json results/family-privileged/best/actor.safetensors results/family-privileged/config.json src/inhand/policies/family-privileged
-	$(BIN)/inhand train --preset spatial --out results/ship-spatial --overwrite
-	cp results/ship-spatial/best/actor.json results/ship-spatial/best/actor.safetensors results/ship-spatial/config.json src/inhand/policies/spatial
+	$(BIN)/inhand train --preset spatial-privileged --out results/space-privileged --overwrite
+	cp results/space-privileged/best/actor.json results/space-privileged/best/actor.safetensors results/space-privileged/config.json src/inhand/policies/spatial-privileged
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py

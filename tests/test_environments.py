@@ -23,6 +23,7 @@ from inhand.control.loop import LOST_AFTER
 from inhand.environment_ids import IDS, register
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, unit
+from inhand.hands.hand import HandSpec
 from inhand.learning.batch import GOAL_ROOM
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, angles_of
 from inhand.learning.environments import (
@@ -412,7 +413,7 @@ def picture(env: AsteriskEnv) -> NDArray[np.uint8]:
 def cube(shown: NDArray[np.uint8]) -> Array:
     """Return the middle of the cube in a picture: x to the right, y up [mm]."""
     row, column = np.argwhere(np.all(shown == [245, 194, 107], axis=-1)).mean(axis=0)
-    hand = inhand.hand("2v2_50.50_50.50_1.1_53")
+    hand: HandSpec = inhand.hand("2v2_50.50_50.50_1.1_53")
     return 1e3 * (hand.palm_depth + ABOVE * hand.finger_length) / len(shown) * np.array([column, -row])
 
 

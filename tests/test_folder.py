@@ -46,7 +46,7 @@ def test_another_run_is_kept_unless_told_otherwise(tmp_path: Path) -> None:
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_a_folder_that_is_no_run_is_never_replaced(overwrite: bool, tmp_path: Path) -> None:
     (tmp_path / "letters.txt").write_text("dear")
-    with pytest.raises(InputError, match=r"--out .* holds files that are no run of inhand; give another folder"):
+    with pytest.raises(InputError, match=r"--out .* holds files that are no run of this kind; give another folder"):
         check_folder(tmp_path, overwrite=overwrite)
 
 

@@ -14,7 +14,8 @@ from inhand.control.estimator import WAIT
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import Seen, exact
-from inhand.control.sensed_policy import ARRIVED, PolicyPrimitive, SensedPolicyController
+from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
+from inhand.control.underway import ARRIVED
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, Path

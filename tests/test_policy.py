@@ -111,10 +111,10 @@ def test_a_policy_comes_back_as_it_was_and_as_the_same_bytes(tmp_path: Path) -> 
 def test_a_cell_of_a_sweep_knows_its_policy_by_what_it_is_not_by_its_place(folder: Path, tmp_path: Path) -> None:
     names = "a", "with", "b"
     config = AsteriskConfig(controller=str(folder))
-    before, again = (job_of(config, (HAND, CUBE), {}, tmp_path, names).settings for _ in range(2))
+    before, again = (job_of(config, Held(HAND, CUBE), {}, tmp_path, names).settings for _ in range(2))
     assert before == again
     save_policy(a_policy(strength=0.9), folder / "best")
-    after = job_of(config, (HAND, CUBE), {}, tmp_path, names).settings
+    after = job_of(config, Held(HAND, CUBE), {}, tmp_path, names).settings
     assert [key for key in after if after[key] != before[key]] == ["policy"]
 
 
@@ -336,7 +336,7 @@ def test_a_hand_with_other_joints_is_refused(folder: Path) -> None:
         prepare(AsteriskConfig(controller=str(folder), directions="twist"))
 
 
-def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
+def test_a_run_and_its_policies_are_controllers(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in (folder, folder / "best"):
         entry = find_controller(str(name))
         assert entry.name == "my_run"
@@ -348,6 +348,9 @@ def test_a_run_and_its_policies_are_controllers(folder: Path) -> None:
     (folder.parent / "ik").mkdir()
     save_policy(a_policy(), folder.parent / "ik")
     assert policy_of(folder.parent / "ik")[0] == "ik-policy"
+    monkeypatch.chdir(folder.parent)  # where a folder that happens to be called like a controller does not stand for it
+    assert find_controller("ik").policy is None
+    assert find_controller("./ik").policy is not None
     (folder.parent / "empty").mkdir()
     with pytest.raises(InputError, match=r"no trained policy in .*empty"):
         find_controller(str(folder.parent / "empty"))

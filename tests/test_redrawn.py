@@ -48,7 +48,7 @@ def test_figures_of_a_run_become_as_wide_as_a_column(runs: Path, tmp_path: Path,
     out = tmp_path / "figures"
     code, told, err = inhand("figures", runs / "reach", "--width-mm", 85, "--out", out)
     assert (code, err) == (0, "")
-    assert told == f"1 files in {out}: reach.pdf\n"
+    assert told == f"1 file in {out}: reach.pdf\n"
     assert widths_mm(out) == {85.0}
     before = (out / "reach.pdf").read_bytes()
     assert inhand("figures", runs / "reach", "--out", out)[0] == 2

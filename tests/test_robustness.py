@@ -200,7 +200,7 @@ def test_tables_tell_every_number(found: Robustness) -> None:
     assert tables.contenders_table(found).rows[0] == ("a", "sensed", "no training")
     assert tables.summary(found)[0].startswith("a goes 0.850 of the hand's limit undisturbed and loses 0 of 4 objects.")
     assert "under field 0.441" in tables.summary(found)[0]
-    assert tables.summary(found)[-1] == "1,000 disturbed trials took one core 250 s by the clock, 250 s of its own."
+    assert tables.summary(found)[-1] == "4 disturbed trials took one core 1 s by the clock, 1 s of its own."
     assert tables.seeds_table(found) is None
 
 
@@ -287,7 +287,7 @@ def test_the_folder_of_another_study_is_refused(run: RobustnessRun, tmp_path: Pa
         (tmp_path / command / ("cells" if command == "robustness" else "cases")).mkdir(parents=True)
         code, _, told = inhand(command, *words, "--out", tmp_path / command)
         assert code == 2
-        assert "holds files that are no run of inhand; give another folder" in told
+        assert "holds files that are no run of this kind; give another folder" in told
     with pytest.raises(InputError, match="holds files that are no run"):
         run.save(tmp_path)
 

@@ -13,7 +13,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import SHIPPED
 from inhand.control.policy import load_policy
-from inhand.control.spatial_catalogue import SHIPPED_FOLDER
+from inhand.control.spatial_catalogue import SHIPPED as SHIPPED_IN_SPACE
 from inhand.records import read_record
 from inhand.tasks.cards import InterfaceCard, interface_card
 from inhand.tasks.layouts import find_layout
@@ -21,7 +21,7 @@ from inhand.tasks.layouts import find_layout
 PLACE = Path(inhand.policies.__file__).parent
 
 
-@pytest.mark.parametrize("name", [*SHIPPED.values(), SHIPPED_FOLDER])
+@pytest.mark.parametrize("name", [*SHIPPED.values(), *SHIPPED_IN_SPACE.values()])
 def test_they_are_small_and_say_how_they_were_made(name: str) -> None:
     folder = PLACE / name
     assert sum(path.stat().st_size for path in folder.iterdir()) < 1_000_000

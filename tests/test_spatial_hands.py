@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import inhand
 from inhand.cli.commands import HandsConfig, ObjectsConfig
 from inhand.cli.lists import run_hands, run_objects
 from inhand.errors import InputError
@@ -101,8 +102,19 @@ def test_names_say_the_third_dimension() -> None:
     assert parse_solid_name("cube_50").size == (0.05, 0.05, 0.05)
     assert parse_solid_name("box_40x50x60").size == (0.04, 0.05, 0.06)
     assert parse_solid_name("cylinder_50x60").size == (0.05, 0.05, 0.06)
-    heavy = parse_solid_name("sphere_50:mass_kg=0.15:friction=0.6")
+    heavy = load_solid("sphere_50:mass_kg=0.15:friction=0.6")
+    assert heavy.name == "sphere_50:mass_kg=0.15:friction=0.6"
     assert (heavy.mass, heavy.friction, heavy.size) == (0.15, 0.6, (0.05, 0.05, 0.05))
+
+
+def test_programs_get_hands_and_objects_of_both_kinds() -> None:
+    hand, cube = inhand.hand(STANDARD), inhand.object("cube_50:friction=0.6", STANDARD)
+    assert hand == inhand.hand(hand) == parse_spatial_name(STANDARD)
+    assert cube == inhand.object(cube) == load_solid("cube_50:friction=0.6")
+    assert inhand.object("cube_50", hand) == inhand.object("cube_50", inhand.hand(STANDARD)) != inhand.object("cube_50")
+    planar = inhand.hand("2v2_50.50_50.50_1.1_53")
+    assert planar == inhand.hand(planar)
+    assert inhand.object("cube_50", planar) == inhand.object("cube_50", planar.name) == inhand.object("cube_50")
 
 
 @pytest.mark.parametrize(
@@ -112,7 +124,7 @@ def test_names_say_the_third_dimension() -> None:
         ("cube_39x39", "gives 2 lengths, and a cube in space has 1"),
         ("spere_50", "did you mean sphere_50"),
         ("cube_50:weight=1", "unknown key 'weight'"),
-        ("cube_50:mass_kg=light", "must be a number"),
+        ("cube_50:mass_kg=light", "must be a finite number"),
         ("cube_50:mass_kg=0", "must be positive"),
         ("cube_50000", "too large"),
     ],

@@ -18,9 +18,9 @@ from inhand.control.seen import SENSED, Seen, exact
 from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.control.spatial_estimator import SpatialEstimator
 from inhand.control.spatial_ik import SpatialIkController
-from inhand.control.spatial_ik_sensed import SpatialIkSensedController
+from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at
-from inhand.control.spatial_sensed_plan import following, sensed_in_space
+from inhand.control.spatial_sensed_plan import CARRIER, following, sensed_in_space
 from inhand.control.trial import GRIP_END, LOST, REACHED
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
@@ -109,6 +109,8 @@ def test_the_law_takes_over_what_was_believed() -> None:
     joints, time = fingers_at(-0.001)[None], np.zeros(1)
     seen = Seen(time, joints, np.zeros_like(joints), joints, HAND.start_pose[None], time)
     first, second = (SpatialIkSensedController(still) for _ in range(2))
+    moving = replace(still, path=stacked_paths(PATHS[:1]))
+    assert (first.law.config, SpatialIkSensedController(moving).law.config) == (SOFT, SENSED_SPATIAL_IK)
     first.begin(seen)
     first.act(seen)
     second.take_over(first)
@@ -153,11 +155,11 @@ def test_a_way_is_planned_in_worlds_of_field_and_kept_there(
         tried.append((len(disturbed), len({world.drawn.mass for world in disturbed})))
         return loop.simulate(*given, disturbed=disturbed, **told)
 
-    monkeypatch.setattr(spatial_sensed_plan, "ROUNDS", ((2, 3), (1, 1)))
     monkeypatch.setattr(spatial_sensed_plan, "searched", lambda *_: {"Right": [worse, grasps[0]]})
     monkeypatch.setattr(spatial_sensed_plan, "simulate", watched)
     monkeypatch.setattr(spatial_sensed_plan, "cached", lambda *given: given[-1]())
-    plan = vars(sensed_in_space(HAND, CUBE, PATHS[:1] * 2, np.tile(DOWN, (2, 1)), BOTH, bench=loop.Bench("mujoco")))
+    brief, where = replace(CARRIER, rounds=((2, 3), (1, 1))), (PATHS[:1] * 2, np.tile(DOWN, (2, 1)), BOTH)
+    plan = vars(sensed_in_space(HAND, CUBE, *where, bench=loop.Bench("mujoco"), carrier=brief))
     assert tried == [(6, 3), (1, 1)]
     assert 0.01 < plan["way"][0] < grasps[0].way
     assert plan["way"][0] == plan["way"][1]  # trials of a direction have one plan, wherever objects start

@@ -21,7 +21,7 @@ from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning import space_pools, spatial_environment
-from inhand.learning.config import spatial
+from inhand.learning.config import privileged_spatial
 from inhand.learning.environments import SpatialAsteriskEnv, SpatialAsteriskVectorEnv
 from inhand.learning.experts import expert_of
 from inhand.learning.run_cards import check
@@ -198,7 +198,7 @@ def test_what_is_never_shown_is_never_drawn() -> None:
     nearest = np.rad2deg(np.arccos((pulls @ (np.array(NEVER) / np.sqrt(3)).T).max(axis=-1)))
     assert NEVER_DEG < nearest.min() < NEVER_DEG + 2
     assert all((np.abs(pulls - palm).max(axis=-1) == 0).any() for palm in PALMS.values())
-    config, unseen = spatial(), space_pools.unseen_directions()
+    config, unseen = privileged_spatial(), space_pools.unseen_directions()
     assert len(unseen) == 72
     asked = space_of(parse_spatial_directions("Out,turn+z") * 500, np.zeros((1000, 3)))
     spread = space_pools.spread(asked, config, rng)
@@ -211,7 +211,7 @@ def test_what_is_never_shown_is_never_drawn() -> None:
 
 def test_starts_are_told_to_go_as_far_as_their_grip_is_predicted_to_carry() -> None:
     plans = Planned(ASKED, ((PLAIN,),) * len(ASKED), PULLS)
-    config = replace(spatial(), recipe=replace(spatial().recipe, whole=1.0))
+    config = replace(privileged_spatial(), recipe=replace(privileged_spatial().recipe, whole=1.0))
     pool = pool_of(HELD, config, plans, 6, np.random.default_rng(0))
     np.testing.assert_array_equal(pool.distance, space_pools.reach_in_space(HELD, pool))
     assert (pool.distance > 0.004).all()
@@ -285,9 +285,8 @@ def test_no_pictures_of_hands_in_space_are_promised() -> None:
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"disturb": "field"}, "disturb field with 3f_60.60_40_10, a hand in space"),
         ({"task": "square:20"}, "task square:20 with 3f_60.60_40_10"),
-        ({"interface": replace(spatial().interface, observation="grip")}, "layout grip with 3f_60.60_40_10"),
+        ({"interface": replace(privileged_spatial().interface, observation="grip")}, "layout grip with 3f_60.60_40_10"),
         ({"hand": "2v2_50.50_50.50_1.1_53", "object": "cube_39"}, "layout 'space' is of hands in space, and 2v2"),
         ({"object": "cube_50:mass_kg=5"}, "weighs 5000 g"),
         ({"engine": "bullet"}, "engine 'bullet' with a hand in space"),
@@ -295,4 +294,4 @@ def test_no_pictures_of_hands_in_space_are_promised() -> None:
 )
 def test_trainings_in_space_that_cannot_be_are_refused(change: dict[str, Any], text: str) -> None:
     with pytest.raises(InputError, match=text):
-        check(replace(spatial(), **change))
+        check(replace(privileged_spatial(), **change))

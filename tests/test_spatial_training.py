@@ -35,7 +35,7 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.spatial.names import parse_spatial_name
 from inhand.learning import space_pools
-from inhand.learning.config import Training, spatial
+from inhand.learning.config import Training, privileged_spatial
 from inhand.learning.figures import directions_figure
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.progress import NEVER_SHOWN, evaluation_rows, read_learning
@@ -51,7 +51,7 @@ from inhand.tasks.spatial.primitives import parse_spatial_directions
 from test_spatial_engine import CUBE, HAND
 from test_spatial_learning import ASKED, HELD, PLAIN, PULLS
 
-SMALL = spatial()
+SMALL = privileged_spatial()
 SMALL = replace(
     SMALL, interface=replace(SMALL.interface, horizon=25), recipe=replace(SMALL.recipe, episodes=24, midway=0.5)
 )
@@ -214,5 +214,5 @@ def test_paths_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Polic
 
 def test_the_preset_is_of_a_hand_in_space() -> None:
     config = Training("mine", hand="3f_60.60_40_10", object="cube_50")
-    assert config.held == HELD == spatial().held
-    assert spatial().shows.held == HELD
+    assert config.held == HELD == privileged_spatial().held
+    assert privileged_spatial().shows.held == HELD

@@ -82,6 +82,23 @@ def test_an_object_name_is_not_taken_for_a_file(name: str) -> None:
     assert load_object(name) == parse_object_name(name)
 
 
+def test_mass_and_friction_may_stand_after_an_object(tmp_path: Path) -> None:
+    heavy = load_object("cube_39:friction=0.6:mass_kg=0.1")
+    assert heavy == replace(load_object("cube_39"), name="cube_39:friction=0.6:mass_kg=0.1", mass=0.1, friction=0.6)
+    file = load_object(f"{write(tmp_path, BLOCK)}:friction=0.5")
+    assert (file.name, file.friction, file.mass) == ("block:friction=0.5", 0.5, 0.045)
+    for name, text in (
+        ("cube_39:weight=1", r"object 'cube_39:weight=1': unknown key 'weight'; allowed are mass_kg, friction"),
+        ("cube_39:mass_kg=light", r"mass_kg = 'light'; it must be a finite number"),
+        ("cube_39:friction", r"unknown object 'cube_39:friction'.* after it as wanted :mass_kg=0\.05"),
+        ("cube_39:mass_kg=0", "must be positive"),
+        ("cub_39:mass_kg=1", "unknown object 'cub_39'; did you mean cube_39"),
+        ("", "unknown object ''"),
+    ):
+        with pytest.raises(InputError, match=text):
+            load_object(name)
+
+
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"no hand file nowhere\.toml: give the path of a TOML file, or a name without"

@@ -11,7 +11,7 @@ from inhand.cli.commands import COMMANDS
 
 HEAVY = (
     "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "onnx", "optax",
-    "optuna", "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX",
+    "optuna", "pandas", "pybullet", "scipy", "similaritymeasures", "svgpathtools", "tensorboardX", "threadpoolctl",
 )  # fmt: skip
 EACH = """
 import contextlib, io, json, sys

@@ -205,7 +205,7 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     (out / "metrics.json").write_text("{}")
     code, _, err = inhand("trace", *SMALL, "--out", out, "--overwrite")
     assert (code, [path.name for path in out.iterdir()]) == (2, ["metrics.json"])
-    assert "holds files that are no run of inhand" in err
+    assert "holds files that are no run of this kind" in err
     (out / "metrics.json").rename(out / "trace.json")
     code, printed, err = inhand("trace", *SMALL, "--out", out, "--overwrite", "--controller", "rl-privileged")
     assert (code, err) == (0, "")

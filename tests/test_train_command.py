@@ -191,11 +191,14 @@ def check_evaluation(folder: Path) -> None:
 def test_a_stopped_training_says_what_is_kept_and_goes_on(
     tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run = tmp_path / "run"
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    run, threads = tmp_path / "run", list[int]()
     evaluated = command.Watch.evaluated
 
     def stop_at(episodes: int) -> Callable[..., None]:
         def told(self: command.Watch, found: Evaluation) -> None:
+            threads.extend(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas")
             evaluated(self, found)
             if found.counters.episodes >= episodes:
                 raise KeyboardInterrupt
@@ -203,8 +206,10 @@ def test_a_stopped_training_says_what_is_kept_and_goes_on(
         return told
 
     monkeypatch.setattr(command.Watch, "evaluated", stop_at(30))
-    code, out, err = inhand("train", "--preset", "smoke", "--episodes", 60, "--out", run)
+    with threadpool_limits(2, "blas"):
+        code, out, err = inhand("train", "--preset", "smoke", "--episodes", 60, "--out", run)
     assert (code, err) == (130, "")
+    assert set(threads) == {1}  # threads of BLAS would fight with the updates for the cores
     last, again = out.splitlines()[-2:]
     assert last.startswith("Stopped. Kept: the run up to episode 3")
     assert again == f"Go on with: inhand train --out {run} --resume"
@@ -254,6 +259,7 @@ def test_a_wrong_preset_is_told_the_presets_in_their_order(inhand: Call) -> None
         "family-privileged",
         "from-family",
         "spatial",
+        "spatial-privileged",
         "thesis",
         "smoke",
         "None",

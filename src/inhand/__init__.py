@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from inhand.control.readings import Reading as Reading
     from inhand.control.user_policy import user_policy as policy
     from inhand.errors import InputError as InputError
-    from inhand.hands.files import load_hand as hand
-    from inhand.hands.files import load_object as object
+    from inhand.hands.by_name import hand as hand
+    from inhand.hands.by_name import object as object
     from inhand.learning.evaluate import evaluate as evaluate
     from inhand.learning.make import make as make
     from inhand.learning.record import record as record
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 NAMES = {
-    "hand": "hands.files:load_hand",
-    "object": "hands.files:load_object",
+    "hand": "hands.by_name:hand",
+    "object": "hands.by_name:object",
     "reach": "asterisk_test.reach:reach",
     "asterisk": "asterisk_test.asterisk:asterisk",
     "trace": "tracing.tracing:trace",

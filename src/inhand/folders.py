@@ -36,7 +36,7 @@ def check_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> None:
         if not out.is_dir() or not any(out.iterdir()):
             return
         if not (out / mark).is_file():
-            raise InputError(f"--out {out} holds files that are no run of inhand; give another folder")
+            raise InputError(f"--out {out} holds files that are no run of this kind; give another folder")
     if not overwrite:
         raise InputError(f"--out {out} holds the results of a run; give another folder, or --overwrite to replace it")
 

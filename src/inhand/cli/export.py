@@ -6,6 +6,7 @@ from inhand.cli.answer import Answer
 from inhand.cli.commands import ExportConfig
 from inhand.control.catalogue import find_controller
 from inhand.errors import InputError
+from inhand.pages import counted
 from inhand.repeats import write_repeat
 
 EXPORTS = Path("results/export")
@@ -35,5 +36,5 @@ def run_export(config: ExportConfig) -> Answer:
 
     done = export_run(Path(config.run), out, config.form, overwrite=config.overwrite)
     write_repeat(out, "export", config)
-    what = "files" if config.form == "csv" else "episodes"
-    return Answer(sentences=(*done.notes, f"{done.count} {what}: {out}"), out=out)
+    what = "file" if config.form == "csv" else "episode"
+    return Answer(sentences=(*done.notes, f"{counted(done.count, what)}: {out}"), out=out)

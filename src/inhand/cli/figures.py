@@ -4,6 +4,7 @@ from pathlib import Path
 
 from inhand.cli.answer import Answer
 from inhand.cli.commands import FiguresConfig
+from inhand.pages import counted
 from inhand.redrawn import redraw
 from inhand.repeats import write_repeat
 
@@ -14,5 +15,5 @@ def run_figures(config: FiguresConfig) -> Answer:
     files = redraw(config.run, out, config.format, width_mm=config.width_mm, overwrite=config.overwrite)
     write_repeat(out, "figures", config)
     names = [file.relative_to(out).as_posix() for file in files]
-    told = f"{len(names)} files in {out}: {', '.join(names)}"
+    told = f"{counted(len(names), 'file')} in {out}: {', '.join(names)}"
     return Answer((), (told,), lambda: [{"file": name} for name in names], out)

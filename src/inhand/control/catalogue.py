@@ -237,12 +237,12 @@ def find_controller(name: str, held: Held | None = None) -> ControllerEntry:
         if name != LEARNED or held is None or _learned_with(entry, held):
             return entry
         return replace(_shipped(FAMILY), name=name)
-    folder = Path(name)
-    if folder.is_dir():
-        return learned(*policy_of(folder))
     found = CONTROLLERS.find(name)
     if found is not None:
         return found
+    folder = Path(name)
+    if folder.is_dir():
+        return learned(*policy_of(folder))
     known = (*CONTROLLERS, *SHIPPED)
     if name == "rl-sensed":
         raise InputError("controller 'rl-sensed' is called rl now, and what was rl is called rl-privileged")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias, get_type_hints
 
 from inhand.errors import InputError
@@ -53,7 +53,7 @@ class Contract:
 
 @dataclass(frozen=True)
 class SpatialContract:
-    """Hand in space, object, joints and rate that a policy was trained with, on the true state of the worlds."""
+    """Hand in space, object, joints, rate and senses that a policy was trained with."""
 
     hand: SpatialHand
     """The hand, with all its measures."""
@@ -63,6 +63,11 @@ class SpatialContract:
     """Its joints in the order of targets and actions: the finger, and the number from the palm outwards."""
     rate_hz: float
     """Decisions a second."""
+    encoders: Encoders = field(default_factory=Encoders)
+    camera: Camera = field(default_factory=Camera)
+    """Senses that it learned with, as in `Contract`; exact where it learned on the true state of the worlds."""
+    commands: Commands = field(default_factory=Commands)
+    """How late its commands arrived."""
 
     def __post_init__(self) -> None:
         """Refuse joints that its hand has not, and a rate that nothing has."""
@@ -86,9 +91,11 @@ def joint_names(hand: HandSpec | SpatialHand) -> tuple[str, ...]:
     return tuple(f"{name} {number}" for name, place in named for number in range(place.stop - place.start))
 
 
-def contract_in_space(held: SpatialPair) -> SpatialContract:
-    """Return the contract of what is trained with a hand in space."""
-    return SpatialContract(*held, joint_names(held.hand), rate_of(DECISION_S))
+def contract_in_space(held: SpatialPair, disturb: Disturbance | None = None) -> SpatialContract:
+    """Return the contract of what is trained with a hand in space, in worlds that something may disturb."""
+    return SpatialContract(
+        held.hand, held.object, joint_names(held.hand), rate_of(DECISION_S), *senses_of(disturb or Disturbance())
+    )
 
 
 def contract_of(hand: HandSpec, disturb: Disturbance | None) -> Contract:
@@ -136,7 +143,7 @@ def check_senses(contract: Contract, senses: Disturbance) -> None:
         )
 
 
-def other_senses(contract: Contract, senses: Disturbance) -> Iterator[str]:
+def other_senses(contract: AnyContract, senses: Disturbance) -> Iterator[str]:
     """Give what a policy has not learned to stand of senses, each quantity with both values.
 
     Delays are to lie within the range that was trained, rates to be the same; all else may not be worse.

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from inhand.control.contract import Contract, other_senses
+from inhand.control.contract import AnyContract, other_senses
 from inhand.control.run_config import RunConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
@@ -114,7 +114,7 @@ def disturbed_worlds(
 
 
 def disturbance_notes(
-    config: RunConfig, reads: str, contract: Contract | None = None, *, space: bool = False
+    config: RunConfig, reads: str, contract: AnyContract | None = None, *, space: bool = False
 ) -> tuple[str, ...]:
     """Return what a reader should know of a disturbed run, a sentence each; nothing of another.
 

@@ -107,7 +107,7 @@ class PoseFilter(ABC):
             return
         expected = self._joints + seen.targets - self._commands
         joints = expected + self.config.joints * (seen.joint_angles - expected)
-        self._pose = self._moved(self._pose, self._carried(joints - self._joints))
+        self._pose = self.moved(self._pose, self._carried(joints - self._joints))
         self._joints, self._commands = joints, seen.targets
         self._spread = self._spread + self._drift
         self._meet()
@@ -121,6 +121,20 @@ class PoseFilter(ABC):
     def pose(self) -> Array:
         """Where objects are believed `(B, 3)` [m, m, rad], in space `(B, 7)`."""
         return self._pose.copy()
+
+    @property
+    @abstractmethod
+    def grip(self) -> tuple[Array, Array]:
+        """Where fingers are believed to touch, in the object's frame, and how its normals stand there."""
+
+    @property
+    @abstractmethod
+    def velocity(self) -> Array:
+        """How objects are believed to have moved in the last few decisions `(B, k)` in a second."""
+
+    @abstractmethod
+    def state(self, seen: Seen) -> State:
+        """Return what is believed of the worlds: pose, joints and contacts; of forces nothing is known."""
 
     @abstractmethod
     def _axes(self, each: tuple[float, float, float]) -> Array:
@@ -139,11 +153,11 @@ class PoseFilter(ABC):
         """Return how far each finger's gap grows with each number by which a pose changes `(B, F, k)`."""
 
     @abstractmethod
-    def _moved(self, pose: Array, change: Array) -> Array:
+    def moved(self, pose: Array, change: Array) -> Array:
         """Return poses `(..., B, p)` changed by `(B, k)`."""
 
     @abstractmethod
-    def _off(self, pose: Array, other: Array) -> Array:
+    def off(self, pose: Array, other: Array) -> Array:
         """Return by what poses `(B, p)` are changed from others `(B, k)`."""
 
     @abstractmethod
@@ -162,9 +176,9 @@ class PoseFilter(ABC):
         fresh = np.asarray(seen.frame_time > self._frame)
         if not fresh.any():
             return
-        missed, noise = self._off(seen.frame_pose, self._before(seen.frame_time)), self._axes(self.config.frame)
+        missed, noise = self.off(seen.frame_pose, self._before(seen.frame_time)), self._axes(self.config.frame)
         rows = np.broadcast_to(np.eye(len(noise), len(noise) + 1), (len(missed), len(noise), len(noise) + 1))
-        self._poses = self._moved(self._poses, self._correct(rows, missed, noise, fresh))
+        self._poses = self.moved(self._poses, self._correct(rows, missed, noise, fresh))
         self._frame = np.where(fresh, seen.frame_time, self._frame)
 
     def _correct(self, rows: Array, missed: Array, noise: Array, worlds: NDArray[np.bool_]) -> Array:
@@ -173,7 +187,7 @@ class PoseFilter(ABC):
         gain = across @ np.linalg.inv(rows @ across + np.diag(noise**2))
         change = np.where(worlds[:, None], (gain @ missed[..., None])[..., 0], 0.0)
         spread = self._spread - np.where(worlds[:, None, None], gain @ rows @ self._spread, 0.0)
-        self._pose, self._larger = self._moved(self._pose, change[:, :-1]), self._larger + change[:, -1]
+        self._pose, self._larger = self.moved(self._pose, change[:, :-1]), self._larger + change[:, -1]
         self._spread = (spread + spread.transpose(0, 2, 1)) / 2
         return np.asarray(change[:, :-1])
 
@@ -253,10 +267,12 @@ class Estimator(PoseFilter):
         turned = cross(self._points - self._pose[:, :2], self._normals)
         return np.moveaxis(-np.concatenate([self._normals, turned[..., None]], axis=-1), 0, 1)
 
-    def _moved(self, pose: Array, change: Array) -> Array:
+    def moved(self, pose: Array, change: Array) -> Array:
+        """Return the sum."""
         return pose + change
 
-    def _off(self, pose: Array, other: Array) -> Array:
+    def off(self, pose: Array, other: Array) -> Array:
+        """Return the difference."""
         off = pose - other
         off[:, 2] = wrap_angle(off[:, 2])
         return off

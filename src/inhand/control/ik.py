@@ -13,7 +13,7 @@ tau = J' f of the grip force f along the line between the contacts:
 """
 
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,8 @@ from inhand.control.controller import Carrying, Task
 from inhand.control.follow import follow_limit
 from inhand.control.seen import PRIVILEGED
 from inhand.geometry import Array, compose, rotate, wrap_angle
-from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.hands.spatial import kinematics as spatial
-from inhand.hands.spatial.hand import SpatialHand
 from inhand.sim.state import State
 
 
@@ -113,8 +111,20 @@ class Expert(Generic[C]):
         return np.clip(integral + self.config.integral * self._period * error, -limit, limit)
 
 
+class Springs(Protocol):
+    """What tells how servos give way: a hand, or the servos of worlds that differ."""
+
+    @property
+    def stiffness(self) -> float | Array:
+        """Of each joint [N m/rad]."""
+
+    @property
+    def damping(self) -> float | Array:
+        """The same of speeds [N m s/rad]."""
+
+
 def finger_law(
-    hand: HandSpec | SpatialHand,
+    hand: Springs,
     jacobian: Array,
     moves: tuple[Array, Array],
     force: Array,
@@ -125,7 +135,7 @@ def finger_law(
     """Return what a finger's targets are beyond its joint angles `(B, n)` [rad], in the plane or in space.
 
     Args:
-        hand: whose servos it has.
+        hand: whose servos it has, or those of each world, numbers `(B, 1)`.
         jacobian: of its contact `(B, d, n)`, d = 2 in the plane and 3 in space.
         moves: how the contact is to move now [m], and its velocity [m/s], `(B, d)` each.
         force: on the object there `(B, d)` [N].

@@ -3,11 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.estimator import SOON, Estimator, waited
+from inhand.control.estimator import SOON, Estimator, PoseFilter, waited
 from inhand.control.kept import Remembered, remember, remembered
 from inhand.control.seen import Seen
-from inhand.geometry import Array, wrap_angle
-from inhand.hands.fit import Held
+from inhand.control.spatial_estimator import SpatialEstimator
+from inhand.geometry import Array
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.sim.state import State
 from inhand.tasks.past import LAGS, Past
 
@@ -15,15 +16,15 @@ from inhand.tasks.past import LAGS, Past
 class Memory:
     """What is remembered of B worlds, in each since its primitive began. It waits at first, to learn where that is."""
 
-    def __init__(self, held: Held, seen: Seen) -> None:
+    def __init__(self, held: AnyPair, seen: Seen) -> None:
         """Begin in every world with what is seen."""
-        count, joints = seen.joint_angles.shape
+        (count, joints), size = seen.joint_angles.shape, seen.frame_pose.shape[1]
         self._joints, self._head = joints, 0
-        self._rows = np.zeros((max(LAGS) + 1, count, 2 * joints + 4))
-        self._first, self._start, self._believed = np.zeros((count, joints)), *np.zeros((2, count, 3))
+        self._rows = np.zeros((max(LAGS) + 1, count, 2 * joints + size + 1))
+        self._first, self._start, self._believed = np.zeros((count, joints)), *np.zeros((2, count, size))
         self._frames, self._began, self._newest = np.zeros((3, count))
         self._waiting = np.ones(count, dtype=bool)
-        self._estimator = Estimator(*held)
+        self._estimator: PoseFilter = SpatialEstimator(*held) if isinstance(held, SpatialPair) else Estimator(*held)
         self._estimator.begin(seen)
         self.begin(np.arange(count), seen)
 
@@ -45,7 +46,7 @@ class Memory:
     def go_on(self, worlds: NDArray[np.int64], turned: Array) -> None:
         """Begin another primitive in some worlds `(K,)`, where objects are believed, without forgetting anything.
 
-        They are to be held as the primitive before did, which turned them by so much in all `(K,)` [rad].
+        They are to be held as the primitive before did, which turned them by so much in all `(K,)` [rad]; of the plane.
         """
         pose = self._estimator.pose[worlds]
         pose[:, 2] = self._believed[worlds, 2] + turned
@@ -61,10 +62,9 @@ class Memory:
         self._rows[self._head] = _row(seen)
         self._estimator.take(seen)
         fresh = self._waiting & (seen.frame_time > self._newest + SOON)
-        away = seen.frame_pose - self._start
-        away[:, 2] = wrap_angle(away[:, 2])
+        away = self._estimator.off(seen.frame_pose, self._start)
         self._frames = self._frames + fresh
-        self._start = self._start + np.where(fresh[:, None], away / self._frames[:, None], 0.0)
+        self._start = self._estimator.moved(self._start, np.where(fresh[:, None], away / self._frames[:, None], 0.0))
         self._newest = np.where(fresh, seen.frame_time, self._newest)
         self._believed = np.where(self._waiting[:, None], self._estimator.pose, self._believed)
         self._waiting = self._waiting & ~waited(self._began, seen)
@@ -100,13 +100,13 @@ class Memory:
 
     def state_dict(self) -> Remembered:
         """Return everything that `load_state_dict` needs, arrays by name."""
-        return {f"memory.{name}": array for name, array in remembered(self, (Estimator,)).items()}
+        return {f"memory.{name}": array for name, array in remembered(self, (PoseFilter,)).items()}
 
     def load_state_dict(self, kept: Remembered) -> None:
         """Go on from what `state_dict` returned, among others, byte for byte."""
         mine = "memory."
         own = {name.removeprefix(mine): array for name, array in kept.items() if name.startswith(mine)}
-        remember(self, (Estimator,), own)
+        remember(self, (PoseFilter,), own)
 
 
 def _row(seen: Seen) -> Array:

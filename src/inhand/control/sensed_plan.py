@@ -12,22 +12,21 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from inhand.caches import cached
-from inhand.control.controller import Controller, Task
+from inhand.control.controller import Task
 from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
-from inhand.control.seen import SENSED, Seen
 from inhand.control.shipped_plans import path_keys, shipped
 from inhand.control.trial import REACHED, TIME_OUT
+from inhand.control.watched import Carries, Watched
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
@@ -78,19 +77,11 @@ class Candidate:
     where it never held the object."""
 
 
-class Carries(Controller, Protocol):
-    """A controller that tells how far it has come."""
-
-    @property
-    def progress(self) -> Array:
-        """How far along its path each world was to be at the last decision `(B,)` [m]."""
-
-
 @dataclass(frozen=True)
 class Carrier:
     """Who carries objects where grasps are tried, and where."""
 
-    make: Callable[[Task], Carries] = IkSensedController
+    make: Callable[[Any], Carries] = IkSensedController
     """Makes the controller."""
     digest: str = "ik-sensed"
     """What tells it from others."""
@@ -294,35 +285,15 @@ def _carried(
     )
     worlds = [draw(grade.worlds, (SEED, number), held.hand.n_joints) for _ in candidates for number in draws]
     task = Task(held.hand, (held.object,) * len(owner), Path(own - own[:, :1]), distance=np.repeat(ways, len(draws)))
-    watched = list[_Watched]()
+    watched = list[Watched]()
 
-    def carrying(task: Task) -> _Watched:
-        watched.append(_Watched(by.make(task)))
+    def carrying(task: Task) -> Watched:
+        watched.append(Watched(by.make(task)))
         return watched[-1]
 
     longest = max(LEAST, float(ways.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
     return found, watched[0].ways
-
-
-class _Watched:
-    """A controller with how far it had come after every decision."""
-
-    reads = SENSED
-
-    def __init__(self, controller: Carries) -> None:
-        self._inner, self.ways = controller, list[Array]()
-
-    def begin(self, seen: Seen) -> None:
-        self._inner.begin(seen)
-
-    def act(self, seen: Seen) -> Array:
-        targets = self._inner.act(seen)
-        self.ways.append(self._inner.progress)
-        return targets
-
-    def finished(self, seen: Seen) -> NDArray[np.bool_]:
-        return self._inner.finished(seen)
 
 
 def _ways(found: Recording, path: Path, aimed: list[Array]) -> Array:

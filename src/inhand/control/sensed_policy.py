@@ -15,20 +15,12 @@ from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import SENSED, Seen
 from inhand.control.sensed_plan import Carrier, graded
+from inhand.control.underway import ARRIVED, Deciding, Underway
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
-from inhand.tasks.decisions import targets_of
-from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
-from inhand.tasks.observations import Aim, Scene, observe
+from inhand.tasks.observations import Aim, Scene
 from inhand.tasks.past import Past
-
-ARRIVED = 0.001
-"""Less than this left to go [m] is nothing: from then on commands stay as they are, as those of `ik-sensed` do."""
-SETTLE = SENSED_IK.settle
-"""Its episode is over when it has held that end for this time [s], or where the object has come no farther than"""
-GAINED, STILL_TIME = 5e-4, 0.4
-"""this [m] in this time [s]."""
 
 
 class OnSenses:
@@ -43,11 +35,12 @@ class OnSenses:
             InputError: other paths, or a hand with another number of joints than the policy knows.
         """
         check_task(policy, task)
-        self._task, self._decide = task, Deciding(task, policy)
+        self._task, self._decide = task, Deciding(policy, Scene(task.hand, task.objects))
+        self._period = task.control_period
         self._angle, self._turned = parts_of(task.path.poses)
 
 
-class SensedPolicyController(OnSenses):
+class SensedPolicyController(OnSenses, Underway):
     """Turns the object of every world on the spot, then moves it, as a policy says; ends where the policy holds."""
 
     def begin(self, seen: Seen) -> None:
@@ -55,41 +48,8 @@ class SensedPolicyController(OnSenses):
         self._memory = Memory(Held(self._task.hand, self._task.objects[0]), seen)
         # It stops so much before what it is asked for.
         way, arc = self._way(seen) + ARRIVED, TURN_ARM * np.abs(self._turned)
-        self._asked = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
-        self._rest = np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0)
-        self._gone, self._best, self._still, self._held = np.zeros((4, seen.n_worlds))
-        self.progress = np.zeros(seen.n_worlds)
-        """How far each object is believed to have come along its path `(B,)` [m]."""
-        self._arrived = np.zeros(seen.n_worlds, dtype=bool)
-
-    def act(self, seen: Seen) -> Array:
-        """Return joint targets `(B, n_joints)` [rad]."""
-        self._memory.take(seen)
-        self._look()
-        turned = self._near & (self._rest > 0)
-        if turned.any():
-            self._move_on(turned)
-            self._look()
-        self._arrived |= self._near
-        return np.where(self._arrived[:, None], seen.targets, self._decide(self._past, self._aim))
-
-    def finished(self, seen: Seen) -> NDArray[np.bool_]:
-        """Return which worlds have held the end of their way, or gained nothing on it, for a while `(B,)`."""
-        del seen
-        period = self._task.control_period
-        gained = (self.progress > self._best + GAINED) | self._past.waiting
-        self._best = np.where(gained, self.progress, self._best)
-        self._still = np.where(gained, 0.0, self._still + period)
-        self._held = np.where(self._arrived, self._held + period, 0.0)
-        return np.asarray((self._held >= SETTLE) | (self._still >= STILL_TIME))
-
-    def _look(self) -> None:
-        """Find out what is remembered, how far objects have come and which are near the end of what is asked."""
-        self._past = self._memory.past
-        self._aim = self._past.aimed(self._asked)
-        come = self._aim.come(self._past.shift(self._aim))
-        self._near = ~self._past.waiting & (self._aim.distance - come < ARRIVED)
-        self.progress = self._gone + come
+        first = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
+        self._set_off(first, np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0))
 
     def _move_on(self, worlds: NDArray[np.bool_]) -> None:
         """Ask of some worlds, which have turned, to move."""
@@ -130,22 +90,6 @@ class PolicyPrimitive(OnSenses):
     def finished(self, past: Past) -> NDArray[np.bool_]:
         """Return that nothing is over: the sequence sees where objects have come to."""
         return np.zeros(past.n_worlds, dtype=bool)
-
-
-class Deciding:
-    """Joint targets of a policy for what is remembered and asked."""
-
-    def __init__(self, task: Task, policy: Policy) -> None:
-        """Decide for a task's hand and objects."""
-        self._policy, self._layout = policy, find_layout(policy.observation)
-        self._scene = Scene(task.hand, task.objects)
-
-    def __call__(self, past: Past, aim: Aim) -> Array:
-        """Return joint targets `(B, n_joints)` [rad]."""
-        action = self._policy(observe(self._layout, past, aim, self._scene))
-        if self._layout.columns:
-            action = action[..., slots_of(self._scene.hand)]
-        return targets_of(action, self._policy.actions, self._scene.hand, past)
 
 
 CHANGED = ("angle", "distance", "turn")

@@ -7,21 +7,24 @@ from importlib import resources
 from pathlib import Path
 from typing import Protocol
 
-from inhand.control.catalogue import Entry, policy_of
+from inhand.control.catalogue import ControllerEntry, Entry, find_controller, policy_of
+from inhand.control.contract import SpatialContract
 from inhand.control.controller import Controller, SpatialTask
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, load_policy
-from inhand.control.seen import SENSED
+from inhand.control.seen import PRIVILEGED, SENSED
 from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_ik_sensed import SpatialIkSensedController
 from inhand.control.spatial_policy import SpatialPolicyController, shorter
 from inhand.control.spatial_rehearsal import planned_in_space
-from inhand.control.spatial_sensed_plan import sensed_in_space
+from inhand.control.spatial_sensed_plan import carrier_in_space, sensed_in_space
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.spatial.paths import SpatialReference
 
 
@@ -52,9 +55,14 @@ class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
     """One controller of hands in space; for a learned policy the expert lifts the object."""
 
     @property
+    def contract(self) -> SpatialContract | None:
+        """What it was trained to drive and to sense, if it is a policy that reads what is sensed."""
+        return None if self.policy is None or self.reads != SENSED else self.policy.space
+
+    @property
     def holds(self) -> Callable[[SpatialTask], Controller]:
         """What holds and lifts the object before it manipulates."""
-        return self.manipulate if self.reads == SENSED else SpatialIkController
+        return SpatialIkSensedController if self.reads == SENSED else SpatialIkController
 
 
 CONTROLLERS = {
@@ -75,9 +83,8 @@ CONTROLLERS = {
 """Controllers of hands in space."""
 
 
-SHIPPED = "rl"
-"""Name of the policy of the package for a hand in space, and the preset that trained it, which is its folder."""
-SHIPPED_FOLDER = "spatial"
+SHIPPED = {"rl": "spatial-privileged", "rl-privileged": "spatial-privileged"}
+"""Policies of the package for a hand in space by name, each with the preset that trained it, which is its folder."""
 
 
 def find_spatial_controller(name: str) -> SpatialEntry:
@@ -88,20 +95,29 @@ def find_spatial_controller(name: str) -> SpatialEntry:
     """
     if name in CONTROLLERS:
         return CONTROLLERS[name]
-    if name == SHIPPED:
-        with resources.as_file(resources.files("inhand") / "policies" / SHIPPED_FOLDER) as folder:
+    if name in SHIPPED:
+        with resources.as_file(resources.files("inhand") / "policies" / SHIPPED[name]) as folder:
             return learned_in_space(name, load_policy(folder))
     if Path(name).is_dir():
         return learned_in_space(*policy_of(Path(name)))
-    known = (*CONTROLLERS, SHIPPED)
+    known = (*CONTROLLERS, *SHIPPED)
     raise InputError(
         f"controller {name!r} with a hand in space{near_matches(name, known)}; allowed are {', '.join(known)} and the"
         " folder of a run of `inhand train` with such a hand: the others are of hands in the plane"
     )
 
 
+def entry_for(name: str, held: AnyPair) -> ControllerEntry | SpatialEntry:
+    """Return the controller of a name for a hand and an object, in the plane or in space.
+
+    Raises:
+        InputError: there is none.
+    """
+    return find_spatial_controller(name) if isinstance(held, SpatialPair) else find_controller(name, held)
+
+
 def learned_in_space(name: str, policy: Policy) -> SpatialEntry:
-    """Return the controller that a policy is; grasps are the expert's.
+    """Return the controller that a policy is; grasps are the expert's, or planned by carrying it where it has senses.
 
     Raises:
         InputError: a policy of hands in the plane.
@@ -111,6 +127,10 @@ def learned_in_space(name: str, policy: Policy) -> SpatialEntry:
             f"policy {name!r} was trained with {policy.trained.get('hand', 'a hand')} in the plane: train one with a"
             " hand in space (inhand train --preset spatial)"
         )
+    if find_layout(policy.observation).sensed:
+        carrier, summary = carrier_in_space(policy), "a learned policy on encoders and a camera"
+        plan = partial(sensed_in_space, carrier=carrier)
+        return SpatialEntry(name, summary, plan, carrier.make, policy=policy, reads=SENSED)
     made, planned = partial(SpatialPolicyController, policy=policy), partial(planned_in_space, told=shorter)
     return SpatialEntry(name, "a learned policy", planned, made, policy=policy)
 
@@ -126,6 +146,19 @@ def refuse_of_plane(hand: str, asked: Mapping[str, bool]) -> None:
         raise InputError(
             f"{' and '.join(wrong)} with {hand}, a hand in space: these are for hands in the plane; leave them out, or"
             " use such a hand (2v2_50.50_50.50_1.1_53)"
+        )
+
+
+def refuse_of_space(hand: str, gravity: str | None) -> None:
+    """Refuse gravity with a hand in the plane.
+
+    Raises:
+        InputError: the text names it and the hand.
+    """
+    if gravity is not None:
+        raise InputError(
+            f"--gravity {gravity} with {hand}, a hand in the plane, whose object stands on a floor: leave it out, or"
+            " use a hand in space (3f_60.60_40_10)"
         )
 
 
@@ -151,7 +184,8 @@ def notes_in_space(entry: SpatialEntry, hand: SpatialHand, spec: SolidSpec) -> t
     if entry.policy is None or entry.policy.space is None:
         return ()
     there = entry.policy.space
-    notes = ("The expert closes the fingers and lifts the object; from there on the policy carries it.",)
+    who = "The expert" if entry.reads == PRIVILEGED else "ik-sensed"
+    notes = (f"{who} closes the fingers and lifts the object; from there on the policy carries it.",)
     if (there.hand, there.object) == (hand, spec):
         return notes
     return (

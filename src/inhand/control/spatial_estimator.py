@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from inhand.control.estimator import EstimatorConfig, PoseFilter
+from inhand.control.estimator import LATELY, SOON, EstimatorConfig, PoseFilter
 from inhand.control.seen import Seen
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import measure, point_jacobian
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.rotations import change_between, pose_from
-from inhand.sim.state import NEAREST, SpatialState
+from inhand.rotations import change_between, pose_from, seen_from
+from inhand.sim.state import SpatialState, believed_in_space
 
 REGULAR = np.repeat([1e-6, 1e-9], 3)
 """Keeps the equations of a carried object solvable where its contacts fall together."""
@@ -28,35 +28,34 @@ class SpatialEstimator(PoseFilter):
 
     def state(self, seen: Seen) -> SpatialState:
         """Return what is believed of the worlds: pose, joints and contacts; of forces nothing is known."""
-        count, fingers, points = len(self._joints), len(self._hand.fingers), self._points
-        return SpatialState(
-            time=seen.time,
-            object_pose=self._pose,
-            object_velocity=np.zeros((count, 6)),
-            joint_angles=self._joints,
-            joint_velocities=seen.joint_velocities,
-            targets=seen.targets,
-            link_gaps=np.zeros_like(self._joints),
-            contact_links=np.tile(self._last, (count, 1)),
-            finger_points=points + 2 * NEAREST * self._normals,  # a little apart, so that they tell the normal
-            object_points=points,
-            gaps=np.zeros((count, fingers)),
-            forces=np.zeros((count, fingers, 3)),
-            diverged=np.zeros(count, dtype=bool),
-        )
+        count, joints = len(self._joints), (self._joints, seen.joint_velocities, seen.targets)
+        contacts = np.tile(self._last, (count, 1)), self._points, self._normals
+        return believed_in_space(seen.time, (self._pose, np.zeros((count, 6))), joints, contacts)
+
+    @property
+    def grip(self) -> tuple[Array, Array]:
+        """Where fingers are believed to touch, in the object's frame, and its normals there, `(B, F, 3)` each [m]."""
+        return seen_from(self._pose[:, None], self._points), self._normals
+
+    @property
+    def velocity(self) -> Array:
+        """How objects are believed to have moved in the last few decisions `(B, 6)` [m/s, rad/s]."""
+        moved = self.off(self._poses[-1], self._poses[-1 - LATELY])
+        return np.asarray(moved / np.maximum(self._times[-1] - self._times[-1 - LATELY], SOON)[:, None])
 
     def _axes(self, each: tuple[float, float, float]) -> Array:
         return np.repeat([each[0], each[2]], 3)
 
     def _meet(self) -> None:
-        self._told = measure(self._hand, self._spec, self._joints, self._pose)
-        self._gaps, self._points, self._normals = self._told.gaps.T, self._told.points, self._told.normals
+        told = measure(self._hand, self._spec, self._joints, self._pose)
+        self._places, self._hinges = told.places, told.axes
+        self._gaps, self._points, self._normals = told.gaps.T, told.points, told.normals
 
     def _carried(self, moved: Array) -> Array:
         """Return how the object moves by least squares over the contacts, each of which moves with its finger."""
-        told, rows, motion = self._told, self._rows(), np.empty_like(self._points)
+        rows, motion = self._rows(), np.empty_like(self._points)
         for i, own in enumerate(self._hand.slices):
-            jacobian = point_jacobian(told.places[:, own], told.axes[:, own], self._points[:, i])
+            jacobian = point_jacobian(self._places[:, own], self._hinges[:, own], self._points[:, i])
             motion[:, i] = (jacobian * moved[:, None, own]).sum(axis=-1)
         matrix = rows.reshape(len(moved), -1, 6)
         across = matrix.transpose(0, 2, 1)
@@ -73,10 +72,12 @@ class SpatialEstimator(PoseFilter):
     def _away(self) -> Array:
         return np.asarray(-(self._normals[:, :, None] @ self._rows())[:, :, 0])
 
-    def _moved(self, pose: Array, change: Array) -> Array:
+    def moved(self, pose: Array, change: Array) -> Array:
+        """Return poses moved, and turned about the palm frame's axes."""
         return pose_from(pose, change[:, :3], change[:, 3:])
 
-    def _off(self, pose: Array, other: Array) -> Array:
+    def off(self, pose: Array, other: Array) -> Array:
+        """Return how far they are moved and turned from others."""
         return change_between(other, pose)
 
     def _between(self, one: Array, other: Array, share: Array) -> Array:

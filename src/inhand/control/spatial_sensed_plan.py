@@ -9,19 +9,22 @@ Where objects really start is not looked at; how fingers close follows where the
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.controller import SpatialTask
-from inhand.control.grades import told_way
+from inhand.control.grades import Grade, told_way
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
-from inhand.control.seen import Seen
-from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, STRAIGHT
-from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SpatialIkSensedController
+from inhand.control.policy import Policy
+from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, STRAIGHT, Carrier
+from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at, longest_of, searched
+from inhand.control.spatial_sensed_policy import SpatialSensedPolicyController
+from inhand.control.watched import Watched
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.grasp_search import SpatialGrasp
 from inhand.hands.spatial.hand import SpatialHand
@@ -31,7 +34,7 @@ from inhand.sim.disturbance import FIELD
 from inhand.sim.drawn import draw
 from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths
 
-ROUNDS = ((6, 3), (2, 12), (1, 24))
+ROUNDS = ((6, 3), (3, 12), (1, 72))
 """How many grasps of a path are tried, the best so far, and in how many further worlds."""
 SQUEEZE = 0.006
 """How far inside the object fingers aim when they close [m]: it may be smaller, and stand elsewhere than it is seen."""
@@ -42,6 +45,17 @@ AHEAD = 0.001
 PATHS = 8
 """Paths that are planned at a time, which bounds memory."""
 ARMS = np.repeat([1.0, TURN_ARM], 3)
+Pair = tuple[SpatialHand, SolidSpec]
+CARRIER = Carrier(
+    SpatialIkSensedController, "ik-sensed", __name__, grades=(Grade(np.inf, FIELD, price=4.0),), rounds=ROUNDS
+)
+"""`ik-sensed`, where its grasps are planned."""
+
+
+def carrier_in_space(policy: Policy) -> Carrier:
+    """Return who carries objects where grasps are planned for a policy on real senses."""
+    made = partial(SpatialSensedPolicyController, policy=policy)
+    return replace(CARRIER, make=made, digest=policy.digest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +68,9 @@ class _Candidate:
     """How far it went in each world that it was tried in, and how far of that straight [m]; negative where it never
     held the object."""
 
-    @property
-    def told(self) -> tuple[float, float]:
-        """How far to go [m], and what that is worth."""
-        return told_way(np.array(self.ways)) if self.ways else (0.0, self.grasp.value)
+    def told(self, by: Carrier) -> tuple[float, float]:
+        """Return how far a carrier is to go [m], and what that is worth."""
+        return told_way(np.array(self.ways), grade=by.grades[0]) if self.ways else (0.0, self.grasp.value)
 
 
 def sensed_in_space(
@@ -68,6 +81,7 @@ def sensed_in_space(
     starts: Array,
     *,
     bench: Bench,
+    carrier: Carrier | None = None,
     fixed: bool = False,
     shared: bool = False,
 ) -> Grasp:
@@ -77,14 +91,16 @@ def sensed_in_space(
         InputError: no contacts hold the object at its start.
     """
     del starts, fixed, shared
-    held, gravities, names = (hand, spec), np.unique(gravity, axis=0), [path.name for path in paths]
+    by, gravities, names = carrier or CARRIER, np.unique(gravity, axis=0), [path.name for path in paths]
     firsts = list({path.name: path for path in reversed(paths)}.values())
     plans: dict[str, Arrays] = {}
     for first in range(0, len(firsts), PATHS):
         part = firsts[first : first + PATHS]
         key = [array for path in part for array in (path.moves, path.turns, np.array(path.hold))]
-        inputs = (hand, spec, *key, gravities, SENSED_SPATIAL_IK, FIELD, ROUNDS, SQUEEZE, LOOKED)
-        found = cached("sensed-plan-in-space", inputs, __name__, partial(_planned, held, part, gravities, bench))
+        law, tried = (SENSED_SPATIAL_IK, SOFT, SQUEEZE, LOOKED), (by.digest, by.grades, by.rounds)
+        inputs = (hand, spec, *key, gravities, *law, *tried)
+        plan = partial(_planned, ((hand, spec), by), part, gravities, bench)
+        found = cached("sensed-plan-in-space", inputs, by.module, plan)
         plans |= {path.name: {name: rows[k] for name, rows in found.items()} for k, path in enumerate(part)}
     return Grasp(**{name: np.stack([plans[each][name] for each in names]) for name in plans[names[0]]})
 
@@ -100,71 +116,59 @@ def following(hand: SpatialHand, grasps: Sequence[SpatialGrasp]) -> Grasp:
     return replace(grasp, planned=starts, follows=LOOKED * slopes(closed, SHIFTS))
 
 
-def _planned(
-    held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
-) -> Arrays:
+def _planned(who: tuple[Pair, Carrier], paths: Sequence[SpatialReference], gravities: Array, bench: Bench) -> Arrays:
     """Return joints and ways of the best grasp of each path, by their names in `Grasp`."""
-    groups, first = searched(held, paths, gravities, bench), 0
+    (held, by), first = who, 0
+    groups = searched(held, paths, gravities, bench)
     left = [_Candidate(number, grasp) for number, path in enumerate(paths) for grasp in groups[path.name]]
-    for best, worlds in ROUNDS:
-        left = [each for number in range(len(paths)) for each in _best(left, number)[:best]]
-        left = _tried(held, paths, left, (gravities, range(first, first + worlds)), bench)
+    for best, worlds in by.rounds:
+        left = [each for number in range(len(paths)) for each in _best(left, number, by)[:best]]
+        left = _tried(who, paths, left, (gravities, range(first, first + worlds)), bench)
         first += worlds
-    chosen = [_best(left, number)[0] for number in range(len(paths))]
-    grasp = replace(
-        following(held[0], [each.grasp for each in chosen]), way=np.array([each.told[0] for each in chosen])
-    )
+    chosen = [_best(left, number, by)[0] for number in range(len(paths))]
+    grasp = following(held[0], [each.grasp for each in chosen])
+    grasp = replace(grasp, way=np.array([each.told(by)[0] for each in chosen]))
     return {name: rows for name, rows in vars(grasp).items() if rows is not None}
 
 
-def _best(candidates: Sequence[_Candidate], path: int) -> list[_Candidate]:
+def _best(candidates: Sequence[_Candidate], path: int, by: Carrier) -> list[_Candidate]:
     """Return the candidates of a path, the one that is worth most first."""
-    return sorted((each for each in candidates if each.path == path), key=lambda each: -each.told[1])
+    return sorted((each for each in candidates if each.path == path), key=lambda each: -each.told(by)[1])
 
 
 def _tried(
-    held: tuple[SpatialHand, SolidSpec],
+    who: tuple[Pair, Carrier],
     paths: Sequence[SpatialReference],
     candidates: Sequence[_Candidate],
     worlds: tuple[Array, range],
     bench: Bench,
 ) -> list[_Candidate]:
     """Return candidates with the ways that they went in further worlds, under some gravities, the same for all."""
-    (hand, spec), (gravities, draws) = held, worlds
+    ((hand, spec), by), (gravities, draws) = who, worlds
     whose = [each for each in candidates for _ in draws]
     mine = [paths[each.path] for each in whose]
     path, pull = stacked_paths(mine), np.tile(gravities[np.array(draws) % len(gravities)], (len(candidates), 1))
     twists = stacked_paths([hold_path(each) for each in mine])
     far = np.maximum([each.grasp.way for each in whose] - twists.length, 0.0)
     task = SpatialTask(hand, (spec,) * len(whose), path, gravity=pull, distance=far)
-    disturbed = [draw(FIELD, (SEED, number), hand.n_joints, space=True) for _ in candidates for number in draws]
-    watched = [_Watched(task)]  # which stays the last where no world holds its object
+    disturbed = [
+        draw(by.grades[0].worlds, (SEED, number), hand.n_joints, space=True) for _ in candidates for number in draws
+    ]
+    watched = [Watched(by.make(task))]  # which stays the last where no world holds its object
 
-    def carrying(task: SpatialTask) -> _Watched:
-        watched.append(_Watched(task))
+    def carrying(task: SpatialTask) -> Watched:
+        watched.append(Watched(by.make(task)))
         return watched[-1]
 
     silent, starts = replace(bench, progress=None), np.tile(hand.start_pose, (len(whose), 1))
     grasp, longest = following(hand, [each.grasp for each in whose]), longest_of(path, SENSED_SPATIAL_IK)
-    _, found = simulate(task, grasp, starts, carrying, silent, twists=twists, longest=longest, disturbed=disturbed)
+    how: dict[str, Any] = {"twists": twists, "longest": longest, "disturbed": disturbed}
+    _, found = simulate(task, grasp, starts, carrying, silent, holds=SpatialIkSensedController, **how)
     ways = _ways(found, task, watched[-1].ways).reshape(len(candidates), len(draws), 2)
     return [
         replace(each, ways=(*each.ways, *((way, straight) for way, straight in rows)))
         for each, rows in zip(candidates, ways.tolist(), strict=True)
     ]
-
-
-class _Watched(SpatialIkSensedController):
-    """The controller with how far it had come after every decision."""
-
-    def __init__(self, task: SpatialTask) -> None:
-        super().__init__(task)
-        self.ways = list[Array]()
-
-    def act(self, seen: Seen) -> Array:
-        targets = super().act(seen)
-        self.ways.append(self.progress)
-        return targets
 
 
 def _ways(found: Recording, task: SpatialTask, aimed: Sequence[Array]) -> Array:

@@ -1,22 +1,24 @@
-"""The teacher in space: the expert's law from the state alone, so that it can judge any state.
+"""The teacher in space: the expert's law from the state alone, so that it can judge any state, of worlds as drawn.
 
 As in the plane (`control/teacher.py`) it moves the object along its aim at a speed that falls towards the end, at which
 the object may come up only by little at a time, and takes back what the object is off. There is no integral part: the
 forces carry the whole weight.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from inhand.control.ik import finger_law
 from inhand.control.spatial_ik import SpatialIkConfig, grip_for
+from inhand.control.teacher import drawn_of, servos_of
 from inhand.geometry import Array
 from inhand.hands.spatial.forces import GripRules, hold, weight_held
-from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.kinematics import place, point_jacobian
-from inhand.hands.spatial.objects import SolidSpec
-from inhand.rotations import carried
+from inhand.hands.spatial.pair import SpatialPair
+from inhand.rotations import carried, placed
+from inhand.sim.drawn import Disturbed
 from inhand.sim.state import State
 from inhand.tasks.spatial.aims import SpatialAim
 
@@ -51,31 +53,40 @@ class SpatialTeacherConfig:
 class SpatialTeacher:
     """Joint targets for B worlds, from each as it is."""
 
-    def __init__(self, hand: SpatialHand, spec: SolidSpec, config: SpatialTeacherConfig | None = None) -> None:
-        """Know hand and object."""
-        self.config, self._hand, self._spec = config or SpatialTeacherConfig(), hand, spec
+    def __init__(
+        self,
+        held: SpatialPair,
+        disturbed: Sequence[Disturbed] | None,
+        count: int,
+        config: SpatialTeacherConfig | None = None,
+    ) -> None:
+        """Know hand and object, and how each of `count` worlds is disturbed; None where none is."""
+        self.config, (self._hand, spec) = config or SpatialTeacherConfig(), held
+        self._servos = servos_of(held.hand, disturbed, count)
+        self._mass = spec.mass * drawn_of(disturbed, "mass", count)
+        self._friction = held.hand.friction * spec.friction * drawn_of(disturbed, "friction", count)[:, 0]
+        off = np.zeros((count, 3)) if disturbed is None else np.array([each.drawn.centre for each in disturbed])
+        self._centre = np.array(spec.centre) + off
 
     def act(self, state: State, aim: SpatialAim, gravity: Array) -> Array:
         """Return the commands `(B, n_joints)` [rad] for a true state, what is asked and gravity `(B, 3)` [m/s^2]."""
-        law, hand, spec = self.config.law, self._hand, self._spec
-        weight = spec.mass * np.linalg.norm(gravity, axis=-1)
-        friction = np.full(len(gravity), law.friction_share * hand.friction * spec.friction)
+        law, hand, servos = self.config.law, self._hand, self._servos
         held = hold(
             (state.object_points, state.normals),
-            weight_held(spec.mass, gravity),
-            state.object_pose[:, :3],
+            weight_held(1.0, self._mass * gravity),
+            placed(state.object_pose, self._centre),
             rules=GripRules(least=law.least, rounds=2 * law.rounds),  # as it remembers none to begin from
-            grip=grip_for(weight, law),
-            friction=friction,
+            grip=grip_for(self._mass[:, 0] * np.linalg.norm(gravity, axis=-1), law),
+            friction=law.friction_share * self._friction,
         )
         (step, velocity), points = self._wanted(state, aim), state.object_points
-        told, targets = place(hand, state.joint_angles), state.joint_angles.copy()
+        told, targets = place(hand, state.joint_angles), state.joint_angles + servos.zero
         for i, own in enumerate(hand.slices):
             jacobian = point_jacobian(told.places[:, own], told.axes[:, own], points[:, i])
             arm = points[:, i] - state.object_pose[:, :3]
             closer = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
-            moves = carried(step, arm) + closer, carried(velocity, arm)
-            targets[:, own] += finger_law(hand, jacobian, moves, held.forces[:, i], law.damping)
+            moves = carried(step + servos.late * velocity, arm) + closer, carried(velocity, arm)
+            targets[:, own] += finger_law(servos, jacobian, moves, held.forces[:, i], law.damping)
         return targets
 
     def _wanted(self, state: State, aim: SpatialAim) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ from inhand.geometry import TURN_ARM, Array, perpendicular
 from inhand.hands.hand import HandSpec
 from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.sim.drawn import Disturbed
 from inhand.sim.scene import SceneSpec
 from inhand.sim.state import State
@@ -47,6 +48,36 @@ class TeacherConfig:
     """Damping of the least squares [m/rad]."""
 
 
+@dataclass(frozen=True, eq=False)
+class Servos:
+    """Servos of B worlds as they are drawn."""
+
+    stiffness: Array
+    """Of each world's joints `(B, 1)` [N m/rad],"""
+    damping: Array
+    """[N m s/rad],"""
+    torque: Array
+    """the largest [N m],"""
+    late: Array
+    """how late commands arrive [s],"""
+    zero: Array
+    """and what encoders read at zero `(B, n_joints)` [rad]."""
+
+
+def drawn_of(disturbed: Sequence[Disturbed] | None, name: str, count: int, nominal: float = 1.0) -> Array:
+    """Return a number that is drawn for each of `count` worlds `(B, 1)`; None for worlds that nothing disturbs."""
+    return np.array([nominal] * count if disturbed is None else [getattr(each.drawn, name) for each in disturbed])[
+        :, None
+    ]
+
+
+def servos_of(hand: HandSpec | SpatialHand, disturbed: Sequence[Disturbed] | None, count: int) -> Servos:
+    """Return the servos of `count` worlds of a hand; None of worlds that nothing disturbs."""
+    own = {name: getattr(hand, name) * drawn_of(disturbed, name, count) for name in ("stiffness", "damping", "torque")}
+    zero = np.zeros((count, hand.n_joints)) if disturbed is None else np.array([each.drawn.zero for each in disturbed])
+    return Servos(**own, late=drawn_of(disturbed, "command_s", count, 0.0), zero=zero)
+
+
 class Teacher:
     """Joint targets for B worlds, from each as it is."""
 
@@ -60,21 +91,13 @@ class Teacher:
     ) -> None:
         """Know how each of `count` worlds is disturbed; None where none is."""
         self.config, self._hand = config or TeacherConfig(), hand
-        drawn = None if disturbed is None else [each.drawn for each in disturbed]
-
-        def of(name: str, nominal: float) -> Array:
-            return np.array([getattr(each, name) for each in drawn] if drawn else [nominal] * count)[:, None]
-
-        self._stiffness, self._damping = hand.stiffness * of("stiffness", 1.0), hand.damping * of("damping", 1.0)
-        self._late, self._strongest = of("command_s", 0.0), hand.torque * of("torque", 1.0)
-        self._zero = np.array([each.zero for each in drawn]) if drawn else np.zeros((count, hand.n_joints))
-        scene = SceneSpec()
-        weight = scene.gravity * spec.mass * of("mass", 1.0)
-        self._drag = scene.floor_friction * spec.friction * of("floor", 1.0) * weight
+        self._servos, scene = servos_of(hand, disturbed, count), SceneSpec()
+        weight = scene.gravity * spec.mass * drawn_of(disturbed, "mass", count)
+        self._drag = scene.floor_friction * spec.friction * drawn_of(disturbed, "floor", count) * weight
 
     def act(self, state: State, aim: Aim) -> Array:
         """Return the commands `(B, n_joints)` [rad] for a true state and what is asked."""
-        config, hand = self.config, self._hand
+        config, hand, servos = self.config, self._hand, self._servos
         wanted, velocity = self._wanted(state, aim)
         speed = np.linalg.norm(velocity[:, :2], axis=-1, keepdims=True)
         push = self._drag * velocity[:, :2] / np.maximum(speed, 0.005)
@@ -89,9 +112,9 @@ class Teacher:
             for i, (finger, place) in enumerate(zip(hand.fingers, hand.slices, strict=True))
         ]
         levers = [np.abs((jacobian * line[..., None]).sum(axis=-2)).max(axis=-1) for jacobian in jacobians]
-        most = config.room * self._strongest[:, 0] / np.maximum(np.max(levers, axis=0), 1e-9)
+        most = config.room * servos.torque[:, 0] / np.maximum(np.max(levers, axis=0), 1e-9)
         grip = np.minimum(config.grip, most)[:, None]
-        targets = state.joint_angles + self._zero
+        targets = state.joint_angles + servos.zero
         for i, (place, jacobian) in enumerate(zip(hand.slices, jacobians, strict=True)):
             point = state.finger_xy[:, i]
             arm = point - state.pose[:, :2]
@@ -103,7 +126,7 @@ class Teacher:
             force = grip * line * (1 - 2 * i) + push / len(hand.fingers)
             torque = (jacobian * force[..., None]).sum(axis=-2)
             targets[:, place] += (
-                joint_step + (self._damping * joint_speed + torque) / self._stiffness + self._late * joint_speed
+                joint_step + (servos.damping * joint_speed + torque) / servos.stiffness + servos.late * joint_speed
             )
         return targets
 

@@ -5,7 +5,6 @@ What reads robot files is imported when there is one.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -22,7 +21,7 @@ from inhand.hands.objects import ObjectSpec, Shape, convex_pieces, parse_object_
 from inhand.hands.polylines import UNITS
 from inhand.hands.spatial.names import is_spatial
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
+from inhand.hands.toml_tables import WEIGHED, check_keys, keyed, number_in, numbers_in, read_toml, text_in
 from inhand.registry import Registry, describe
 
 if TYPE_CHECKING:
@@ -47,8 +46,8 @@ _POLYGON_KEYS = ("name", "shape", "corners_mm", "height_mm", "mass_kg", "frictio
 _OUTLINE_KEYS = ("name", "shape", "outline", "unit", "height_mm", "mass_kg", "friction")
 HEIGHT_MM = 100.0
 """Height of an object over an outline, as of the named ones [mm]."""
-OUTLINE = re.compile(r"(?P<file>.+\.(?:csv|svg|dxf))(?P<keys>(?::\w+=[^:]*)*)", re.IGNORECASE)
-"""An outline's file, and keys of an object file after it."""
+OUTLINES = (".csv", ".svg", ".dxf")
+"""Endings of files that are objects by themselves."""
 S = TypeVar("S")
 """A hand or an object."""
 B = TypeVar("B", ObjectSpec, SolidSpec)
@@ -70,9 +69,10 @@ def _check_planar(given: str | Path) -> None:
     """Refuse a hand in space, which only the Asterisk Test, sequences, reach and training take."""
     if isinstance(given, str) and is_spatial(given) and HANDS.find(given) is None:
         raise InputError(
-            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik and rl,"
-            " `inhand trace`, `inhand reach` and `inhand train --preset spatial` take one (docs/spatial.md); everything"
-            " else is of hands in the plane, such as 2v2_50.50_50.50_1.1_53"
+            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik,"
+            " ik-sensed and rl, `inhand robustness`, `inhand sweep`, `inhand trace`, `inhand reach` and `inhand train"
+            " --preset spatial` take one (docs/spatial.md); everything else is of hands in the plane, such as"
+            " 2v2_50.50_50.50_1.1_53"
         )
 
 
@@ -80,17 +80,37 @@ def load_object(name_or_file: str | Path | ObjectSpec) -> ObjectSpec:
     """Return the object of a name (see `parse_object_name`), a TOML file, `FILE.py:NAME` or an outline.
 
     An outline is the path of a .csv, .svg or .dxf file, and after it keys of an object file, as
-    `part.dxf:unit=mm:mass_kg=0.05`; it is called like its file. An `ObjectSpec` is returned as it is.
+    `part.dxf:unit=mm:mass_kg=0.05`; it is called like its file. After all others `:mass_kg=` and `:friction=` may
+    stand. An `ObjectSpec` is returned as it is.
 
     Raises:
         InputError: neither an object name nor a readable object file or outline.
     """
-    outline = OUTLINE.fullmatch(str(name_or_file))
-    if outline is not None:
-        path = Path(outline["file"])
-        given = dict(pair.split("=", 1) for pair in outline["keys"].split(":")[1:])
-        return _object_from({"name": path.stem, "outline": path.name} | {k: _value(v) for k, v in given.items()}, path)
-    return _loaded(name_or_file, OBJECTS, ObjectSpec, (parse_object_name, _object_from))
+    stem, table = keyed(name_or_file) if isinstance(name_or_file, str) else (name_or_file, {})
+    if not isinstance(stem, ObjectSpec) and Path(stem).suffix.lower() in OUTLINES:
+        path = Path(stem)
+        return _object_from({"name": path.stem, "outline": path.name} | table, path)
+    if isinstance(name_or_file, str):
+        return with_keys(name_or_file, _object_of)
+    return _object_of(name_or_file)
+
+
+def _object_of(given: str | Path | ObjectSpec) -> ObjectSpec:
+    return _loaded(given, OBJECTS, ObjectSpec, (parse_object_name, _object_from))
+
+
+def with_keys(given: str, load: Callable[[str], B]) -> B:
+    """Return the object of a name or a file, with the mass and the friction that stand after it.
+
+    Raises:
+        InputError: what `load` refuses, another key, or no number.
+    """
+    stem, said = keyed(given)
+    spec, where = load(stem), f"object {given!r}"
+    if not said:
+        return spec
+    check_keys(said, WEIGHED, (), where)
+    return weighed(replace(spec, name=spec.name + given.removeprefix(stem)), said, where)
 
 
 def assumed(hands: Iterable[str]) -> tuple[str, ...]:
@@ -158,14 +178,6 @@ def _as_file(name_or_file: object, what: str) -> Path | None:
     path = Path(name_or_file)
     is_file = isinstance(name_or_file, Path) or path.suffix.lower() == ".toml" or len(path.parts) > 1
     return path if is_file else None
-
-
-def _value(word: str) -> float | str:
-    """Return a number of the command line as one, and anything else as it is."""
-    try:
-        return float(word)
-    except ValueError:
-        return word
 
 
 def _sized_from(table: dict[str, Any], where: str) -> ObjectSpec:

@@ -230,7 +230,8 @@ def parse_object_name(name: str) -> ObjectSpec:
         near = near_matches(name, (*CATALOGUE, *words))
         raise InputError(
             f"unknown object {name!r}{near}; allowed are a name that `inhand objects` lists,"
-            " shape_SIZE or shape_XxY in mm (box_30x45, cylinder_40, ellipse_40x25), or a TOML file"
+            " shape_SIZE or shape_XxY in mm (box_30x45, cylinder_40, ellipse_40x25), or a TOML file, after it as"
+            " wanted :mass_kg=0.05 and :friction=0.8"
         )
     word, x, y = found.groups()
     if word in FORMS:

@@ -1,11 +1,16 @@
 """Tables of TOML files of hands and objects: read, and refused by file and key."""
 
+import re
 import sys
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from inhand.errors import InputError, near_matches
+
+_KEYED = re.compile(r"(?P<stem>.+?)(?P<pairs>(?::\w+=[^:]*)*)", re.DOTALL)
+WEIGHED = ("mass_kg", "friction")
+"""What may be said of any object after its name."""
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
@@ -22,6 +27,25 @@ def read_toml(path: Path, what: str) -> dict[str, Any]:
         raise InputError(f"{path} is not a TOML file of a {what}: its tables lie too deep in each other") from error
     except (OSError, ValueError) as error:
         raise InputError(f"{path} is not a TOML file: {error}; mend the file") from error
+
+
+def keyed(given: str) -> tuple[str, dict[str, Any]]:
+    """Return a name or a path, and the table that stands after it, as in `part.dxf:unit=mm:mass_kg=0.05`."""
+    found = _KEYED.fullmatch(given)
+    if found is None:  # an empty text
+        return given, {}
+    pairs = (pair.split("=", 1) for pair in found["pairs"].split(":")[1:])
+    return found["stem"], {key: _value(word) for key, word in pairs}
+
+
+def _value(word: str) -> float | bool | str:
+    """Return a number or a truth value of the command line as one, and anything else as it is."""
+    if word in {"true", "false"}:
+        return word == "true"
+    try:
+        return float(word)
+    except ValueError:
+        return word
 
 
 def check_keys(table: dict[str, Any], allowed: tuple[str, ...], required: tuple[str, ...], where: str) -> None:

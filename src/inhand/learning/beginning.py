@@ -61,9 +61,8 @@ def pool_name(number: int) -> str:
 
 def contract_for(config: Training, held: AnyPair) -> AnyContract:
     """Return what the policies of a run ask of a hand."""
-    if isinstance(held, SpatialPair):
-        return contract_in_space(held)
-    return contract_of(held.hand, load_disturbance(config.disturb))
+    disturb = load_disturbance(config.disturb)
+    return contract_in_space(held, disturb) if isinstance(held, SpatialPair) else contract_of(held.hand, disturb)
 
 
 def policy_of(config: Training, contract: AnyContract, actor: Actor) -> Policy:

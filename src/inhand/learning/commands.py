@@ -49,12 +49,21 @@ class TrainConfig(SpreadConfig):
     """Train a controller from the expert's demonstrations and its own episodes (DDPGfD; extra `rl`)."""
 
     preset: Literal[
-        "default", "privileged", "family", "family-privileged", "from-family", "spatial", "thesis", "smoke", None
+        "default",
+        "privileged",
+        "family",
+        "family-privileged",
+        "from-family",
+        "spatial",
+        "spatial-privileged",
+        "thesis",
+        "smoke",
+        None,
     ] = None  # not `| None`: tyro would list them in any order
     """Training: default on encoders and a camera in worlds that differ, privileged on perfect knowledge, family with
     hands and objects that differ, from-family fits its policy to one hand and object, spatial with a hand in space,
-    thesis is as its chapter 3.3 has it, smoke shows in seconds that all works. What is not given below is the
-    preset's."""
+    spatial-privileged the same on perfect knowledge, thesis is as its chapter 3.3 has it, smoke shows in seconds that
+    all works. What is not given below is the preset's."""
     hand: str | None = None
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str | None = None

@@ -6,9 +6,7 @@ from typing import Literal
 from inhand.control.joint_network import NetworkKind
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import Held
-from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
-from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.hands.spatial.pair import AnyPair, SpatialPair, load_held
 from inhand.learning.recipe import Recipe, Recording, Shows, SpatialRecording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
@@ -141,9 +139,7 @@ class Training(Config):
     @property
     def held(self) -> AnyPair:
         """The hand and the object, in the plane or in space."""
-        if is_spatial_hand(self.hand):
-            return SpatialPair(load_spatial_hand(self.hand), load_solid(self.object))
-        return Held(load_hand(self.hand), load_object(self.object))
+        return load_held(self.hand, self.object)
 
     @property
     def shows(self) -> Shows:
@@ -257,11 +253,19 @@ def privileged_family() -> Training:
 
 
 def spatial() -> Training:
-    """Return the training of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
+    """Return the training of one controller on real senses for a hand in space, in worlds that differ."""
+    base = privileged_spatial()
+    senses = replace(base.interface, observation="space-senses", truth="space-truth")
+    recipe = replace(base.recipe, push=0.012, grasp="sensed")
+    return replace(base, preset="spatial", disturb="field", interface=senses, recipe=recipe, imitate=10000, rounds=4)
+
+
+def privileged_spatial() -> Training:
+    """Return that of one controller for all directions and turns of a hand in space (docs/spatial.md)."""
     base = privileged()
     return replace(
         base,
-        preset="spatial",
+        preset="spatial-privileged",
         hand="3f_60.60_40_10",
         object="cube_50",
         engine=SPATIAL,
@@ -326,6 +330,7 @@ PRESETS = {
     "family-privileged": privileged_family,
     "from-family": hand_of_family,
     "spatial": spatial,
+    "spatial-privileged": privileged_spatial,
     "thesis": thesis,
     "smoke": smoke,
 }

@@ -12,7 +12,6 @@ from inhand.control.spatial_teacher import SpatialTeacher
 from inhand.control.teacher import Teacher, TeacherConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.hands.fit import Held
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
@@ -37,7 +36,7 @@ KEPT = 0.004
 def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
     """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
     if isinstance(held, SpatialPair):
-        in_space = SpatialTeacher(*held)
+        in_space = SpatialTeacher(held, starts.disturbed, len(starts))
         return lambda: in_space.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
     if name in TEACHERS and starts.pairs is not None:
         return _teachers(starts, worlds, TEACHERS[name])
@@ -68,10 +67,10 @@ def _teachers(starts: Starts, worlds: ManipulationWorlds, config: TeacherConfig)
     return act
 
 
-def taught_reach(held: Held, starts: Starts, rng: np.random.Generator, teacher: str) -> Array:
+def taught_reach(held: AnyPair, starts: Starts, rng: np.random.Generator, teacher: str) -> Array:
     """Return how far a teacher carries the object of each start in its own world, before it is lost `(N,)` [m]."""
     far = replace(starts, distance=np.full(len(starts), FARTHEST), legs=None)
-    interface = Interface("grip", "steps", "gain", horizon=LONGEST)
+    interface = Interface("grip" if starts.space is None else "space", "steps", "gain", horizon=LONGEST)
     worlds = ManipulationWorlds(held, far, len(far), interface, rng)
     worlds.reset(np.arange(len(far)))
     teach = expert_of(teacher, held, far, worlds)

@@ -9,12 +9,12 @@ from inhand.control.kept import Remembered
 from inhand.control.memory import Memory
 from inhand.control.seen import Seen
 from inhand.geometry import Array
-from inhand.hands.fit import Held
+from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.pairs import Pairs
 from inhand.tasks.past import LAGGED, Past
 
 
-def memory_of(held: Held, pairs: Pairs | None, rows: NDArray[np.int64], seen: Seen) -> Memory | Memories:
+def memory_of(held: AnyPair, pairs: Pairs | None, rows: NDArray[np.int64], seen: Seen) -> Memory | Memories:
     """Return what remembers worlds of one hand and object or, where starts have pairs, of rows of these `(B,)`."""
     return Memory(held, seen) if pairs is None else Memories(pairs.take(rows), seen)
 

@@ -21,7 +21,7 @@ from inhand.learning.environment_config import angles_of
 from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.records import read_json, read_record
-from inhand.sim.disturbance_files import NONE, load_disturbance
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.names import UNTOLD
@@ -139,7 +139,6 @@ def _check_space(config: Training, held: SpatialPair) -> None:
         InputError: the text names what; or an object that the hand cannot hold.
     """
     asked = {
-        f"disturb {config.disturb}": config.disturb != NONE,
         "a dataset": bool(config.demonstrations),
         f"task {config.task}": bool(config.task),
         "pairs": bool(config.pairs),
@@ -150,8 +149,8 @@ def _check_space(config: Training, held: SpatialPair) -> None:
     wrong = [words for words, given in asked.items() if given]
     if wrong:
         raise InputError(
-            f"{' and '.join(wrong)} with {config.hand}, a hand in space: its training has layout space, the teacher's"
-            " demonstrations and worlds that nothing disturbs; take preset spatial and leave these out"
+            f"{' and '.join(wrong)} with {config.hand}, a hand in space: its training has layout space-senses or space,"
+            " and the teacher's demonstrations; take preset spatial or spatial-privileged, and leave these out"
         )
     check_carried(*held, config.engine)
 

@@ -64,6 +64,14 @@ def finished(out: Path) -> bool:
 
 
 def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
+    from threadpoolctl import threadpool_limits
+
+    # Products as small as the actor's gain nothing from threads of BLAS, which fight with the updates for the cores.
+    with threadpool_limits(1, "blas"):
+        return _to_the_end(config, out, told)
+
+
+def _to_the_end(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
     began, spent = time.perf_counter(), time.process_time()
     beside = ThreadPoolExecutor(1, COMPILING)
     try:

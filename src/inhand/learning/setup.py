@@ -13,6 +13,7 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.files import is_spatial_hand
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning import space_pools
 from inhand.learning.config import Training
@@ -39,7 +40,7 @@ from inhand.records import read_json, read_record, text_of
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.drawn import Disturbed, Drawn
 from inhand.sim.snapshot import Snapshot
-from inhand.sim.state import State
+from inhand.sim.state import SpatialState, State
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import AnyHand
 from inhand.tasks.primitives import TRAIN, UNSEEN
@@ -286,12 +287,12 @@ def save_ready(ready: Ready, path: Path) -> None:
 
 def load_ready(config: Training, path: Path) -> Ready:
     """Return what `save_ready` wrote."""
-    held = config.held
+    held, seen = config.held, SpatialState if is_spatial_hand(config.hand) else State
     with np.load(path, allow_pickle=False) as data:
 
         def starts(name: str) -> Starts:
             snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
-            state = State(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
+            state = seen(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
             routes, turn, legs = (data.get(f"{name}.{part}") for part in ("routes", "turn", "legs"))
             angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
             found = Starts(snapshot, state, angle_deg, distance, None if routes is None else Routes(routes))

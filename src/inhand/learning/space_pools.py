@@ -12,12 +12,14 @@ from functools import partial
 
 import numpy as np
 
-from inhand.control.controller import SpatialTask
+from inhand.control.controller import Controller, SpatialTask
 from inhand.control.loop import Bench, Told, simulate
 from inhand.control.spatial_follow import Ending, spatial_limit
 from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_ik_sensed import SpatialIkSensedController
 from inhand.control.spatial_policy import MARGIN
 from inhand.control.spatial_rehearsal import closed_at
+from inhand.control.spatial_sensed_plan import following
 from inhand.control.trial import REACHED
 from inhand.geometry import Array
 from inhand.hands.spatial.following import FollowRules
@@ -25,10 +27,13 @@ from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
 from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.config import Training
+from inhand.learning.experts import taught_reach
 from inhand.learning.progress import NEVER_SHOWN
 from inhand.learning.space import Space
-from inhand.learning.starts import Noise, Starts, taken
+from inhand.learning.starts import Noise, Starts, drawn_worlds, taken
 from inhand.rotations import SpatialPath, pose_from
+from inhand.sim.disturbance import Disturbance
+from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.names import SPATIAL
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import DIRECTIONS, MAP, TURNS, SpatialPrimitive, about, along
@@ -120,7 +125,7 @@ def pool_of(held: SpatialPair, config: Training, plans: Planned, count: int, rng
     space = space_of([plans.primitives[k] for k in rows.tolist()], plans.gravity[rows])
     other = rng.random((count, 1)) < 0.5
     space = replace(space, gravity=np.where(other, gravities(rng, count), space.gravity))
-    starts = gripped(held, grasps, space, rng, config.noise)
+    starts = gripped(held, grasps, space, rng, config.noise, disturb=load_disturbance(config.disturb))
     turned = spread(starts.asked_in_space, config, rng)
     return told(held, config, replace(starts, space=turned), rng)
 
@@ -137,7 +142,8 @@ def tests_of(held: SpatialPair, config: Training, told: Told) -> Starts:
     whole = zip((*SEEN * config.trials, *TESTED), found, strict=True)
     kept = [(primitive, group[0], pull) for primitive, (group, pull) in whole if group]
     space = space_of([primitive for primitive, _, _ in kept], np.array([pull for _, _, pull in kept]))
-    return far_enough(held, gripped(held, [grasp for _, grasp, _ in kept], space, rng, config.noise))
+    grasps, disturb = [grasp for _, grasp, _ in kept], load_disturbance(config.disturb)
+    return far_enough(held, config, gripped(held, grasps, space, rng, config.noise, disturb=disturb), rng)
 
 
 def never(count: int) -> Array:
@@ -176,14 +182,20 @@ def midway(held: SpatialPair, config: Training, kept: Starts, count: int, rng: n
 
 def told(held: SpatialPair, config: Training, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return the starts that can go some way, told to go as far as their grip is predicted to carry, or less."""
-    far = far_enough(held, starts)
+    far = far_enough(held, config, starts, rng)
     share = np.where(rng.random(len(far)) < config.recipe.whole, 1.0, rng.random(len(far)))
     return replace(far, distance=share * far.distance)
 
 
-def far_enough(held: SpatialPair, starts: Starts) -> Starts:
-    """Return the starts whose grip is predicted to carry the object at least `SHORTEST`, told to go so far."""
-    reach = reach_in_space(held, starts)
+def far_enough(held: SpatialPair, config: Training, starts: Starts, rng: np.random.Generator) -> Starts:
+    """Return the starts whose grip carries the object at least `SHORTEST`, told to go so far.
+
+    That is what is predicted or, in worlds that differ, what the teacher comes to in each.
+    """
+    if starts.disturbed is None:
+        reach = reach_in_space(held, starts)
+    else:
+        reach = taught_reach(held, starts, rng, config.recipe.expert)
     rows = np.flatnonzero(reach >= SHORTEST)
     return replace(starts.rows(rows), distance=reach[rows])
 
@@ -210,15 +222,26 @@ def space_of(primitives: Sequence[SpatialPrimitive], gravity: Array) -> Space:
 
 
 def gripped(
-    held: SpatialPair, grasps: Sequence[SpatialGrasp], space: Space, rng: np.random.Generator, noise: Noise
+    held: SpatialPair,
+    grasps: Sequence[SpatialGrasp],
+    space: Space,
+    rng: np.random.Generator,
+    noise: Noise,
+    *,
+    disturb: Disturbance | None = None,
 ) -> Starts:
-    """Return starts in which fingers alone hold objects, gripped and lifted as in a trial; those lost are left out."""
+    """Return starts in which fingers alone hold objects, gripped and lifted as in a trial; those lost are left out.
+
+    Each is held in a world of its own that `disturb` draws, and then on senses.
+    """
     hand, spec = held
     count = len(grasps)
     off = noise.position * rng.standard_normal((count, 3)), noise.rotation * rng.standard_normal((count, 3))
-    poses = pose_from(hand.start_pose, *off)
+    poses, worlds = pose_from(hand.start_pose, *off), drawn_worlds(hand, disturb, rng, count)
     task = SpatialTask(hand, (spec,) * count, SpatialPath.still(count), distance=np.zeros(count), gravity=space.gravity)
-    closed, bench = closed_at(hand, grasps, poses), Bench(SPATIAL)
-    simulator, found = simulate(task, closed, poses, None, bench, holds=SpatialIkController)
-    starts = replace(taken(simulator, found.states[-1], np.arange(count), np.zeros(count)), space=space)
+    holds: Callable[[SpatialTask], Controller] = SpatialIkController if worlds is None else SpatialIkSensedController
+    closed = closed_at(hand, grasps, poses) if worlds is None else following(hand, grasps)
+    simulator, found = simulate(task, closed, poses, None, Bench(SPATIAL), holds=holds, disturbed=worlds)
+    starts = taken(simulator, found.states[-1], np.arange(count), np.zeros(count))
+    starts = replace(starts, space=space, disturbed=worlds)
     return starts.rows(np.flatnonzero(np.array(found.outcomes) == REACHED))

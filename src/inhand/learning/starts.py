@@ -29,6 +29,7 @@ from inhand.hands.grasp_search import GraspPlan, SearchConfig
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.sides import rough_plan
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.learning.pairs import Pairs, all_pairs
 from inhand.learning.space import Space, joined_spaces
 from inhand.records import Config
@@ -268,7 +269,7 @@ def gripped(
     waiting, found, places = np.arange(len(angles)), list[Starts](), list[NDArray[np.int64]]()
     for _ in range(10):
         poses = hand.start_pose + noise.spread * rng.standard_normal((len(waiting), 3))
-        worlds = _worlds(hand, disturb, rng, len(waiting))
+        worlds = drawn_worlds(hand, disturb, rng, len(waiting))
         starts = _close(Held(hand, spec), [plans[k] for k in waiting.tolist()], (poses, not blind), bench, worlds)
         held = starts.state.touching.all(axis=-1) & ~starts.state.diverged
         found.append(starts.take(np.flatnonzero(held), angles[waiting[held]]))
@@ -302,13 +303,14 @@ def taken(
     return replace(found, disturbed=own.disturbed, pairs=own.pairs, space=own.space)
 
 
-def _worlds(
-    hand: HandSpec, disturb: Disturbance | None, rng: np.random.Generator, count: int
+def drawn_worlds(
+    hand: HandSpec | SpatialHand, disturb: Disturbance | None, rng: np.random.Generator, count: int
 ) -> tuple[Disturbed, ...] | None:
     """Return how drawn worlds are disturbed; None where nothing is."""
     if disturb is None or count == 0:
         return None
-    return tuple(draw(disturb, (key,), hand.n_joints) for key in rng.integers(2**62, size=count).tolist())
+    keys, space = rng.integers(2**62, size=count).tolist(), isinstance(hand, SpatialHand)
+    return tuple(draw(disturb, (key,), hand.n_joints, space=space) for key in keys)
 
 
 def _one_of(plans: Grips, rng: np.random.Generator) -> GraspPlan:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from inhand.learning.journal import Evaluation
 
-PACKAGES = ("jax", "optax", "tensorboardX")
+PACKAGES = ("jax", "optax", "tensorboardX", "threadpoolctl")
 """What the extra `rl` brings and training cannot do without."""
 CHOSEN = ("hand", "object", "directions", "engine", "disturb", "demonstrations", "seed", "episodes")
 """Settings of the command line that take the place of the preset's."""
@@ -119,7 +119,7 @@ def train(
     Args:
         hand: a name, a TOML file or a spec; None for the preset's.
         object: the same.
-        preset: default (on real senses), privileged, spatial, thesis (its chapter 3.3) or smoke, which takes seconds.
+        preset: one of `inhand.learning.config.PRESETS`, such as default, on real senses, or smoke, of seconds.
         episodes: episodes of the agent after which training ends.
         seed: of everything drawn.
         demonstrations: a dataset of `inhand.record` or its folder to learn from; None records by the preset.

@@ -11,7 +11,6 @@ from inhand.control.loop import control_step, dropped
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, View
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.hands.fit import Held
 from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
@@ -292,7 +291,7 @@ class ManipulationWorlds:
             self._seen_start = put_rows(self._seen_start, worlds, self._aim.where(self.seen)[worlds])
             self._told = replace(self._aim, start=self._seen_start)
         elif self._memory is None or len(worlds) == self.count:
-            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
+            self._memory = memory_of(self._held, self._starts.pairs, self._row, self.seen)
         else:
             self._memory.begin(worlds, self.seen)
 
@@ -332,7 +331,7 @@ class ManipulationWorlds:
             self._between.begin(every, self._disturbed(every), self._state)
             self._between.load_state_dict(kept, self._state)
         if self._memory is not None:
-            self._memory = memory_of(Held(*self._held), self._starts.pairs, self._row, self.seen)
+            self._memory = memory_of(self._held, self._starts.pairs, self._row, self.seen)
             self._memory.load_state_dict(kept)
         routes = self._starts.routes
         asked = {name: kept[f"aim.{name}"] for name in self._aim.KEPT}

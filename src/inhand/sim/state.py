@@ -140,6 +140,38 @@ def believed(
     )
 
 
+def believed_in_space(
+    time: Array,
+    moving: tuple[Array, Array],
+    joints: tuple[Array, Array, Array],
+    contacts: tuple[NDArray[np.int64], Array, Array],
+) -> SpatialState:
+    """Return a state in space of which this much is believed: fingers touch, forces are not known.
+
+    Args:
+        time: `(B,)` [s].
+        moving: poses `(B, 7)` of the objects, and their velocities `(B, 6)` [m/s, rad/s].
+        joints: angles, velocities and targets, each `(B, n)`.
+        contacts: the link of each finger that touches `(B, F)`, where `(B, F, 3)` [m], and the object's normals there.
+    """
+    links, points, normals = contacts
+    return SpatialState(
+        time=time,
+        object_pose=moving[0],
+        object_velocity=moving[1],
+        joint_angles=joints[0],
+        joint_velocities=joints[1],
+        targets=joints[2],
+        link_gaps=np.zeros_like(joints[0]),
+        contact_links=links,
+        finger_points=points + 2 * NEAREST * normals,  # a little apart, so that they tell the normal
+        object_points=points,
+        gaps=np.zeros(links.shape),
+        forces=np.zeros(points.shape),
+        diverged=np.zeros(len(links), dtype=bool),
+    )
+
+
 def ran_away(*parts: Array) -> NDArray[np.bool_]:
     """Return in which worlds angles, positions or speeds `(B, k)` are no numbers or beyond `LARGEST` `(B,)`."""
     return np.asarray(~np.logical_and.reduce([np.abs(part).max(axis=1) <= LARGEST for part in parts]))

@@ -13,6 +13,7 @@ from inhand.tasks.joint_senses import JOINT_SENSES
 from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Layout, Part, Scene
 from inhand.tasks.past import SENSES
 from inhand.tasks.spatial.rows import SPACE
+from inhand.tasks.spatial.senses import SPACE_SENSES, SPACE_TRUTH
 
 LAYOUTS = {
     "thesis": THESIS,
@@ -24,6 +25,8 @@ LAYOUTS = {
     "joints": JOINTS,
     "joint-senses": JOINT_SENSES,
     "space": SPACE,
+    "space-senses": SPACE_SENSES,
+    "space-truth": SPACE_TRUTH,
 }
 """Layouts by the name that configurations use."""
 

@@ -1,16 +1,24 @@
 """What a hand knows at a decision, and what it knew a little before: the view of layouts of what is sensed."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
-from inhand.tasks.observations import Aim, Layout, Part, Scene, by_rank
+from inhand.sim.scene import DECISION_S
+from inhand.sim.state import State
+from inhand.tasks.observations import Aim, AnyAim, Layout, Part, Scene, by_rank
+from inhand.tasks.spatial.aims import SpatialAim
 
+SPAN = 2
+"""Which of the `LAGS` a joint's velocity is measured over: two decisions."""
 LAGS = (0, 1, 2, 4, 8)
 """Decisions back that are remembered, the present one first: 160 ms, in which a camera of 30 Hz takes five frames."""
 
+A = TypeVar("A", Aim, SpatialAim)
 LAGGED = ("joints", "commands", "frames", "ages")
 """What a `Past` has of each of them."""
 
@@ -24,7 +32,7 @@ class Past:
     commands: Array
     """The commands that were last given then `(L, B, n)` [rad]."""
     frames: Array
-    """The object's pose in the last frame that had come in `(L, B, 3)` [m, m, rad]."""
+    """The object's pose in the last frame that had come in `(L, B, 3)` [m, m, rad]; in space `(..., 7)`."""
     ages: Array
     """How old that frame was `(L, B)` [s]."""
     first: Array
@@ -38,11 +46,12 @@ class Past:
     believed: Array
     """Where it believed it when the wait ended `(B, 3)` [m, m, rad]."""
     velocity: Array
-    """How it believes the object to move now `(B, 3)` [m/s, m/s, rad/s]."""
+    """How it believes the object to move now `(B, 3)` [m/s, m/s, rad/s], in space `(B, 6)`."""
     points: Array
-    """Where it believes the fingers to touch, in the object's frame `(B, F, 2)` [m]."""
+    """Where it believes the fingers to touch, in the object's frame `(B, F, 2)` [m], in space `(B, F, 3)`."""
     askew: Array
-    """Angles from the outline's normals there to the line between them `(B, F)` [rad]."""
+    """Angles from the outline's normals there to the line between them `(B, F)` [rad]; in space the normals themselves,
+    unit vectors out of the object in the palm frame `(B, F, 3)`."""
 
     @property
     def joint_angles(self) -> Array:
@@ -63,13 +72,27 @@ class Past:
         """Return what is known of some worlds alone."""
         return Past(**{name: each[:, worlds] if name in LAGGED else each[worlds] for name, each in vars(self).items()})
 
-    def shift(self, aim: Aim) -> Array:
-        """Return the way along and to the left [m] and the angle turned [rad] as believed, since the wait `(B, 3)`."""
+    def shift(self, aim: Aim | SpatialAim) -> Array:
+        """Return the shift `(B, 3)` of what is asked, as believed, since the wait."""
+        if isinstance(aim, SpatialAim):
+            return replace(aim, start=self.believed).shift(self.pose)
         return aim.shift(aim.start + self.pose - self.believed)
 
-    def aimed(self, aim: Aim) -> Aim:
+    def aimed(self, aim: A) -> A:
         """Return what is asked as the hand knows it: from where it saw the primitive start; while it waits, to stay."""
         return replace(aim, start=self.start, distance=np.where(self.waiting, 0.0, aim.distance))
+
+
+def of_believed(
+    values: Callable[[State, AnyAim, Scene], Array], believed: Callable[[Past, Scene], State]
+) -> Callable[[Past, AnyAim, Scene], Array]:
+    """Return what gives numbers of a state for the state that is believed, with what is asked from where that began."""
+    return lambda past, aim, scene: values(believed(past, scene), replace(aim, start=past.believed), scene)
+
+
+def speeds_of(past: Past) -> Array:
+    """Return how fast joints have moved of late `(B, n)` [rad/s]: a difference of readings."""
+    return np.asarray((past.joint_angles - past.joints[SPAN]) / (LAGS[SPAN] * DECISION_S))
 
 
 def _ranked(lags: Array, scene: Scene) -> Array:

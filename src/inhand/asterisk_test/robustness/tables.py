@@ -83,8 +83,9 @@ def summary(found: Robustness) -> list[str]:
         )
     disturbed = found.rows[found.rows.disturb != NONE]
     if len(disturbed):
-        clock, cpu = (1000 * disturbed[name].sum() / disturbed.trials.sum() for name in ("seconds", "cpu_seconds"))
-        sentences.append(f"1,000 disturbed trials took one core {clock:.0f} s by the clock, {cpu:.0f} s of its own.")
+        count, clock, cpu = disturbed[["trials", "seconds", "cpu_seconds"]].sum()
+        took = f"took one core {clock:.0f} s by the clock, {cpu:.0f} s of its own"
+        sentences.append(f"{count:,.0f} disturbed trials {took}.")
     return sentences
 
 

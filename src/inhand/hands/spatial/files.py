@@ -15,7 +15,7 @@ from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.names import is_spatial, parse_spatial_name
 from inhand.hands.spatial.objects import Solid, SolidSpec, parse_solid_name
-from inhand.hands.toml_tables import check_keys, number_in, numbers_in, read_toml, text_in
+from inhand.hands.toml_tables import check_keys, keyed, number_in, numbers_in, read_toml, text_in
 from inhand.registry import Registry, describe
 
 if TYPE_CHECKING:
@@ -144,7 +144,8 @@ def _place(table: dict[str, Any], key: str, where: str) -> Vector | None:
 def load_solid(given: str | Path | SolidSpec) -> SolidSpec:
     """Return the object in space of a name (see `parse_solid_name`), a TOML, STL or OBJ file; a spec stays as it is.
 
-    After a mesh file keys of an object file may stand, as `part.stl:unit=mm:mass_kg=0.05`.
+    After a mesh file keys of an object file may stand, as `part.stl:unit=mm:mass_kg=0.05`; after all others mass and
+    friction.
 
     Raises:
         InputError: neither an object name nor a readable file.
@@ -153,13 +154,17 @@ def load_solid(given: str | Path | SolidSpec) -> SolidSpec:
         return given
     if str(given) in SOLIDS:
         return SOLIDS[str(given)]
-    stem, *pairs = str(given).split(":")
+    stem, said = keyed(str(given))
     path = Path(stem)
     if path.suffix.lower() in MESHES:
-        table = {"name": path.stem, "mesh": path.name} | dict(_pair(str(given), pair) for pair in pairs)
-        return _mesh_from(table, path.parent, f"object {str(given)!r}")
+        return _mesh_from({"name": path.stem, "mesh": path.name} | said, path.parent, f"object {str(given)!r}")
+    return files.with_keys(str(given), _solid_of)
+
+
+def _solid_of(stem: str) -> SolidSpec:
+    path = Path(stem)
     if path.suffix.lower() != ".toml":
-        return parse_solid_name(str(given))
+        return parse_solid_name(stem)
     table, where = read_toml(path, "object"), f"object file {path}"
     return _mesh_from(table, path.parent, where) if "mesh" in table else _sized_from(table, where)
 
@@ -184,16 +189,3 @@ def _mesh_from(table: dict[str, Any], folder: Path, where: str) -> SolidSpec:
     unit = text_in(table, "unit", where) if "unit" in table else None
     spec = mesh_object(folder / text_in(table, "mesh", where), unit, hull=hull)
     return files.weighed(replace(spec, name=text_in(table, "name", where)), table, where)
-
-
-def _pair(given: str, pair: str) -> tuple[str, object]:
-    """Return a key and its value as the command line has them."""
-    key, equals, value = pair.partition("=")
-    if not equals:
-        raise InputError(f"object {given!r}: {pair!r} after its name is no key=value such as mass_kg=0.05")
-    if value in {"true", "false"}:
-        return key, value == "true"
-    try:
-        return key, float(value)
-    except ValueError:
-        return key, value

@@ -5,7 +5,7 @@ Object frame: origin at the centre of mass of the even body, axes along its side
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any, Literal, cast, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 
@@ -22,8 +22,6 @@ FORM = (
     "cube_SIDE, box_XxYxZ, sphere_DIAMETER, cylinder_DIAMETERxHEIGHT or ellipsoid_XxYxZ in mm (cylinder_50x60), after"
     " it as wanted :mass_kg=0.05 and :friction=1, or a TOML, STL or OBJ file"
 )
-KEYS = ("mass_kg", "friction")
-"""What may stand after an object's name."""
 
 
 @dataclass(frozen=True)
@@ -119,16 +117,15 @@ _NAME = re.compile(rf"({'|'.join(WORDS)})_({_LENGTH}(?:x{_LENGTH})*)")
 
 
 def parse_solid_name(name: str) -> SolidSpec:
-    """Return the object in space that a name describes; `cube_50:mass_kg=0.03:friction=0.6` says more than the size.
+    """Return the object in space that a name describes.
 
     Raises:
         InputError: the name is none; the text says which part is wrong.
     """
-    stem, *pairs = name.split(":")
-    found = _NAME.fullmatch(stem)
+    found = _NAME.fullmatch(name)
     if found is None:
         raise InputError(
-            f"unknown object {name!r} for a hand in space{near_matches(stem, CATALOGUE)}; allowed are {FORM}"
+            f"unknown object {name!r} for a hand in space{near_matches(name, CATALOGUE)}; allowed are {FORM}"
         )
     word, sizes = found[1], [float(size) / 1e3 for size in found[2].split("x")]
     if len(sizes) != _COUNTS[word]:
@@ -137,21 +134,4 @@ def parse_solid_name(name: str) -> SolidSpec:
         )
     x, y, z = {1: sizes * 3, 2: [sizes[0], *sizes], 3: sizes}[len(sizes)]
     shape = cast("Solid", "box" if word == "cube" else word)
-    return replace(SolidSpec(name, shape, (x, y, z)), **_numbers(name, pairs))
-
-
-def _numbers(name: str, pairs: list[str]) -> dict[str, Any]:
-    """Return the fields that `key=value` after a name give."""
-    found: dict[str, Any] = {}
-    for pair in pairs:
-        key, _, value = pair.partition("=")
-        if key not in KEYS:
-            raise InputError(
-                f"object {name!r}: unknown key {key!r}{near_matches(key, KEYS)}; allowed are mass_kg and"
-                " friction, as in cube_50:mass_kg=0.03"
-            )
-        try:
-            found[key.removesuffix("_kg")] = float(value)
-        except ValueError as error:
-            raise InputError(f"object {name!r}: {key} = {value!r}; it must be a number") from error
-    return found
+    return SolidSpec(name, shape, (x, y, z))

@@ -14,7 +14,7 @@ from inhand.control.controller import Task
 from inhand.control.grades import GRADES, TRUSTING, USUAL, grade_of, told_way
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
-from inhand.control.phases import placed_joints
+from inhand.control.phases import GradedGrasp, graded_grasp, placed_joints
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import Carrier, graded, plan_keys, sensed_grasp
 from inhand.control.sensed_policy import carrier_of
@@ -48,7 +48,7 @@ def test_the_way_that_is_gone_is_the_grades_of_what_is_seen() -> None:
     asked, still = list[Array](), np.tile(HAND.start_pose, (2, 2, 1))
     follows = {"planned": still[:, 0], "follows": np.zeros((2, HAND.n_joints, 3))}
     usual = replace(rough_grasp(HAND, CUBE, still), way=np.full(2, 0.05), **follows)
-    grasp = replace(usual, graded=tuple(replace(usual, way=np.full(2, way)) for way in (0.06, 0.05, 0.03)))
+    grasp = graded_grasp([replace(usual, way=np.full(2, way)) for way in (0.06, 0.05, 0.03)])
     # A part of what was planned is gone before.
     task = Task(HAND, (CUBE,) * 2, Path(np.zeros((2, 2, 3))), distance=np.full(2, 0.04))
 
@@ -73,7 +73,7 @@ def test_fingers_are_placed_for_the_grasp_of_what_is_seen() -> None:
     follows = {"planned": still[:, 0], "follows": np.zeros((1, HAND.n_joints, 3))}
     usual = replace(rough_grasp(HAND, CUBE, still), **follows)
     well = replace(usual, opened=usual.opened + np.array([0.0, 0.1, 0.0, -0.1]), closed=usual.closed + 0.1)
-    grasp, task = replace(usual, graded=(well, usual)), Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3))))
+    grasp, task = graded_grasp([well, usual]), Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3))))
     seen = draw(Disturbance(camera=FIELD.camera), (3, 1), HAND.n_joints)
     for worlds, its in ((None, well), ([seen], usual)):
         _, found = loop.simulate(task, grasp, still[:, 0], None, loop.Bench(), disturbed=worlds)
@@ -99,6 +99,7 @@ def test_a_grasp_is_planned_for_each_grade_where_they_are_apart(monkeypatch: pyt
     monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
     grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(grades=TRUSTING, apart=True))
     assert [each.grades for each in asked] == [(grade,) for grade in TRUSTING]
+    assert isinstance(grasp, GradedGrasp)
     assert [each.opened[0, 0] for each in grasp.graded] == [1.0, 2.0]
     assert grasp.opened[0, 0] == 2.0  # that of the usual grade, with which episodes begin
 

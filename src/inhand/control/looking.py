@@ -87,7 +87,7 @@ class Choosing(Looking):
 
     def finished(self, state: State | Seen) -> NDArray[np.bool_]:
         """Return which worlds have come to their last stop and every joint to rest `(B,)`."""
-        return super().finished(state) & (self._passed == self._stops.shape[1] - 1)
+        return np.asarray(super().finished(state) & (self._passed == self._stops.shape[1] - 1))
 
     def _look(self, seen: Seen) -> None:
         super()._look(seen)

@@ -45,9 +45,19 @@ class Grasp:
     follows: Array | None = None
     """and how joints that press change with where they are seen beside that `(B, n_joints, 3)` [rad/m, rad/m, 1], in
     space `(B, n_joints, 6)`."""
-    graded: "tuple[Grasp, ...]" = ()
-    """The grasp, or the same with another way, for each grade of a camera (`control/grades.py`), where what is done
-    follows how well objects are seen; this one is then the usual one."""
+
+
+@dataclass(frozen=True)
+class GradedGrasp(Grasp):
+    """A grasp where what is done follows how well objects are seen; of itself it is that of the usual grade."""
+
+    graded: tuple[Grasp, ...] = ()
+    """That of each grade of a camera, from the best (`control/grades.py`): another, or the same with another way."""
+
+
+def graded_grasp(graded: Sequence[Grasp]) -> GradedGrasp:
+    """Return the grasp of which each grade has its own."""
+    return GradedGrasp(**vars(graded[len(graded) // 2]), graded=tuple(graded))
 
 
 @dataclass(frozen=True)
@@ -147,9 +157,10 @@ def _as_far_as_seen(
     """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed."""
 
     def made(task: AnyTask) -> Controller:
-        if not grasp.graded or grasp.way is None or task.distance is None:
+        graded = _graded(grasp)
+        if not graded or grasp.way is None or task.distance is None:
             return make(task)
-        way = looked[0].of_grade([each.way for each in grasp.graded if each.way is not None])
+        way = looked[0].of_grade([each.way for each in graded if each.way is not None])
         return make(replace(task, distance=np.maximum(task.distance + way - grasp.way, 0.0)))
 
     return made
@@ -159,27 +170,28 @@ def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, 
     """Return the phases that place the fingers of a grasp and close them; what follows what is seen looks first."""
     (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     if grasp.follows is not None:
-        placing = CHOSEN if _differ(grasp.graded) else STANDING[0]
+        placing = CHOSEN if _differ(_graded(grasp)) else STANDING[0]
     return Phase("place", place, longest=placing), Phase("grasp", close, longest=closing, must_hold=True)
 
 
 def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Controller], Callable[[Any], Controller]]:
     """Return what makes the controllers that place the fingers of a grasp, kept as `placing`, and close them."""
-    planned, follows = grasp.planned, grasp.follows
+    planned, follows, graded = grasp.planned, grasp.follows, _graded(grasp)
     if planned is None or follows is None:
         return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
 
     def place(task: AnyTask) -> Controller:
-        if _differ(grasp.graded):
-            stops = [np.stack([placed_joints(task.hand, each), each.opened]) for each in grasp.graded]
+        if _differ(graded):
+            hand: Any = task.hand  # in the plane, where alone grades differ
+            stops = [np.stack([placed_joints(hand, each), each.opened]) for each in graded]
             placing[:] = [Choosing(task, np.stack(stops), planned)]
         else:
             placing[:] = [Looking(task, grasp.opened, planned)]
         return placing[0]
 
     def close(task: AnyTask) -> Controller:
-        looked, each = placing[0], grasp.graded or (grasp,)
-        return JointPid(task, looked.of_grade([_pressing(own, looked.off) for own in each]))
+        looked = placing[0]
+        return JointPid(task, looked.of_grade([_pressing(each, looked.off) for each in graded or (grasp,)]))
 
     return place, close
 
@@ -187,6 +199,11 @@ def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Cont
 def _pressing(grasp: Grasp, off: Array) -> Array:
     """Return joint angles that press on objects which stand so far beside where they were planned to."""
     return grasp.closed if grasp.follows is None else grasp.closed + (grasp.follows @ off[..., None])[..., 0]
+
+
+def _graded(grasp: Grasp) -> tuple[Grasp, ...]:
+    """Return the grasps of all grades; none where one serves whatever is seen."""
+    return grasp.graded if isinstance(grasp, GradedGrasp) else ()
 
 
 def _differ(graded: Sequence[Grasp]) -> bool:

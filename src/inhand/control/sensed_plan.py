@@ -22,7 +22,7 @@ from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
-from inhand.control.phases import Grasp
+from inhand.control.phases import Grasp, graded_grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.shipped_plans import path_keys, shipped
 from inhand.control.trial import REACHED, TIME_OUT
@@ -125,8 +125,7 @@ def sensed_grasp(
     del starts
     if carrier is not None and carrier.apart:
         each = [replace(carrier, grades=(grade,), apart=False) for grade in carrier.grades]
-        graded = tuple(sensed_grasp(hand, spec, poses, carrier=own, engine=engine) for own in each)
-        return replace(graded[len(graded) // 2], graded=graded)
+        return graded_grasp([sensed_grasp(hand, spec, poses, carrier=own, engine=engine) for own in each])
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
     known, keys = shipped(), plan_keys(held, distinct, by)
@@ -141,7 +140,7 @@ def sensed_grasp(
     whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
     ways = whole.pop("ways").T
     usual = Grasp(**whole)
-    return replace(usual, graded=tuple(replace(usual, way=way) for way in ways) if len(ways) > 1 else ())
+    return graded_grasp([replace(usual, way=way) for way in ways]) if len(ways) > 1 else usual
 
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:

@@ -14,6 +14,9 @@ from inhand.geometry import SAME, Array
 from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
 from inhand.sim.strengths import scaled
 
+STRAIGHT = 0.004
+"""Objects farther than this from their path are not straight [m], where nothing else is said; 9 deg at `TURN_ARM`."""
+
 
 @dataclass(frozen=True)
 class Grade:
@@ -30,7 +33,9 @@ class Grade:
     price: float = 4.0
     """What an object lost is worth, in ways of a path: a way of which 1 % more is lost must be so much longer [%],"""
     crooked: float = 0.75
-    """and what one that is not carried straight."""
+    """and what one that is not carried straight:"""
+    straight: float = STRAIGHT
+    """it is farther from its path than this [m]; an angle counts as an arc at `TURN_ARM`."""
     least: float = 0.0
     """A loss costs as much as on a way so much longer [m]: what goes nowhere is to be held, too."""
 

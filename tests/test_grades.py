@@ -8,6 +8,7 @@ from pathlib import Path as Folder
 import numpy as np
 import pytest
 
+from inhand import caches
 from inhand.control import loop, sensed_plan, shipped_plans
 from inhand.control.catalogue import find_controller, rough_grasp
 from inhand.control.controller import Task
@@ -96,7 +97,7 @@ def test_a_grasp_is_planned_for_each_grade_where_they_are_apart(monkeypatch: pyt
         return {"opened": rows, "closed": rows, "way": rows[:, 0], "ways": rows[:, :1], **place}
 
     monkeypatch.setattr(sensed_plan, "_planned", planned)
-    monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
+    monkeypatch.setenv(caches.PLACE, "off")
     grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(grades=TRUSTING, apart=True))
     assert [each.grades for each in asked] == [(grade,) for grade in TRUSTING]
     assert isinstance(grasp, GradedGrasp)

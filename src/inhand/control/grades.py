@@ -73,7 +73,7 @@ GRADES = (
 """Grades of cameras from the best; the borders are the geometric means of the levels' noise. At `hard` pushes throw a
 third of all objects from the best of grips, and shorter ways save few: there the mean way counts."""
 TRUSTING = (
-    Grade(GRADES[0].scatter, _farther_off(BENCH), 0.25, price=2.0),
+    Grade(GRADES[0].scatter, _farther_off(BENCH), price=2.0),
     Grade(np.inf, _farther_off(_slippery(FIELD)), price=4.0, crooked=0.15, least=0.06),
 )
 """Two grades of who sees well and is trusted to have measured friction, mass and size, too, as in `bench`, and of who

@@ -61,6 +61,8 @@ class Looking(JointPid):
 
     def of_grade(self, each: Sequence[Array]) -> Array:
         """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's."""
+        if len(each) == 1:
+            return each[0]
         return np.stack(each)[grade_of(self.scatter, len(each)), np.arange(len(self.scatter))]
 
     def _look(self, seen: Seen) -> None:

@@ -67,7 +67,7 @@ USUAL = Grade(np.inf, _farther_off(FIELD))
 """What is planned for where nobody looks how well it sees."""
 GRADES = (
     Grade(0.55, _farther_off(_seen_well()), 0.5, 2.0, price=6.0),
-    replace(USUAL, scatter=1.75, weight=2.5, price=5.5, crooked=1.5),
+    replace(USUAL, scatter=1.75, weight=2.5, price=5.5, crooked=1.0, straight=0.00267),
     Grade(np.inf, _farther_off(HARD), 0.25, 1.0, price=1.0, crooked=0.2),
 )
 """Grades of cameras from the best; the borders are the geometric means of the levels' noise. At `hard` pushes throw a

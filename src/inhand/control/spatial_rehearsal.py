@@ -50,8 +50,6 @@ next two poses that the prediction looks at [m, rad]."""
 BEHIND = 0.6
 """Where grasps go less than this share of the way that the search found, they are told to go as far as that: a start
 some tenths of a millimetre off can cost the room that the prediction asks for at one pose, though nothing meets."""
-SPARE = 0.003
-"""How much earlier objects stop that strayed much in the rehearsal [m]: one of 864 was lost at the end of its way."""
 STRAYED = 6.0
 """Way that an object costs which strays from its path, for each metre beside it: guessed, a grasp that turns the object
 by 5 deg is worth 13 mm less than one that does not."""
@@ -320,8 +318,7 @@ def rehearsed(
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
     cost = np.where(kept, np.where(always_held(found), 0.0, GAP) if strict else 0.0, LOSS)
     worth = last.progress - STRAYED * last.strayed - cost
-    ways = np.maximum(last.limit - np.where(last.strayed > config.loose, SPARE, 0.0), 0.0)
-    tried = [Tried(grasps[k], float(ways[k]), float(worth[k])) for k in range(len(grasps))]
+    tried = [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in range(len(grasps))]
     return [[tried[k] for k in np.flatnonzero(owner == w)] for w in range(len(groups))]
 
 

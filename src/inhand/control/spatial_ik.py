@@ -60,7 +60,7 @@ class SpatialIkConfig(LawConfig):
     """Grasps that come closer to what they avoid and are tried out before, at most."""
 
 
-EXPERT = SpatialIkConfig(proportional=3.0, integral=12.0, grip=2.0, margin=(0.002, 0.08), closer=8)
+EXPERT = SpatialIkConfig(proportional=4.0, integral=16.0, grip=2.0, margin=(0.002, 0.08), closer=8)
 """The numbers of `ik`. Tips resist spinning in proportion to how hard they press, which turns an object about which
 they roll and then slips: with a lighter grip, and feedback that is stiffer, most grasps hold whose tips spin much. What
 learned policies take over, and learned with, are the defaults."""

@@ -54,6 +54,9 @@ class SpatialPlanner(Protocol):
 class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
     """One controller of hands in space; for a learned policy the expert lifts the object."""
 
+    whole: "SpatialEntry | None" = None
+    """What takes its place where one grasp is to carry many paths or a whole sequence; None where nothing does."""
+
     @property
     def contract(self) -> SpatialContract | None:
         """What it was trained to drive and to sense, if it is a policy that reads what is sensed."""
@@ -73,6 +76,7 @@ CONTROLLERS = {
         "the expert: searched contacts, forces that hold the weight, feedback on the object's pose",
         partial(planned_in_space, config=EXPERT),
         partial(SpatialIkController, config=EXPERT),
+        whole=SpatialEntry("ik", "the expert, of one grasp for all", planned_in_space, SpatialIkController),
     ),
     "ik-sensed": SpatialEntry(
         "ik-sensed",

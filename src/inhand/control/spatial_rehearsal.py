@@ -44,9 +44,9 @@ LOST = -LOSS / 2
 WIDE = ((0.006, 0.35), (0.015, 0.7))
 """Margins from the predicted end where every grasp loses the object before it, each where those before do not do [m,
 rad]."""
-TO_THE_END = ((0.0, 0.0), (-0.002, -0.07), (-0.004, -0.14))
+TO_THE_END = ((0.0, 0.0), (-0.002, -0.07))
 """Margins that the one grasp for all is tried with in the end, in the very worlds that it is for: none, and on to the
-next two poses that the prediction looks at [m, rad]."""
+next pose that the prediction looks at [m, rad]."""
 BEHIND = 0.6
 """Where grasps go less than this share of the way that the search found, they are told to go as far as that: a start
 some tenths of a millimetre off can cost the room that the prediction asks for at one pose, though nothing meets."""

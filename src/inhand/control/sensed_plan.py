@@ -21,7 +21,7 @@ from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
-from inhand.control.phases import Grasp
+from inhand.control.phases import Grasp, graded_grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.shipped_plans import path_keys, shipped
 from inhand.control.trial import REACHED, TIME_OUT
@@ -92,6 +92,8 @@ class Carrier:
     grades: tuple[Grade, ...] = DRAWN
     """What ways are planned for; of several that a camera can have the usual one is the middle one or, of two, the
     last."""
+    apart: bool = False
+    """Whether each grade has a grasp of its own; else one serves all, the one whose ways are worth most together."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     stays: int = 0
@@ -120,6 +122,9 @@ def sensed_grasp(
     Where objects really stand is not known: `starts` is not looked at. The grasp follows where they are seen to.
     """
     del starts
+    if carrier is not None and carrier.apart:
+        each = [replace(carrier, grades=(grade,), apart=False) for grade in carrier.grades]
+        return graded_grasp([sensed_grasp(hand, spec, poses, carrier=own, engine=engine) for own in each])
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
     known, keys = shipped(), plan_keys(held, distinct, by)
@@ -132,7 +137,9 @@ def sensed_grasp(
             plans[row] = {name: found[name][k] for name in PLAN}
             keep(files[row], plans[row])
     whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
-    return Grasp(**whole if whole["ways"].shape[1] > 1 else whole | {"ways": None})
+    ways = whole.pop("ways").T
+    usual = Grasp(**whole)
+    return graded_grasp([replace(usual, way=way) for way in ways]) if len(ways) > 1 else usual
 
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:

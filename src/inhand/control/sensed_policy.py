@@ -18,6 +18,7 @@ from inhand.control.sensed_plan import Carrier, graded
 from inhand.control.underway import ARRIVED, Deciding, Underway
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene
 from inhand.tasks.past import Past
 
@@ -103,8 +104,8 @@ def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
 def carrier_of(policy: Policy) -> Carrier:
     """Return who carries objects where grasps are planned for a policy on real senses."""
     carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
-    if policy.family is not None:
-        return replace(carrier, shares=NEAR, grades=TRUSTING, rounds=QUICK, stays=24)
+    if find_layout(policy.observation).columns:
+        return replace(carrier, shares=NEAR, grades=TRUSTING, apart=True, rounds=QUICK, stays=24)
     return graded(carrier)
 
 

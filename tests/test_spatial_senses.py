@@ -254,10 +254,11 @@ def test_a_policy_on_senses_holds_what_ik_sensed_has_lifted(policy: Policy, monk
     _, found = simulate(task, grasp, poses, carrying, bench, holds=entry.holds)
     assert set(found.outcomes) == {REACHED}
     assert np.abs(made[-1].progress).max() < 1e-3
-    asked = list[object]()
+    asked, prices = list[object](), list[float]()
 
     def tried(who: tuple[object, Any], *_: object) -> list[Any]:
         asked.append(who[1].make(task))
+        prices.append(who[1].grades[0].price)
         raise InterruptedError
 
     monkeypatch.setattr(spatial_sensed_plan, "_tried", tried)
@@ -268,4 +269,5 @@ def test_a_policy_on_senses_holds_what_ik_sensed_has_lifted(policy: Policy, monk
     with pytest.raises(InterruptedError):
         sensed_in_space(HAND, CUBE, paths, PULLS, poses, bench=bench)
     assert [type(each) for each in asked] == [SpatialSensedPolicyController, SpatialIkSensedController]
+    assert prices == [6.0, 4.0]
     assert CARRIER.grades[0].worlds == FIELD

@@ -21,7 +21,7 @@ SENSED_SPATIAL_IK = SpatialIkConfig(speed=0.045, acceleration=0.15, grip=4.5, fr
 are pushes all the time. Where no way was planned, the end that is predicted uses the least friction of `field`."""
 SOFT = replace(SENSED_SPATIAL_IK, proportional=0.5, integral=0.0)
 """The same where an object is to stay, while its world still holds it and when that lets go: what fingers are asked to
-mend there builds up as forces that throw it. Of 512 objects of `field` 12 instead of 15 were lost."""
+mend there builds up as forces. That this keeps more objects is not shown (docs/spatial.md)."""
 
 
 class SpatialIkSensedController:

@@ -111,10 +111,10 @@ def test_a_policy_comes_back_as_it_was_and_as_the_same_bytes(tmp_path: Path) -> 
 def test_a_cell_of_a_sweep_knows_its_policy_by_what_it_is_not_by_its_place(folder: Path, tmp_path: Path) -> None:
     names = "a", "with", "b"
     config = AsteriskConfig(controller=str(folder))
-    before, again = (job_of(config, (HAND, CUBE), {}, tmp_path, names).settings for _ in range(2))
+    before, again = (job_of(config, Held(HAND, CUBE), {}, tmp_path, names).settings for _ in range(2))
     assert before == again
     save_policy(a_policy(strength=0.9), folder / "best")
-    after = job_of(config, (HAND, CUBE), {}, tmp_path, names).settings
+    after = job_of(config, Held(HAND, CUBE), {}, tmp_path, names).settings
     assert [key for key in after if after[key] != before[key]] == ["policy"]
 
 

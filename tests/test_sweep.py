@@ -26,7 +26,7 @@ from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.config import HANDS, OBJECTS, SweepConfig
 from inhand.asterisk_test.sweep.page import KINDS, OVER, figure_of, parts
 from inhand.asterisk_test.sweep.summary import Sweep, sweep_of
-from inhand.asterisk_test.sweep.sweep import plan
+from inhand.asterisk_test.sweep.sweep import directions_of, plan
 from inhand.errors import InputError
 from inhand.hands.files import load_hand
 from inhand.pages import page_of
@@ -35,7 +35,6 @@ from inhand.plots.style import INK
 from inhand.records import table_of, text_of
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.tasks.primitives import parse_directions
 from page_reader import Read
 
 STANDARD, WIDE = "2v2_50.50_50.50_1.1_53", "2v2_50.50_50.50_1.1_80"
@@ -222,6 +221,8 @@ def test_the_report_holds_numbers_figures_and_what_could_not_be_run(killed: tupl
         (SweepConfig(objects=(CUBE, CUBE)), "asked for twice"),
         (SweepConfig(trials=0), "--trials 0"),
         (SweepConfig(hands=("2v9",)), "unknown hand"),
+        (SweepConfig(gravity="up"), "--gravity up with 2v2_50.50_50.50_1.1_53, a hand in the plane"),
+        (SweepConfig(hands=(STANDARD, "3f_60.60_40_10")), f"--hands {STANDARD} is in the plane and 3f_60.60_40_10 in"),
     ],
 )
 def test_what_no_cell_could_run_with_is_refused_before_any(tmp_path: Path, config: SweepConfig, text: str) -> None:
@@ -289,7 +290,7 @@ def found() -> Sweep:
         cell("b", "x", *twice("In", 70.0), *twice("Out", 95.0), *twice("cw", 102.5)),
         cell("b", "y", reason="too wide"),
     ]
-    return sweep_of(contents, parse_directions("cw,In,Out"))
+    return sweep_of(contents, directions_of(SweepConfig(directions="cw,In,Out")))
 
 
 def test_best_hands_means_and_shares_are_those_of_the_cases(found: Sweep) -> None:
@@ -364,7 +365,7 @@ def test_heat_maps_show_distance_limit_and_skill_with_their_spread(found: Sweep)
 
 
 def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
-    turns = sweep_of([cell("a", "x", entry("cw", 40.0), entry("ccw", 60.0))], parse_directions("twist"))
+    turns = sweep_of([cell("a", "x", entry("cw", 40.0), entry("ccw", 60.0))], ("cw", "ccw"))
     table = tables.hands_table(turns)
     assert table.header[2:6] == ("Distance [deg]", "Distance [L]", "Limit [deg]", "Limit [L]")
     assert table.rows == (("a", "1 of 1", "50.0", "-", "100.0", "-", "0.50", "0.50", "0.40", "2/2"),)
@@ -373,7 +374,7 @@ def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
 
 
 def test_a_sweep_in_which_nothing_could_be_run_says_so() -> None:
-    nothing = sweep_of([cell("a", "x", reason="too wide")], parse_directions("In"))
+    nothing = sweep_of([cell("a", "x", reason="too wide")], ("In",))
     assert tables.hands_table(nothing).rows == (("a", "0 of 1", *["-"] * 8),)
     text = page_of(*parts(SweepConfig(), nothing, 1.0, []))
     assert "a with x could not be run: too wide" in text

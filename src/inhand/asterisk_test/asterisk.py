@@ -6,21 +6,23 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from inhand.asterisk_test.beside import Beside, load_beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder, read_human_folder
+from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup, prepare, simulate
 from inhand.asterisk_test.spatial.run import SpatialSetup, prepare_in_space, simulate_asterisk_in_space
 from inhand.asterisk_test.table import metric_faults
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
-from inhand.control.catalogue import CONTROLLERS
+from inhand.control.catalogue import CONTROLLERS, ControllerEntry
 from inhand.control.draws import disturbance_notes
 from inhand.control.loop import Told
 from inhand.control.notes import notes_of
-from inhand.control.spatial_catalogue import notes_in_space
+from inhand.control.run_config import HeldConfig
+from inhand.control.spatial_catalogue import SpatialEntry, notes_in_space, refuse_of_space
 from inhand.control.trial import AnyTrial
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
@@ -29,6 +31,7 @@ from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
 from inhand.hands.spatial.gravity import gravity_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.records import configured
 from inhand.shown import listed, several
 from inhand.sim.disturbance import disturbance_of
@@ -44,6 +47,8 @@ ONE = "One grasp, the same in every trial, for all directions and turns."
 """What a reader is told of a run with one grasp."""
 DEFAULT = AsteriskConfig()
 """What is run where nothing else is asked for."""
+AnySetup: TypeAlias = Setup | SpatialSetup
+"""What is simulated, in the plane or in space."""
 Simulate = Callable[[AsteriskConfig, Any], tuple[Any, ...]]
 """Runs a setup and returns its trials; the command line shows how far it is."""
 
@@ -52,7 +57,7 @@ Simulate = Callable[[AsteriskConfig, Any], tuple[Any, ...]]
 class Ready:
     """What a run needs, checked."""
 
-    setup: Setup | SpatialSetup
+    setup: AnySetup
     """What is simulated."""
     people: HumanFolder
     """Human trials to follow or to set beside."""
@@ -110,38 +115,49 @@ def ready(config: AsteriskConfig) -> Ready:
     Raises:
         InputError: anything in the configuration that cannot be run.
     """
+    people = HumanFolder((), ()) if is_spatial_hand(config.hand) else people_of(config)
+    setup = setup_of(config, people.trials)
+    space = isinstance(setup, SpatialSetup)
+    engine = engine_in_space(config.engine) if space else config.engine
+    own = [setup.hand.name, setup.object.name, setup.controller.name, engine, disturbance_name(config.disturb)]
+    own += [gravity_name(setup.gravity)] if isinstance(setup, SpatialSetup) else []
+    name, beside = load_beside(config.beside, own, config.label, space=space)
+    return Ready(setup, people, beside, name)
+
+
+def setup_of(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> AnySetup:
+    """Return what a run simulates, in the plane, where it may follow people's paths, or in space.
+
+    Raises:
+        InputError: anything in the configuration that cannot be run.
+    """
     if is_spatial_hand(config.hand):
-        found = prepare_in_space(config)
-        names = found.hand.name, found.object.name, found.controller.name, engine_in_space(config.engine)
-        worlds = disturbance_name(config.disturb), gravity_name(found.gravity)
-        name, beside = load_beside(config.beside, (*names, *worlds), config.label, space=True)
-        return Ready(found, HumanFolder((), ()), beside, name)
-    if config.gravity is not None:
-        raise InputError(
-            f"--gravity {config.gravity} with {config.hand}, a hand in the plane, whose object stands on a floor: leave"
-            " it out, or use a hand in space (3f_60.60_40_10)"
-        )
+        return prepare_in_space(config)
+    refuse_of_space(config.hand, config.gravity)
     if config.one_grasp:
         raise InputError(
             f"--one-grasp with {config.hand}, a hand in the plane, which takes a grasp for each direction: leave it"
             " out, or use a hand in space (3f_60.60_40_10)"
         )
-    people = people_of(config)
     for metric in config.metrics:
         METRICS.known(metric)
-    setup = prepare(config, people.trials)
-    own = setup.hand.name, setup.object.name, setup.controller.name, config.engine, disturbance_name(config.disturb)
-    name, beside = load_beside(config.beside, own, config.label)
-    return Ready(setup, people, beside, name)
+    return prepare(config, people)
 
 
 def run_setup(
-    config: AsteriskConfig, setup: Setup | SpatialSetup, progress: Told | None = None
+    config: AsteriskConfig, setup: AnySetup, progress: Told | None = None, threads: int = 0
 ) -> tuple[AnyTrial, ...]:
-    """Run every trial of a setup, in the plane or in space."""
+    """Run every trial of a setup, in the plane or in space, on some threads, 0 for every core."""
     if isinstance(setup, SpatialSetup):
-        return simulate_asterisk_in_space(config, setup, progress)
-    return simulate(config, setup, progress)
+        return simulate_asterisk_in_space(config, setup, progress, threads)
+    return simulate(config, setup, progress, threads)
+
+
+def notes_for(entry: ControllerEntry | SpatialEntry, held: AnyPair, config: HeldConfig) -> tuple[str, ...]:
+    """Return what a reader should know of a controller with a hand and an object, a sentence each."""
+    if isinstance(entry, SpatialEntry):
+        return notes_in_space(entry, *held) if isinstance(held, SpatialPair) else ()
+    return notes_of(entry, config.hand, config.object)
 
 
 def finish(config: AsteriskConfig, known: Ready, run: Simulate = run_setup) -> Run | SpatialRun:

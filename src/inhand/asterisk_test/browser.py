@@ -15,7 +15,9 @@ from inhand.asterisk_test.results import Result, by_direction, mean_fraction, re
 from inhand.asterisk_test.scenes import direction_curves, human_curves, mean_distance
 from inhand.control.replays import Shown, replays
 from inhand.control.scenes import start_scene
-from inhand.control.trial import load_trial
+from inhand.control.spatial_replays import solid_replays
+from inhand.control.spatial_trial import SpatialTrial
+from inhand.control.trial import Trial, load_any
 from inhand.pages import Part, counted, spread
 from inhand.plots.page.document import html_of, settings_of
 from inhand.plots.page.views import Star, View, panels_of
@@ -78,8 +80,11 @@ def lost_replays(lost: Sequence[tuple[str, Sequence[Path]]]) -> list[View]:
     """Return the player of some trials that lost their object, files of which are named by group; some of each."""
     longest = max((len(files) for _, files in lost), default=0)
     chosen = [(group, files[k]) for k in range(longest) for group, files in lost if k < len(files)][:LOST_SHOWN]
-    trials = [(group, load_trial(path)) for group, path in sorted(chosen)]
-    return replays([Shown(trial, group, told_of(result_of_trial(trial))) for group, trial in trials])
+    trials = [(load_any(path), group) for group, path in sorted(chosen)]
+    told = [(trial, group, told_of(result_of_trial(trial))) for trial, group in trials]
+    solid = [Shown(trial, group, text) for trial, group, text in told if isinstance(trial, SpatialTrial)]
+    flat = [Shown(trial, group, text) for trial, group, text in told if isinstance(trial, Trial)]
+    return solid_replays(solid) if solid else replays(flat)
 
 
 def _stars(groups: Sequence[Beside], people: Sequence[HumanTrial], twist: float) -> list[Star]:

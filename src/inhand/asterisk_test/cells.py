@@ -8,19 +8,19 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from inhand.asterisk_test.asterisk import run_setup, setup_of
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import as_entry, result_of_trial
-from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.catalogue import find_controller
 from inhand.control.run_config import TrialsConfig
-from inhand.control.trial import LOST, Trial, file_name, save_trial, write_json
+from inhand.control.spatial_catalogue import entry_for
+from inhand.control.trial import LOST, AnyTrial, file_name, save_trial, write_json
 from inhand.errors import InputError
-from inhand.hands.fit import Held
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.records import read_json, read_record, table_of
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.tasks.primitives import parse_directions
+from inhand.tasks.spatial.primitives import parse_spatial_directions
 
 LOST_KEPT = 4
 """Trials of a cell that lost their object and are kept to be shown again; one takes some 100 kB."""
@@ -61,7 +61,7 @@ class CellFile:
 
 def job_of(
     config: AsteriskConfig,
-    held: tuple[HandSpec, ObjectSpec],
+    held: AnyPair,
     versions: Mapping[str, str],
     folder: Path,
     names: tuple[str, str, str],
@@ -70,16 +70,18 @@ def job_of(
 
     Its `names` are what tells it from the others of its study, and the word between the two: A with B, A under B.
     """
-    hand, spec = held
+    space = isinstance(held, SpatialPair)
     settings: dict[str, Any] = {
-        "hand": hand,
-        "object": spec,
-        "directions": parse_directions(config.directions),
+        "hand": held.hand,
+        "object": held.object,
+        "directions": (parse_spatial_directions if space else parse_directions)(config.directions),
         **{field.name: getattr(config, field.name) for field in fields(TrialsConfig)},
         "disturb": load_disturbance(config.disturb),
         "versions": dict(versions),
     }
-    policy = find_controller(config.controller, Held(hand, spec)).policy
+    if space:
+        settings["gravity"] = gravity_of(config.gravity or USUAL_PALM)
+    policy = entry_for(config.controller, held).policy
     if policy is not None:
         settings["policy"] = policy.digest
     return Job(config, " ".join(names), table_of(settings), cell_path(folder, names[0], names[2]))
@@ -109,7 +111,7 @@ def compute(job: Job) -> Job:
     entries: list[dict[str, Any]] = []
     reason = None
     try:
-        trials = simulate(job.config, prepare(job.config), threads=1)
+        trials = run_setup(job.config, setup_of(job.config), threads=1)
         entries = [as_entry(result_of_trial(trial)) | _drawn(trial) for trial in trials]
         _keep_lost(trials, _beside(job.path))
     except (InputError, RuntimeError) as error:  # RuntimeError: the engine itself gave up
@@ -120,13 +122,13 @@ def compute(job: Job) -> Job:
     return job
 
 
-def _drawn(trial: Trial) -> dict[str, Any]:
+def _drawn(trial: AnyTrial) -> dict[str, Any]:
     """Return what was drawn for a trial's world, as a part of its entry; nothing where it was undisturbed."""
     disturbed = trial.passport.disturbed
     return {} if disturbed is None else {"drawn": asdict(disturbed.drawn)}
 
 
-def _keep_lost(trials: Sequence[Trial], folder: Path) -> None:
+def _keep_lost(trials: Sequence[AnyTrial], folder: Path) -> None:
     """Write some of the trials that lost their object to a folder, of as many directions as there are."""
     shutil.rmtree(folder, ignore_errors=True)
     lost = sorted((trial for trial in trials if trial.outcome in LOST), key=lambda trial: trial.passport.trial)

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from inhand.control.run_config import HeldConfig, TrialsConfig
+from inhand.control.run_config import GravityConfig, HeldConfig, TrialsConfig
 
 
 @dataclass(frozen=True)
-class ReachCommand(HeldConfig):
+class ReachCommand(GravityConfig, HeldConfig):
     """Compute how far a hand could carry an object in each direction, whatever controls it."""
 
     directions: str = "all,twist"
@@ -21,9 +21,6 @@ class ReachCommand(HeldConfig):
     """Largest rotation of the object away from the straight path's own [deg]."""
     resolution_mm: float = 2.0
     """Step along the path and along the object's outline [mm]; in space contacts are three steps apart."""
-    gravity: str | None = None
-    """Gravity of a hand in space (3f_60.60_40_10) by where its palm looks, up, down or sideways, or three numbers in
-    the palm frame along which it pulls (0,-1,-1); without it up. Hands in the plane lie on a floor."""
     out: Path = Path("results/reach")
     """Folder to write reach.json and the figures to."""
     overwrite: bool = False
@@ -31,7 +28,7 @@ class ReachCommand(HeldConfig):
 
 
 @dataclass(frozen=True)
-class AsteriskConfig(TrialsConfig, HeldConfig):
+class AsteriskConfig(TrialsConfig, GravityConfig, HeldConfig):
     """Run the Asterisk Test in simulation and report it beside human trials."""
 
     paths: Literal["straight", "human"] = "straight"
@@ -49,9 +46,6 @@ class AsteriskConfig(TrialsConfig, HeldConfig):
     """Twist to hold in translations [deg], each way: turned first, clockwise (p) and counter-clockwise (m)."""
     metrics: tuple[str, ...] = ()
     """Metrics of yours to measure too: registered names, or FILE.py:NAME (docs/extend.md)."""
-    gravity: str | None = None
-    """Gravity of a hand in space (3f_60.60_40_10) by where its palm looks, up, down or sideways, or three numbers in
-    the palm frame along which it pulls (0,-1,-1); without it up. Hands in the plane lie on a floor."""
     one_grasp: bool = False
     """One grasp of a hand in space for all directions and turns, instead of one for each."""
     phases: tuple[str, ...] = ()

@@ -26,7 +26,7 @@ from inhand.shown import frame
 from inhand.tasks.primitives import twisted_name
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 BENT_MM = 0.1
 """A reference path that leaves the line along its direction by more is not straight [mm]: guessed."""
@@ -264,12 +264,16 @@ def tidy(entries: Iterable[dict[str, Any]], also: Sequence[str] = ()) -> DataFra
     known = [*also, "direction", "angle_deg", "trial", "outcome", "first_lost", *REACHED, *LIMIT]
     table = table.reindex(columns=[*dict.fromkeys([*table.columns, *known, *MAY_LACK])])
     table = table.astype(dict.fromkeys(MAY_LACK, float))
-    turns = table["angle_deg"].isna()
-    if "along" in table:  # directions in space, which have no angle
-        turns &= table["along"].isna()
+    turns = turning(table)
     for name, (along, turned) in {"reached": REACHED, "limit": LIMIT}.items():
         table[name] = table[along].where(~turns, table[turned]).astype(float)
     return table
+
+
+def turning(table: DataFrame) -> Series[bool]:
+    """Return which entries only turn the object; directions in space have no angle."""
+    turns = table["angle_deg"].isna()
+    return turns & table["along"].isna() if "along" in table else turns
 
 
 def summary_of(results: Sequence[Result]) -> list[dict[str, Any]]:

@@ -14,6 +14,7 @@ from inhand.control.run_config import SpreadConfig
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.spatial.files import is_spatial_hand
 from inhand.sim.engines import make_simulator
 
 
@@ -74,6 +75,8 @@ def computed(found: Plan, config: SpreadConfig) -> Iterator[Job]:
 
 def _step_once(config: AsteriskConfig) -> None:
     """Step a world, so that what its engine has to compile is compiled and told here, not in every process."""
+    if is_spatial_hand(config.hand):  # in MuJoCo, which is compiled
+        return
     hand, spec = load_hand(config.hand), load_object(config.object)
     simulator = make_simulator(config.engine, hand, [spec], threads=1)
     start = simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints)))

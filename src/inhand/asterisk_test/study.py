@@ -10,9 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from inhand.folders import check_folder, in_place
+from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.gravity import USUAL_PALM
 from inhand.pages import options
 from inhand.records import checked
 from inhand.shown import Shown, path_of
+from inhand.sim.engines import engine_in_space
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -47,6 +50,13 @@ def told_in(content: Mapping[str, Any]) -> tuple[float, tuple[str, ...]]:
     """Return how long a study took [s] and its notes, as its JSON tells them; older ones tell no notes."""
     name = "wall_s" if "wall_s" in content else "seconds"
     return checked(name, content.get(name), float), checked("notes", content.get("notes", ()), tuple[str, ...])
+
+
+def place_told(hand: str, engine: str, gravity: str | None) -> str:
+    """Return in which engine a study of a hand runs, and in space how gravity pulls."""
+    if not is_spatial_hand(hand):
+        return f"engine {engine}"
+    return f"engine {engine_in_space(engine)}, gravity {gravity or USUAL_PALM}"
 
 
 def command(word: str, config: DataclassInstance) -> str:

@@ -20,6 +20,15 @@ class HeldConfig(Config):
 
 
 @dataclass(frozen=True)
+class GravityConfig(Config):
+    """How a hand in space is held."""
+
+    gravity: str | None = None
+    """Gravity of a hand in space (3f_60.60_40_10) by where its palm looks, up, down or sideways, or three numbers in
+    the palm frame along which it pulls (0,-1,-1); without it up. Hands in the plane lie on a floor."""
+
+
+@dataclass(frozen=True)
 class SpreadConfig(Config):
     """Over what the pieces of a study are spread, and where its folder is."""
 

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Protocol
 
-from inhand.control.catalogue import Entry, policy_of
+from inhand.control.catalogue import ControllerEntry, Entry, find_controller, policy_of
 from inhand.control.contract import SpatialContract
 from inhand.control.controller import Controller, SpatialTask
 from inhand.control.loop import Bench
@@ -23,6 +23,7 @@ from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.spatial.paths import SpatialReference
 
@@ -106,6 +107,15 @@ def find_spatial_controller(name: str) -> SpatialEntry:
     )
 
 
+def entry_for(name: str, held: AnyPair) -> ControllerEntry | SpatialEntry:
+    """Return the controller of a name for a hand and an object, in the plane or in space.
+
+    Raises:
+        InputError: there is none.
+    """
+    return find_spatial_controller(name) if isinstance(held, SpatialPair) else find_controller(name, held)
+
+
 def learned_in_space(name: str, policy: Policy) -> SpatialEntry:
     """Return the controller that a policy is; grasps are the expert's, or planned by carrying it where it has senses.
 
@@ -136,6 +146,19 @@ def refuse_of_plane(hand: str, asked: Mapping[str, bool]) -> None:
         raise InputError(
             f"{' and '.join(wrong)} with {hand}, a hand in space: these are for hands in the plane; leave them out, or"
             " use such a hand (2v2_50.50_50.50_1.1_53)"
+        )
+
+
+def refuse_of_space(hand: str, gravity: str | None) -> None:
+    """Refuse gravity with a hand in the plane.
+
+    Raises:
+        InputError: the text names it and the hand.
+    """
+    if gravity is not None:
+        raise InputError(
+            f"--gravity {gravity} with {hand}, a hand in the plane, whose object stands on a floor: leave it out, or"
+            " use a hand in space (3f_60.60_40_10)"
         )
 
 

@@ -69,9 +69,10 @@ def _check_planar(given: str | Path) -> None:
     """Refuse a hand in space, which only the Asterisk Test, sequences, reach and training take."""
     if isinstance(given, str) and is_spatial(given) and HANDS.find(given) is None:
         raise InputError(
-            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik and rl,"
-            " `inhand trace`, `inhand reach` and `inhand train --preset spatial` take one (docs/spatial.md); everything"
-            " else is of hands in the plane, such as 2v2_50.50_50.50_1.1_53"
+            f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik,"
+            " ik-sensed and rl, `inhand robustness`, `inhand sweep`, `inhand trace`, `inhand reach` and `inhand train"
+            " --preset spatial` take one (docs/spatial.md); everything else is of hands in the plane, such as"
+            " 2v2_50.50_50.50_1.1_53"
         )
 
 

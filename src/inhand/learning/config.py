@@ -6,9 +6,7 @@ from typing import Literal
 from inhand.control.joint_network import NetworkKind
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import Held
-from inhand.hands.spatial.files import is_spatial_hand, load_solid, load_spatial_hand
-from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.hands.spatial.pair import AnyPair, SpatialPair, load_held
 from inhand.learning.recipe import Recipe, Recording, Shows, SpatialRecording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
@@ -139,9 +137,7 @@ class Training(Config):
     @property
     def held(self) -> AnyPair:
         """The hand and the object, in the plane or in space."""
-        if is_spatial_hand(self.hand):
-            return SpatialPair(load_spatial_hand(self.hand), load_solid(self.object))
-        return Held(load_hand(self.hand), load_object(self.object))
+        return load_held(self.hand, self.object)
 
     @property
     def shows(self) -> Shows:

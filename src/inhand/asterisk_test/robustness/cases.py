@@ -5,18 +5,19 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from inhand.asterisk_test.asterisk import setup_of
 from inhand.asterisk_test.cells import job_of
 from inhand.asterisk_test.clusters import check_spread
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.robustness.config import RobustnessConfig
-from inhand.asterisk_test.run import prepare
 from inhand.asterisk_test.spread import Plan, planned
 from inhand.control.policy import Policy
-from inhand.control.run_config import DrawConfig, HeldConfig
+from inhand.control.run_config import DrawConfig, GravityConfig, HeldConfig
 from inhand.errors import InputError, near_matches
-from inhand.hands.files import load_hand, load_object
+from inhand.hands.spatial.files import is_spatial_hand
+from inhand.hands.spatial.pair import load_held
 from inhand.records import checked, read_json
-from inhand.sim.disturbance import LEVELS, SINGLES, told
+from inhand.sim.disturbance import LEVELS, SINGLES, Differences, told
 from inhand.sim.disturbance_files import NONE, disturbance_name, load_disturbance, parted
 from inhand.sim.drawn import check_drawn
 from inhand.versions import versions
@@ -25,6 +26,8 @@ CASES = "cases"
 """Folder of the cells' files inside that of the study."""
 GROUPS = {"levels": LEVELS, "singles": SINGLES}
 """Words for several disturbances."""
+FLOORS = tuple(each for each in SINGLES if each.differs.floor != Differences.floor)
+"""Those of the floor, which hands in space have not."""
 FINISHED = "finished.json"
 """What the folder of a training that has come to its end says it took."""
 
@@ -75,7 +78,7 @@ def plan(config: RobustnessConfig) -> tuple[Plan, tuple[Contender, ...], tuple[C
     cases = cases_of(config)
     base = AsteriskConfig(**_shared(config), directions=config.directions, trials=config.trials)
     contenders = tuple(_contender(replace(base, controller=word)) for word in config.controllers)
-    held, found = (load_hand(config.hand), load_object(config.object)), versions()
+    held, found = load_held(config.hand, config.object), versions()
     for case in cases:
         spec = load_disturbance(case.word)
         if spec is not None:
@@ -102,7 +105,8 @@ def cases_of(config: RobustnessConfig) -> tuple[Case, ...]:
     """
     found = {NONE: Case(NONE, NONE)}
     points = [word for curve in curves_of(config).values() for word in curve.values()]
-    for case in (*map(_case, _words(config.disturbances)), *(replace(_case(word), row=False) for word in points)):
+    asked = [_case(word) for word in _words(config, config.disturbances)]
+    for case in (*asked, *(replace(_case(word), row=False) for word in points)):
         if found.setdefault(case.name, case).told != case.told:
             raise InputError(f"two disturbances are called {case.name!r}: give each a name of its own")
     return tuple(found.values())
@@ -117,7 +121,7 @@ def curves_of(config: RobustnessConfig) -> dict[str, dict[float, str]]:
         InputError: an unknown name.
     """
     found: dict[str, dict[float, str]] = {}
-    for word in _words(config.curves):
+    for word in _words(config, config.curves):
         if load_disturbance(word) is None:
             continue
         base, own = parted(word)
@@ -131,12 +135,14 @@ def _case(word: str) -> Case:
     return Case(NONE, NONE) if spec is None else Case(spec.name, word, told(spec).removeprefix(f"{spec.name}: "))
 
 
-def _words(given: Sequence[str]) -> Iterator[str]:
-    """Give what is known by name, groups one by one, each at the group's strength."""
+def _words(config: RobustnessConfig, given: Sequence[str]) -> Iterator[str]:
+    """Give what is known by name, groups one by one, each at the group's strength; of a floor nothing in space."""
+    space = is_spatial_hand(config.hand)
     for text in given:
         base, strength = parted(text)
         if base in GROUPS:
-            yield from (each.name if strength == 1 else f"{each.name}@{strength:g}" for each in GROUPS[base])
+            own = (each.name for each in GROUPS[base] if not (space and each in FLOORS))
+            yield from (name if strength == 1 else f"{name}@{strength:g}" for name in own)
             continue
         near = near_matches(base, GROUPS)
         try:
@@ -147,13 +153,13 @@ def _words(given: Sequence[str]) -> Iterator[str]:
 
 
 def _shared(config: RobustnessConfig) -> dict[str, Any]:
-    names = [each.name for kind in (DrawConfig, HeldConfig) for each in fields(kind)]
+    names = [each.name for kind in (DrawConfig, GravityConfig, HeldConfig) for each in fields(kind)]
     return {name: getattr(config, name) for name in names}
 
 
 def _contender(config: AsteriskConfig) -> Contender:
     """Return the controller of a run, which could be run."""
-    entry = prepare(config).controller
+    entry = setup_of(config).controller
     trained = None if entry.policy is None else entry.policy.trained
     kin = None if trained is None or "seed" not in trained else {k: v for k, v in trained.items() if k != "seed"}
     cost = "no training" if entry.policy is None else _cost(Path(config.controller), entry.policy)

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from inhand.control.run_config import DrawConfig, HeldConfig, SpreadConfig
+from inhand.control.run_config import DrawConfig, GravityConfig, HeldConfig, SpreadConfig
 
 
 @dataclass(frozen=True)
-class RobustnessConfig(SpreadConfig, DrawConfig, HeldConfig):
+class RobustnessConfig(SpreadConfig, DrawConfig, GravityConfig, HeldConfig):
     """Run the Asterisk Test with every controller under every disturbance; what was stopped goes on where it was."""
 
     controllers: tuple[str, ...] = ("ik", "ik-sensed", "rl")
@@ -20,7 +20,8 @@ class RobustnessConfig(SpreadConfig, DrawConfig, HeldConfig):
     strengths: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
     """How strong the curves' disturbances are: 0 is nothing, which is always run, 1 what they say, at most 10."""
     directions: str = "all"
-    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
+    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas; of a
+    hand in space the words of `inhand asterisk`."""
     trials: int = 6
     """Trials for each direction, each with its own start noise and its own world."""
     jobs: int = 0

@@ -11,7 +11,7 @@ from inhand.asterisk_test.robustness.cases import CASES, Contender, curves_of
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.robustness.sensitivity import FEWEST
 from inhand.asterisk_test.robustness.summary import Robustness
-from inhand.control.trial import load_trial
+from inhand.control.trial import Trial, load_any
 from inhand.geometry import Array
 from inhand.pages import counted
 from inhand.plots.heatmap import HeatMap, heatmap_figure
@@ -78,11 +78,14 @@ def sensitivity_panels(table: pd.DataFrame, found: Robustness, disturb: str) -> 
 
 
 def lost_figure(config: RobustnessConfig, found: Robustness, contender: Contender) -> Figure | None:
-    """Return the figure of some trials in which a controller lost the object, of as many disturbances as there are."""
+    """Return the figure of some trials in which a controller lost the object, of as many disturbances as there are.
+
+    In space nothing is drawn of them; the page for a browser replays them.
+    """
     files = [kept_lost(config.out / CASES, contender.name, case.name) for case in found.cases if case.row]
     longest = max((len(each) for each in files), default=0)
     chosen = [each[k] for k in range(longest) for each in files if k < len(each)][:MOST_FAILURES]
-    trials = [load_trial(path) for path in chosen]
+    trials = [trial for trial in map(load_any, chosen) if isinstance(trial, Trial)]
     if not trials:
         return None
     told = [failure_of(trial, result_of_trial(trial)) for trial in trials]

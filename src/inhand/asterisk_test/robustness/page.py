@@ -12,7 +12,7 @@ from inhand.asterisk_test.robustness.cases import CASES, curves_of
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.robustness.sensitivity import sensitivity
 from inhand.asterisk_test.robustness.summary import Robustness
-from inhand.asterisk_test.study import command, write_texts
+from inhand.asterisk_test.study import command, place_told, write_texts
 from inhand.control.trial import file_name, write_json
 from inhand.pages import Part, Picture, again, counted, listed, page_of
 from inhand.plots.save import save_picture
@@ -64,9 +64,9 @@ def parts(
     return [
         f"# Robustness: {counted(len(found.contenders), 'controller')} x {counted(len(found.cases), 'disturbance')}",
         f"{config.object} with {config.hand}, {figures.told_trials(config)} ({config.directions}), start noise"
-        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}, engine"
-        f" {config.engine}. Controllers are told none of what disturbs. A trial has the same start whatever disturbs"
-        " it, and the same world whatever controls it.",
+        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed},"
+        f" {place_told(config.hand, config.engine, config.gravity)}. Controllers are told none of what disturbs. A"
+        " trial has the same start whatever disturbs it, and the same world whatever controls it.",
         listed([*tables.summary(found), *notes]),
         tables.contenders_table(found),
         "`Lost` counts objects that were let go or never held, with Wilson's 95 % interval. An object that was lost has"

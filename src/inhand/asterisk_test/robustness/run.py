@@ -12,18 +12,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
+from inhand.asterisk_test.asterisk import notes_for
 from inhand.asterisk_test.cells import cell_path, read_cell
 from inhand.asterisk_test.robustness.cases import CASES, Case, Contender, plan
 from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.spread import Compute, computed
 from inhand.asterisk_test.study import Study, told_in
-from inhand.control.catalogue import CONTROLLERS, find_controller
-from inhand.control.notes import notes_of
-from inhand.hands.files import load_hand, load_object
-from inhand.hands.fit import Held
+from inhand.control.catalogue import CONTROLLERS
+from inhand.control.spatial_catalogue import entry_for
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.hands.spatial.files import hand_name, object_name
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import load_held
 from inhand.records import checked, configured, read_record
 from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
@@ -93,8 +95,8 @@ def robustness(
     disturbances: str | Path | Disturbance | Sequence[str | Path | Disturbance] = DEFAULT.disturbances,
     *,
     curves: str | Path | Disturbance | Sequence[str | Path | Disturbance] = DEFAULT.curves,
-    hand: str | Path | HandSpec = DEFAULT.hand,
-    object: str | Path | ObjectSpec = DEFAULT.object,
+    hand: str | Path | HandSpec | SpatialHand = DEFAULT.hand,
+    object: str | Path | ObjectSpec | SolidSpec = DEFAULT.object,
     directions: str | Sequence[str | float] = DEFAULT.directions,
     jobs: int = 1,
     out: str | Path | None = None,
@@ -152,9 +154,9 @@ def run_robustness(config: RobustnessConfig, compute: Compute = computed) -> Rob
     """
     began = time.perf_counter()
     found, contenders, cases = plan(config)
-    held = Held(load_hand(config.hand), load_object(config.object))
-    entries = [find_controller(each.word, held) for each in contenders]
-    notes = dict.fromkeys(note for entry in entries for note in notes_of(entry, config.hand, config.object))
+    held = load_held(config.hand, config.object)
+    entries = [entry_for(each.word, held) for each in contenders]
+    notes = dict.fromkeys(note for entry in entries for note in notes_for(entry, held, config))
     for _ in compute(found, config):
         pass
     from inhand.asterisk_test.robustness.summary import robustness_of

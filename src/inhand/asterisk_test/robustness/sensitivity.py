@@ -19,17 +19,27 @@ def _number(name: str) -> Callable[[pd.DataFrame], Array]:
     return lambda trials: trials[f"drawn.{name}"].to_numpy(dtype=float)
 
 
-def _off(name: str, columns: slice) -> Callable[[pd.DataFrame], Array]:
-    """Return what gives how far a drawn vector is from 0, over some of its components."""
-    return lambda trials: np.linalg.norm(np.stack(trials[f"drawn.{name}"].to_list())[:, columns], axis=1)
+def _off(name: str) -> Callable[[pd.DataFrame], Array]:
+    """Return what gives how far a drawn vector is from 0."""
+    return lambda trials: np.linalg.norm(np.stack(trials[f"drawn.{name}"].to_list()), axis=1)
+
+
+def _start(part: int) -> Callable[[pd.DataFrame], Array]:
+    """Return what gives how far a drawn start is moved (0) or turned (1): x, y and an angle, or in space three each."""
+
+    def off(trials: pd.DataFrame) -> Array:
+        drawn = np.stack(trials["drawn.start"].to_list())
+        return np.asarray(np.linalg.norm(np.split(drawn, [2 if drawn.shape[1] == 3 else 3], axis=1)[part], axis=1))
+
+    return off
 
 
 QUANTITIES: dict[str, Callable[[pd.DataFrame], Array]] = {
     **{name: _number(name) for name in FACTORS},
-    "centre of mass off": _off("centre", slice(2)),
-    "joints' zeros off": _off("zero", slice(None)),
-    "start off": _off("start", slice(2)),
-    "start turned": _off("start", slice(2, 3)),
+    "centre of mass off": _off("centre"),
+    "joints' zeros off": _off("zero"),
+    "start off": _start(0),
+    "start turned": _start(1),
     "joints late": _number("encoder_s"),
     "frames late": _number("camera_s"),
     "commands late": _number("command_s"),

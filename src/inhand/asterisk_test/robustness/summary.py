@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from inhand.asterisk_test.cells import CellFile
-from inhand.asterisk_test.results import tidy
+from inhand.asterisk_test.results import tidy, turning
 from inhand.asterisk_test.robustness.cases import Case, Contender
 from inhand.control.trial import LOST
 from inhand.geometry import Array
@@ -129,7 +129,7 @@ def _row(found: pd.DataFrame, plain: pd.DataFrame, seed: int) -> dict[str, Any]:
     keys = ["direction", "trial"]
     whole = plain.set_index(keys).way.reindex(pd.MultiIndex.from_frame(found[keys])).to_numpy()
     lost, kept = int(found.lost.sum()), found[~found.lost]
-    straight = kept[kept.angle_deg.notna()]
+    straight = kept[~turning(kept)]
     way = found.way.to_numpy()
     mean = {f"retention{end}": value for end, value in zip(ENDS, retention(way, whole, seed), strict=True)}
     mean |= {f"share{end}": value for end, value in zip(ENDS, retention(way, np.ones(len(way)), seed), strict=True)}

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from inhand.control.run_config import SpreadConfig, TrialsConfig
+from inhand.control.run_config import GravityConfig, SpreadConfig, TrialsConfig
 
 HANDS = (
     "2v2_50.50_50.50_1.1_53",
@@ -36,7 +36,7 @@ OBJECTS = (
 
 
 @dataclass(frozen=True)
-class SweepConfig(SpreadConfig, TrialsConfig):
+class SweepConfig(SpreadConfig, TrialsConfig, GravityConfig):
     """Run the Asterisk Test with every hand on every object; a sweep that was stopped goes on where it was."""
 
     hands: tuple[str, ...] = HANDS
@@ -45,7 +45,8 @@ class SweepConfig(SpreadConfig, TrialsConfig):
     """Objects: names (`inhand objects`), TOML files, or outlines in CSV, SVG or DXF files with their unit and mass, as
     part.dxf:unit=mm:mass_kg=0.05."""
     directions: str = "all"
-    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas."""
+    """train, unseen, all, twist (cw and ccw), thesis names, letters a-h or angles in degrees, separated by commas; of
+    hands in space the words of `inhand asterisk`."""
     trials: int = 1
     """Trials for each direction, each with its own start noise."""
     jobs: int = 0

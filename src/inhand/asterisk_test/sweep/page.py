@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from inhand.asterisk_test.study import command, write_texts
+from inhand.asterisk_test.study import command, place_told, write_texts
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.browser import sweep_page
 from inhand.asterisk_test.sweep.config import SweepConfig
@@ -115,7 +115,8 @@ def parts(
         f"# Sweep: {counted(len(sweep.hands), 'hand')} x {counted(len(sweep.objects), 'object')} x"
         f" {counted(len(sweep.directions), 'direction')}",
         f"Controller {config.controller}, {_trials(config)}, start noise"
-        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed}.",
+        f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed},"
+        f" {place_told(config.hands[0], config.engine, config.gravity)}.",
         listed([*tables.summary(sweep), *notes, f"This call took {wall_s / 60:.1f} minutes."]),
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"

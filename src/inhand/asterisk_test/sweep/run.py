@@ -17,18 +17,20 @@ from inhand.asterisk_test.cells import cell_path, read_cell
 from inhand.asterisk_test.spread import Compute, computed
 from inhand.asterisk_test.study import Study, told_in
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.sweep import CELLS, plan
+from inhand.asterisk_test.sweep.sweep import CELLS, directions_of, plan
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.draws import disturbance_notes
+from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.hands.files import assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import hand_name, object_name
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import checked, configured
 from inhand.repeats import write_repeat
 from inhand.shown import listed, path_of, several
 from inhand.sim.disturbance import disturbance_of
-from inhand.tasks.primitives import parse_directions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,8 +85,8 @@ class SweepRun(Study):
 
 
 def sweep(
-    hands: Sequence[str | Path | HandSpec] = DEFAULT.hands,
-    objects: Sequence[str | Path | ObjectSpec] = DEFAULT.objects,
+    hands: Sequence[str | Path | HandSpec | SpatialHand] = DEFAULT.hands,
+    objects: Sequence[str | Path | ObjectSpec | SolidSpec] = DEFAULT.objects,
     controller: object = DEFAULT.controller,
     *,
     directions: str | Sequence[str | float] = DEFAULT.directions,
@@ -125,7 +127,7 @@ def read_sweep(config: SweepConfig, content: Mapping[str, Any]) -> SweepRun:
 
     names = [checked(name, content.get(name), tuple[str, ...]) for name in ("hands", "objects")]
     cells = (read_cell(cell_path(config.out / CELLS, *pair)) for pair in itertools.product(*names))
-    swept = sweep_of(cells, parse_directions(config.directions))
+    swept = sweep_of(cells, directions_of(config))
     return SweepRun(config, *told_in(content), swept)
 
 
@@ -137,12 +139,19 @@ def run_sweep(config: SweepConfig, compute: Compute = computed) -> SweepRun:
     """
     began = time.perf_counter()
     found = plan(config)
-    entry = find_controller(config.controller)
-    notes = (*assumed(config.hands), *disturbance_notes(config, entry.reads, entry.contract))
+    notes = _notes(config)
     for _ in compute(found, config):
         pass
     from inhand.asterisk_test.sweep.summary import sweep_of
 
     cells = (read_cell(job.path) for job in found.jobs)
-    swept = sweep_of(cells, parse_directions(config.directions))
+    swept = sweep_of(cells, directions_of(config))
     return SweepRun(config, time.perf_counter() - began, notes, swept)
+
+
+def _notes(config: SweepConfig) -> tuple[str, ...]:
+    """Return what a reader should know of hands and disturbance, a sentence each."""
+    if is_spatial_hand(config.hands[0]):
+        return disturbance_notes(config, find_spatial_controller(config.controller).reads, space=True)
+    entry = find_controller(config.controller)
+    return (*assumed(config.hands), *disturbance_notes(config, entry.reads, entry.contract))

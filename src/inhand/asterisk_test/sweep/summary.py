@@ -9,11 +9,11 @@ import pandas as pd
 
 from inhand.asterisk_test.beside import SETTINGS
 from inhand.asterisk_test.cells import CellFile
-from inhand.asterisk_test.results import tidy
+from inhand.asterisk_test.results import tidy, turning
 from inhand.control.trial import KEPT
 from inhand.hands.hand import HandSpec
+from inhand.hands.spatial.hand import SpatialHand
 from inhand.records import read_record
-from inhand.tasks.primitives import Primitive
 
 CASE = ["hand", "object", "direction"]
 """What one case is: a hand, an object and a direction, over its trials."""
@@ -27,7 +27,7 @@ class Sweep:
     """Names of the hands, in the order asked for."""
     objects: tuple[str, ...]
     directions: tuple[str, ...]
-    """Names of the directions, clockwise from Out, turns last."""
+    """Names of the directions, clockwise from Out, turns last; in space as they were asked for."""
     cells: pd.DataFrame
     """A row for each hand with each object: `reason` why it could not be run, `seconds`, `cpu_seconds`."""
     trials: pd.DataFrame
@@ -47,23 +47,26 @@ class Sweep:
         return "deg" if len(self.cases) and self.cases.rotates.all() else "mm"
 
 
-def sweep_of(contents: Iterable[CellFile], primitives: Sequence[Primitive]) -> Sweep:
-    """Return the sweep that the contents of its cells' files make up."""
+def sweep_of(contents: Iterable[CellFile], directions: Sequence[str]) -> Sweep:
+    """Return the sweep that the contents of its cells' files make up, its directions in an order."""
     cells = list(contents)
     entries = []
     for cell in cells:
-        finger = 1e3 * read_record(cell.settings["hand"], HandSpec).finger_length
+        finger = 1e3 * read_record(cell.settings["hand"], _kind(cell)).finger_length
         disturb = cell.settings.get("disturb") or {"name": "none"}
         settings = cell.hand, cell.object, cell.settings["controller"], cell.settings["engine"], disturb["name"]
         same = {**dict(zip(SETTINGS, settings, strict=True)), "finger_mm": finger}
         entries += [same | entry for entry in cell.trials]
     trials = tidy(entries, (*SETTINGS, "finger_mm"))
-    order = [360.0 if each.angle_deg is None else (90.0 - each.angle_deg) % 360.0 for each in primitives]
-    directions = [primitives[k].name for k in np.argsort(order, kind="stable")]
     told = [(cell.hand, cell.object, cell.reason, cell.seconds, cell.cpu_seconds) for cell in cells]
     table = pd.DataFrame(told, columns=["hand", "object", "reason", "seconds", "cpu_seconds"])
     names = tuple(table.hand.unique()), tuple(table.object.unique()), tuple(directions)
     return Sweep(*names, table, trials, _cases(trials))
+
+
+def _kind(cell: CellFile) -> type[HandSpec | SpatialHand]:
+    """Return whether the hand of a cell is in the plane or in space, where gravity is among its settings."""
+    return SpatialHand if "gravity" in cell.settings else HandSpec
 
 
 def compared(sweep: Sweep, by: Sequence[str]) -> pd.DataFrame:
@@ -105,7 +108,7 @@ def _cases(trials: pd.DataFrame) -> pd.DataFrame:
     ends = zip(trials.outcome, trials.first_lost, strict=True)
     told = trials.assign(
         kept=~failed,
-        rotates=trials.angle_deg.isna(),
+        rotates=turning(trials),
         why=[f"{end} by the {finger} finger" if isinstance(finger, str) else end for end, finger in ends],
     )
     told["why"] = told.why.where(failed)

@@ -33,9 +33,9 @@ HEADER = (
 EXPLAINED = (
     "`expert`: the expert `ik`, sequenced. `structured`: one policy trained on the 8 directions and on turns on real"
     " senses, sequenced. `structured-privileged`: on perfect knowledge and the directions alone; its twists are the"
-    " expert's. `guided`: trained end to end on one task; sees what the privileged policy sees, its aim moved along the"
-    " task's path at every decision. `unguided`: trained end to end on one task; sees how far it has come and where the"
-    " task ends, not its path."
+    " expert's. `guided-sensed`, `guided`: trained end to end on one task; see what the policy on senses and the"
+    " privileged one see, their aim moved along the task's path at every decision. `unguided`: trained end to end on"
+    " one task; sees how far it has come and where the task ends, not its path."
 )
 """What the controllers' names mean."""
 

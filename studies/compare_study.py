@@ -1,10 +1,10 @@
 """Structured against end to end: what is trained, on what, and what every controller reaches on every task.
 
 Structured: one policy trained on the 8 directions, sequenced (`inhand.tracing`); `structured` on real senses in worlds
-that differ, `structured-privileged` on perfect knowledge. End to end: the latter's algorithm and networks, and the
-environment steps of both, trained on one whole task. It comes in two kinds. `guided` sees what the privileged policy of
-primitives sees, its aim moved along the task's path at every decision. `unguided` sees how far it has come and where
-the task ends, and must know the path itself.
+that differ, `structured-privileged` on perfect knowledge. End to end: their algorithms and networks and as many
+environment steps, trained on one whole task. It comes in three kinds. `guided-sensed` and `guided` see what the policy
+of primitives on senses and the privileged one see, their aim moved along the task's path at every decision. `unguided`
+is privileged, too; it sees how far it has come and where the task ends, and must know the path itself.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ from inhand.tracing.tasks import find_task, fitting_plan
 from inhand.tracing.trace import trace_of
 
 J = TypeVar("J")
-Kind = Literal["structured", "structured-privileged", "guided", "unguided"]
+Kind = Literal["structured", "structured-privileged", "guided-sensed", "guided", "unguided"]
 """How a controller was trained."""
-LAYOUTS = {"guided": "grip", "unguided": "whole"}
+LAYOUTS = {"guided-sensed": "senses", "guided": "grip", "unguided": "whole"}
 """What a controller that is trained end to end sees."""
 NOISE = np.array([0.001, 0.001, np.deg2rad(1.0)])
 """Standard deviations of the object's start [m, m, rad]."""
@@ -87,7 +87,7 @@ class Contestant:
 def contestants(config: CompareConfig) -> list[Contestant]:
     """Return every training of a study, and the expert."""
     staged: tuple[Kind, ...] = ("structured", "structured-privileged")
-    kinds: tuple[Kind, ...] = ("guided", "unguided")
+    kinds: tuple[Kind, ...] = ("guided-sensed", "guided", "unguided")
     trained = [Contestant(kind, "", seed) for kind in staged for seed in config.seeds]
     trained += [Contestant(kind, task, seed) for kind in kinds for task in config.tasks for seed in config.seeds]
     return [Contestant("expert", "", 0), *trained]
@@ -135,40 +135,45 @@ def training_of(config: CompareConfig, who: Contestant, demonstrations: int | No
         who: the contestant.
         demonstrations: of a trial of adaptation, which imitates so many and learns nothing after them; None trains.
     """
-    made = default() if who.kind == "structured" else privileged()
+    sensed = who.kind in {"structured", "guided-sensed"}
+    made = default() if sensed else privileged()
     base = replace(made, preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object)
-    if who.kind == "structured":
-        return _sensed(base, config.budget)
     horizon = horizon_of(config, who.task) if who.task else base.interface.horizon
+    if sensed:
+        made = _sensed(base, config.budget, base.interface.horizon / horizon)
+        return _end_to_end(made, who, horizon, demonstrations) if who.task else made
     share = config.budget * base.interface.horizon / horizon
     recipe = replace(base.recipe, episodes=max(round(share * base.recipe.episodes), 1))
     made = replace(
         base,
-        task=who.task,
         recipe=recipe,
         episodes=max(round(share * base.episodes), 1),
         evaluate_every=max(round(share * base.evaluate_every), 1),
     )
-    if not who.task:
-        return made
-    layout = LAYOUTS[who.kind]
-    made = replace(
-        made,
-        interface=replace(base.interface, observation=layout, horizon=horizon),
-        recipe=replace(recipe, midway=0.0, whole=1.0, grip_spread=0.0),
-    )
+    return _end_to_end(made, who, horizon, demonstrations) if who.task else made
+
+
+def _end_to_end(made: Training, who: Contestant, horizon: int, demonstrations: int | None) -> Training:
+    """Return the same training on a whole task, with what a contestant sees."""
+    recipe = replace(made.recipe, midway=0.0, whole=1.0, grip_spread=0.0, turns=0.0, legs=0.0)
+    interface = replace(made.interface, observation=LAYOUTS[who.kind], horizon=horizon)
+    made = replace(made, task=who.task, interface=interface, recipe=recipe)
     if demonstrations is None:
         return made
-    few = replace(made.recipe, episodes=demonstrations)
-    return replace(made, recipe=few, imitate=IMITATE, warm_up=0, episodes=1, updates=100)
+    few = replace(recipe, episodes=demonstrations)
+    return replace(made, recipe=few, imitate=IMITATE, rounds=0, warm_up=0, episodes=1, updates=100)
 
 
-def _sensed(base: Training, budget: float) -> Training:
-    """Return a training on senses with the steps that one on perfect knowledge has, those relabelled among them."""
-    other, recipe = privileged(), replace(base.recipe, episodes=max(round(budget * base.recipe.episodes), 1))
-    made = replace(base, recipe=recipe, episodes=max(round(budget * base.episodes), 1))
+def _sensed(base: Training, budget: float, shorter: float) -> Training:
+    """Return a training on senses with the steps that one on perfect knowledge has, those relabelled among them.
+
+    Its own episodes are so much `shorter` than those that it trains with, of which it then has fewer.
+    """
+    other, share = privileged(), budget * shorter
+    recipe = replace(base.recipe, episodes=max(round(share * base.recipe.episodes), 1))
+    made = replace(base, recipe=recipe, episodes=max(round(share * base.episodes), 1))
     steps = budget * (other.recipe.episodes + other.episodes) * other.interface.horizon
-    left = steps / made.interface.horizon - recipe.episodes - made.episodes
+    left = steps * shorter / made.interface.horizon - recipe.episodes - made.episodes
     return replace(made, relabelled=max(round(left / made.rounds), 1))
 
 

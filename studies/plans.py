@@ -42,7 +42,8 @@ def plan(name: str, carrier: Carrier) -> None:
         poses = held.hand.start_pose + stacked([whole_path(path_of(each)) for each in group])
         keys += plan_keys(held, poses, carrier)
         grasp = entry.grasp(*held, poses)
-        rows.append({part: np.asarray(getattr(grasp, part)) for part in PLAN})
+        ways = np.stack([np.asarray(each.way) for each in getattr(grasp, "graded", ())], axis=1)
+        rows.append({part: ways if part == "ways" else np.asarray(getattr(grasp, part)) for part in PLAN})
     shipped_plans.ship(place, keys, {part: np.concatenate([each[part] for each in rows]) for part in PLAN})
     logging.getLogger(__name__).info("%d paths in %s", len(keys), place)
 

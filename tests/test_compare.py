@@ -31,8 +31,10 @@ def test_every_training_gets_the_same_environment_steps() -> None:
     steps = budgets(config)
     for count in steps.values():
         assert sum(count.values()) == pytest.approx(1324 * 200, rel=0.01)
-    sensed = steps.pop("structured")
-    assert all(sensed.values())
+    on_senses = [name for name in steps if name == "structured" or name.startswith("guided-sensed")]
+    assert len(on_senses) == 1 + len(config.tasks)
+    for name in on_senses:
+        assert all(steps.pop(name).values())
     for count in steps.values():
         assert count["demonstrated"] == pytest.approx(1024 * 200, rel=0.01)
         assert count["agent"] == pytest.approx(300 * 200, rel=0.01)
@@ -44,11 +46,15 @@ def test_every_training_gets_the_same_environment_steps() -> None:
     assert guided.learning == unguided.learning == structured.learning
     assert (guided.interface.observation, unguided.interface.observation) == ("grip", "whole")
     assert guided.seed == 1
+    sensed = training_of(config, Contestant("guided-sensed", "key", 1))
+    assert (sensed.task, sensed.interface.observation, sensed.interface.truth) == ("key", "senses", "truth")
+    assert (sensed.learning, sensed.rounds) == (training_of(config, Contestant("structured", "", 1)).learning, 4)
+    assert training_of(config, Contestant("guided-sensed", "key", 1), 16).rounds == 0  # demonstrations alone
 
 
-def test_contestants_are_the_expert_the_structured_one_and_two_kinds_for_each_task() -> None:
+def test_contestants_are_the_expert_the_structured_one_and_three_kinds_for_each_task() -> None:
     found = contestants(CompareConfig(tasks=("key", "place"), seeds=(0, 1)))
-    assert len(found) == 1 + 2 * 2 + 2 * 2 * 2
+    assert len(found) == 1 + 2 * 2 + 3 * 2 * 2
     assert len({who.folder for who in found}) == len(found)
 
 
@@ -165,6 +171,7 @@ def test_a_small_study_ends_in_a_table_and_a_figure_and_goes_on_where_it_was(
         "expert",
         "structured",
         "structured-privileged",
+        "guided-sensed",
         "guided",
         "unguided",
     }
@@ -175,7 +182,7 @@ def test_a_small_study_ends_in_a_table_and_a_figure_and_goes_on_where_it_was(
     assert [(each["demonstrations"], each["completion"], each["dropped"]) for each in few] == [
         (4, 0.4, 0.25),
         (9, 0.9, 0.25),  # enough: sixteen are not tried
-    ] * 2
+    ] * 3
     write_compare(config, found, few)
     text = (config.out / "report.md").read_text()
     assert "| structured | key | none | no |" in text

@@ -229,7 +229,7 @@ def test_imitation_alone_copies_what_was_wanted() -> None:
     shown = np.concatenate([rows[:, parts["observation"]], rows[:, parts["expert_action"]]], axis=-1)
     for _ in range(3):
         drawn = shown[rng.integers(len(shown), size=(500, 64))]
-        actor, moments, loss = imitate_many(actor, moments, drawn, COLUMNS, 1500)
+        actor, moments, loss = imitate_many(actor, moments, drawn, COLUMNS, 1500, rate=1e-3)
     assert float(loss) < 0.05
     x = np.array([[-0.5], [0.28], [0.9]])
     np.testing.assert_allclose(np.asarray(act(actor, jnp.asarray(x))), np.clip(5 * (0.3 - x), -1, 1), atol=0.15)

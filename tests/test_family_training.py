@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ pytest.importorskip("jax", reason="learning needs the extra `rl`: pip install 'i
 
 import jax
 
-from inhand.control.policy import load_policy
+from inhand.control.policy import load_policy, save_policy
 from inhand.control.teacher import Teacher
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
@@ -21,11 +22,13 @@ from inhand.hands.fit import Held
 from inhand.hands.pair_family import PairFamily
 from inhand.hands.sides import rough_plan
 from inhand.learning import experts, pair_pools, setup, training
-from inhand.learning.beginning import begun
+from inhand.learning.beginning import begun, contract_for, policy_of
 from inhand.learning.config import family, hand_of_family
+from inhand.learning.ddpgfd import new_learner
 from inhand.learning.experts import expert_of
 from inhand.learning.networks import act, layers_of, new_actor
 from inhand.learning.pair_pools import DIRECTIONS, SIXTEEN, TURNS_TOO, Planned, pools_of
+from inhand.learning.progress import EXPERT
 from inhand.learning.recipe import Recording
 from inhand.learning.run_cards import check
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
@@ -183,6 +186,21 @@ def test_a_family_is_trained_and_a_hand_fitted_from_its_policy(
         begun(replace(own, learning=replace(own.learning, hidden=(16, 16))), ready.columns)
     with pytest.raises(InputError, match=r"palm width is 90 mm, the family's 40 to 80 mm: train without start"):
         check(replace(own, hand="2v2_50.50_50.50_1.1_90"))
+
+
+def test_what_training_makes_worse_stays_as_it_began(
+    folder: Path, ready: Ready, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scores: list[float] = []
+    worse = jax.tree.map(lambda part: np.full_like(part, 3.0), new_learner(SMALL.learning, ready.columns, 0).actor)
+    begins = policy_of(SMALL, contract_for(SMALL, ready.held), new_learner(SMALL.learning, ready.columns, 7).actor)
+    save_policy(begins, tmp_path / "begins")
+    monkeypatch.setattr(Trainer, "_fitted", lambda *_: worse)
+    shutil.copy(folder / EXPERT, tmp_path / EXPERT)
+    own = replace(SMALL, start=str(tmp_path / "begins"), rounds=0)
+    best = load_policy(Trainer(own, ready, tmp_path, lambda found: scores.append(found.score)).run())
+    assert scores[0] > max(scores[1:])
+    np.testing.assert_allclose(best.weights[0], begins.weights[0], rtol=1e-6)
 
 
 def test_every_layer_of_a_network_over_joints_learns(ready: Ready) -> None:

@@ -8,14 +8,16 @@ from pathlib import Path as Folder
 import numpy as np
 import pytest
 
+from inhand import caches
 from inhand.control import loop, sensed_plan, shipped_plans
 from inhand.control.catalogue import find_controller, rough_grasp
 from inhand.control.controller import Task
 from inhand.control.grades import GRADES, TRUSTING, USUAL, grade_of, told_way
 from inhand.control.joint import JointPid
 from inhand.control.looking import Looking
+from inhand.control.phases import GradedGrasp, graded_grasp, placed_joints
 from inhand.control.seen import Seen
-from inhand.control.sensed_plan import Carrier, graded, plan_keys
+from inhand.control.sensed_plan import Carrier, graded, plan_keys, sensed_grasp
 from inhand.control.sensed_policy import carrier_of
 from inhand.geometry import Array, Path
 from inhand.hands.files import load_object
@@ -45,13 +47,9 @@ def test_a_scatter_is_that_of_the_frames_in_a_fiducials_noise() -> None:
 
 def test_the_way_that_is_gone_is_the_grades_of_what_is_seen() -> None:
     asked, still = list[Array](), np.tile(HAND.start_pose, (2, 2, 1))
-    grasp = replace(
-        rough_grasp(HAND, CUBE, still),
-        way=np.full(2, 0.05),
-        ways=np.tile([0.06, 0.05, 0.03], (2, 1)),
-        planned=still[:, 0],
-        follows=np.zeros((2, HAND.n_joints, 3)),
-    )
+    follows = {"planned": still[:, 0], "follows": np.zeros((2, HAND.n_joints, 3))}
+    usual = replace(rough_grasp(HAND, CUBE, still), way=np.full(2, 0.05), **follows)
+    grasp = graded_grasp([replace(usual, way=np.full(2, way)) for way in (0.06, 0.05, 0.03)])
     # A part of what was planned is gone before.
     task = Task(HAND, (CUBE,) * 2, Path(np.zeros((2, 2, 3))), distance=np.full(2, 0.04))
 
@@ -65,10 +63,46 @@ def test_the_way_that_is_gone_is_the_grades_of_what_is_seen() -> None:
         worlds = None if seen is None else [draw(seen, (3, number), HAND.n_joints) for number in range(2)]
         loop.simulate(task, grasp, still[:, 0], carry, loop.Bench(), longest=0.04, disturbed=worlds)
     # Of two grades, as of hands and objects that differ, the last is that of whoever does not see well.
-    two = replace(grasp, ways=np.tile([0.06, 0.05], (2, 1)))
+    two = replace(grasp, graded=grasp.graded[:2])
     loop.simulate(task, two, still[:, 0], carry, loop.Bench(), longest=0.04, disturbed=worlds)
     np.testing.assert_allclose(asked, np.repeat([[0.05], [0.05], [0.04], [0.02], [0.04]], 2, axis=1))
     assert grade_of(np.array([0.0, np.inf])).tolist() == [0, len(GRADES) - 1]
+
+
+def test_fingers_are_placed_for_the_grasp_of_what_is_seen() -> None:
+    still = np.tile(HAND.start_pose, (1, 2, 1))
+    follows = {"planned": still[:, 0], "follows": np.zeros((1, HAND.n_joints, 3))}
+    usual = replace(rough_grasp(HAND, CUBE, still), **follows)
+    well = replace(usual, opened=usual.opened + np.array([0.0, 0.1, 0.0, -0.1]), closed=usual.closed + 0.1)
+    grasp, task = graded_grasp([well, usual]), Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3))))
+    seen = draw(Disturbance(camera=FIELD.camera), (3, 1), HAND.n_joints)
+    for worlds, its in ((None, well), ([seen], usual)):
+        _, found = loop.simulate(task, grasp, still[:, 0], None, loop.Bench(), disturbed=worlds)
+        joints, placed = [state.joint_angles for state in found.states], np.flatnonzero(found.phase == 0)[-1]
+        # They wait until it is known, then stay off the object.
+        np.testing.assert_allclose(joints[:15], np.tile(placed_joints(HAND, usual), (15, 1, 1)), atol=2e-3)
+        np.testing.assert_allclose(joints[placed], its.opened, atol=5e-3)
+        assert max(np.abs(state.pose - still[:, 0]).max() for state in found.states[: placed + 1]) < 1e-6
+        np.testing.assert_allclose(found.states[-1].targets, its.closed, atol=0.03)
+        assert (worlds is None) == (placed < 80)
+
+
+def test_a_grasp_is_planned_for_each_grade_where_they_are_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, poses = list[Carrier](), HAND.start_pose[None, None] + np.zeros((1, 2, 3))
+
+    def planned(_held: object, _poses: object, by: Carrier) -> dict[str, Array]:
+        asked.append(by)
+        rows = np.full((1, HAND.n_joints), float(len(asked)))
+        place = {"planned": poses[:, 0], "follows": np.zeros((1, HAND.n_joints, 3))}
+        return {"opened": rows, "closed": rows, "way": rows[:, 0], "ways": rows[:, :1], **place}
+
+    monkeypatch.setattr(sensed_plan, "_planned", planned)
+    monkeypatch.setenv(caches.PLACE, "off")
+    grasp = sensed_grasp(HAND, CUBE, poses, carrier=Carrier(grades=TRUSTING, apart=True))
+    assert [each.grades for each in asked] == [(grade,) for grade in TRUSTING]
+    assert isinstance(grasp, GradedGrasp)
+    assert [each.opened[0, 0] for each in grasp.graded] == [1.0, 2.0]
+    assert grasp.opened[0, 0] == 2.0  # that of the usual grade, with which episodes begin
 
 
 def test_what_no_camera_shows_differs_as_in_the_field_however_well_it_sees() -> None:
@@ -79,9 +113,10 @@ def test_what_no_camera_shows_differs_as_in_the_field_however_well_it_sees() -> 
     assert USUAL.worlds.differs.start_mm > FIELD.differs.start_mm
     trusted, usual = (each.worlds for each in TRUSTING)
     assert (trusted.differs.friction, trusted.pushes) == (BENCH.differs.friction, BENCH.pushes)
-    assert usual.differs.friction[0] < FIELD.differs.friction[0]
+    assert usual.differs.friction[1] < 1 < FIELD.differs.friction[1]
     policies = [find_controller(name).policy for name in ("rl", "rl-family")]
-    assert [carrier_of(policy).grades for policy in policies if policy] == [GRADES, TRUSTING]
+    carriers = [carrier_of(policy) for policy in policies if policy]
+    assert [(each.grades, each.apart) for each in carriers] == [(GRADES, False), (TRUSTING, True)]
 
 
 def test_a_way_is_shorter_where_a_loss_costs_more() -> None:

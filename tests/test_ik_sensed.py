@@ -20,6 +20,7 @@ from inhand.control.grades import MARGIN, USUAL, told_way
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
+from inhand.control.phases import GradedGrasp
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import Candidate, Carrier, sensed_grasp
 from inhand.control.trial import Trial
@@ -31,7 +32,7 @@ from inhand.sim import memory
 from inhand.sim.disturbance import FIELD, Disturbance
 from inhand.sim.engine import Simulator
 from inhand.sim.engines import make_simulator
-from inhand.tasks.paths import straight_path
+from inhand.tasks.paths import stacked, straight_path
 from inhand.tasks.primitives import primitive_at
 from test_simulator import HAND
 
@@ -132,14 +133,14 @@ def test_what_goes_crooked_costs_less_than_what_is_lost() -> None:
 
 
 @pytest.mark.usefixtures("quick")
-def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes() -> None:
     held = Held(HAND, CUBE)
     poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses[None]
     first, reach = sensed_plan.candidates(held, poses)
     found = []
     for most in (sensed_plan.ASTRAY, 1e-6):
-        monkeypatch.setattr(sensed_plan, "STRAIGHT", most)
-        (tried,) = vars(sensed_plan)["_tried"](held, (poses, reach), first[:1], Carrier(), range(2))
+        by = Carrier(grades=(replace(USUAL, straight=most),))
+        (tried,) = vars(sensed_plan)["_tried"](held, (poses, reach), first[:1], by, range(2))
         found.append(np.array(tried.ways[0]))
     assert found[0].shape == (2, 2)
     assert found[0].min() > 0.025
@@ -173,7 +174,7 @@ def test_a_plan_tries_the_best_again_in_further_worlds(monkeypatch: pytest.Monke
         return [replace(each, ways=(((far[each.plan.contacts.tobytes()],) * 2,) * 4,) * 2) for each in given[2]]
 
     monkeypatch.setattr(sensed_plan, "_tried", tried)
-    monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
+    monkeypatch.setenv(caches.PLACE, "off")
     found = sensed_grasp(HAND, CUBE, poses)
     (first, few), (second, more) = rounds
     assert len({each.plan.contacts.tobytes() for each in first}) == 3
@@ -195,25 +196,27 @@ def test_grasps_that_end_alike_are_told_apart_in_rougher_worlds(monkeypatch: pyt
         ]
 
     monkeypatch.setattr(sensed_plan, "_tried", tried)
-    monkeypatch.setattr(sensed_plan, "cached", lambda *given: given[3]())
+    monkeypatch.setenv(caches.PLACE, "off")
     found = sensed_grasp(HAND, CUBE, poses)
     best = vars(sensed_plan)["_closing"](Held(HAND, CUBE), [Candidate(0, seen[1], 0.0)], poses)
     np.testing.assert_array_equal(found.closed, best["closed"])
     assert found.way == pytest.approx([0.04 - MARGIN])  # of the usual worlds,
-    assert found.ways is None  # whatever a camera sees
+    assert not isinstance(found, GradedGrasp)  # whatever a camera sees
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_plan_looks_at_no_start_and_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plan_looks_at_no_start_and_is_kept_whatever_is_planned_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None]
+    beside = HAND.start_pose + straight_path(primitive_at(0.0), 0.02).poses[None]
     away = poses[:, 0] + [0.002, -0.001, 0.03]
-    first = sensed_grasp(HAND, CUBE, np.concatenate([poses, poses]), np.concatenate([poses[:, 0], away]))
+    both = stacked([poses[0], poses[0], beside[0]])
+    first = sensed_grasp(HAND, CUBE, both, np.concatenate([poses[:, 0], away, poses[:, 0]]))
     np.testing.assert_array_equal(first.closed[0], first.closed[1])
     assert first.way is not None
-    assert first.way.tolist() == [0.05, 0.05]  # a path that can be gone to its end is
+    assert first.way.tolist() == [0.05, 0.05, 0.02]  # a path that can be gone to its end is
     monkeypatch.setattr(sensed_plan, "_planned", lambda *_: pytest.fail("computed once more"))
-    again = sensed_grasp(HAND, CUBE, poses)
-    np.testing.assert_array_equal(again.opened[0], first.opened[0])
+    for path, row in ((poses, 0), (beside, 2)):
+        np.testing.assert_array_equal(sensed_grasp(HAND, CUBE, path).opened[0], first.opened[row])
 
 
 @pytest.mark.usefixtures("quick")
@@ -300,19 +303,23 @@ def test_a_path_that_comes_back_is_planned_to_its_end() -> None:
 @pytest.mark.usefixtures("quick")
 def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     poses, by = HAND.start_pose + straight_path(primitive_at(90.0), 0.05).poses[None], Carrier(shares=(1.0, 0.75))
-    stays = sensed_grasp(HAND, CUBE, poses, carrier=replace(by, digest="stays", stays=5)).way
-    carried = vars(sensed_plan)["_carried"]
+    carried, shares, stays = vars(sensed_plan)["_carried"], list[float](), None
 
     def lost(*given: Any) -> tuple[Recording, list[Array]]:
         found, aimed = carried(*given)
+        shares.extend([float(given[1][1][0])] * (len(given[4][1]) == 5))
         far = stays is not None and given[1][1][0] > 0.8 * stays[0]
         return (replace(found, outcomes=("lost contact",) * 5) if len(given[4][1]) == 5 and far else found), aimed
 
     monkeypatch.setattr(sensed_plan, "_carried", lost)
-    slips = sensed_grasp(HAND, CUBE, poses, carrier=replace(by, digest="slips", stays=5)).way
+    stays = sensed_grasp(HAND, CUBE, poses, carrier=replace(by, digest="stays", stays=5)).way
     assert stays is not None
+    assert shares == [stays[0]] * len(by.grades)  # no part of a way on which nothing was lost is looked at
+    shares.clear()
+    slips = sensed_grasp(HAND, CUBE, poses, carrier=replace(by, digest="slips", stays=5)).way
     assert slips is not None
     np.testing.assert_allclose(slips, 0.75 * stays)
+    np.testing.assert_allclose(shares, [stays[0], 0.75 * stays[0]] * len(by.grades))
 
 
 @pytest.mark.usefixtures("quick")

@@ -11,13 +11,18 @@ import pytest
 
 import inhand as front
 from commands import Call
+from inhand.control.contract import contract_in_space
 from inhand.control.onnx_export import CARD, NAMES, OPSET, ModelCard, card_of, model_of
 from inhand.control.policy import Policy, save_policy
 from inhand.errors import InputError
 from inhand.geometry import Array
+from inhand.hands.spatial.files import load_solid, load_spatial_hand
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.records import read_json, read_record
+from inhand.sim.disturbance import FIELD
 from inhand.tasks.layouts import LAYOUTS, find_layout
 from inhand.tasks.observations import numbers_for
+from inhand.tasks.past import LAGS
 from test_joint_rows import a_policy as over_joints
 from test_policy import HAND, a_policy
 
@@ -94,7 +99,23 @@ def test_a_card_tells_every_number_of_an_observation() -> None:
     lags = card_of(a_policy("senses")).lags
     assert lags == (0, 1, 2, 4, 8)
     assert counts["encoders [rad]"] == len(lags) * HAND.n_joints
+    assert card.contract is not None
     assert card.contract.joints == ("left 0", "left 1", "right 0", "right 1")
+
+
+def test_a_policy_of_a_hand_in_space_tells_its_own_contract(tmp_path: Path) -> None:
+    held = SpatialPair(load_spatial_hand("3f_60.60_40_10"), load_solid("cube_50"))
+    contract, size = contract_in_space(held, FIELD), find_layout("space-senses").size(held.hand)
+    arrays = (np.full((size, 9), 0.01),), (np.linspace(-0.5, 0.5, 9),)
+    policy = Policy(*arrays, "space-senses", "steps", "sensed", {"hand": held.hand.name}, space=contract)
+    save_policy(policy, tmp_path / "mine")
+    front.export(tmp_path / "mine", tmp_path / "policy.onnx")
+    card = card_of(policy)
+    assert (card.contract, card.space, card.lags) == (None, contract, LAGS)
+    assert contract.observed[:3] == tuple(f"{name} 0" for name in held.hand.finger_names)
+    assert sum(part.count for part in card.inputs) == size
+    found = ran((tmp_path / "policy.onnx").read_bytes(), np.zeros((1, size)))
+    np.testing.assert_allclose(found, policy(np.zeros((1, size))), atol=1e-6)
 
 
 def test_the_command_writes_a_model_and_refuses_to_replace_one(inhand: Call, tmp_path: Path) -> None:

@@ -44,7 +44,6 @@ def test_what_is_held_out_is_inside_and_partly_in_regions_of_which_nothing_is_dr
 @pytest.mark.parametrize(
     ("hand", "text"),
     [
-        (load_hand("3v2_40.30.30_50.50_1.1_53"), "its links are 3v2, the family's 2v2, 2v3, 3v3"),
         (load_hand("2v2_50.50_50.50_0.7.1_53"), "its left finger is 100.8 mm long, the family's 115.2 to 144 mm"),
         (load_hand("2v2_50.50_85.15_1.1_53"), "link 0 of its right finger has a share of 0.85, the family's 0.2 to"),
         (load_hand("2v2_50.50_50.50_1.1_90"), "its palm width is 90 mm, the family's 40 to 80 mm"),
@@ -75,6 +74,13 @@ def test_a_hand_outside_is_told_by_its_number_and_the_range(hand: HandSpec, text
 def test_an_object_outside_is_told_by_its_number_and_the_range(spec: ObjectSpec, text: str) -> None:
     found = FAMILY.outside(Held(STANDARD, spec))
     assert found == f"object {spec.name!r} is outside of the policy's family: {text}"
+
+
+def test_a_hand_of_other_links_is_outside_unless_its_mirror_image_is_inside() -> None:
+    mirrored = load_hand("3v2_40.30.30_50.50_1.1_53")
+    assert FAMILY.hand_outside(mirrored) is None
+    found = replace(FAMILY, hands=HandFamily(forms=("2v2", "3v3"))).hand_outside(mirrored)
+    assert found == "its links are 3v2, the family's 2v2, 3v3 and what these are in a mirror"
 
 
 def test_bounds_without_objects_and_pairs_that_never_fit_are_refused() -> None:

@@ -30,11 +30,11 @@ from inhand.control.policy import (
     STILL_TIME,
     Policy,
     PolicyController,
-    RouteController,
     load_policy,
     save_policy,
 )
 from inhand.control.policy_arrays import ACTOR
+from inhand.control.route_policy import RouteController
 from inhand.control.run_config import RunConfig
 from inhand.control.seen import SENSED
 from inhand.errors import InputError

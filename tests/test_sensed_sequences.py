@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.path import Path as Edge
 from numpy.typing import NDArray
 
 import inhand
@@ -15,7 +16,7 @@ from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
 from inhand.control.seen import Seen
-from inhand.control.trial import LOST_CONTACT, REACHED, Trial
+from inhand.control.trial import LOST_CONTACT, REACHED, STOPPED, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array, planar, way_along
 from inhand.hands.hand import HandSpec
@@ -24,11 +25,13 @@ from inhand.sim.disturbance import FIELD, Camera, Disturbance
 from inhand.sim.names import ENGINE
 from inhand.sim.state import State
 from inhand.tasks.layouts import find_layout
+from inhand.tracing import run
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.follow import follow
 from inhand.tracing.plan import plan_along
 from inhand.tracing.run import prepare_trace
 from inhand.tracing.sequencer import Sequencer
+from inhand.tracing.tasks import draw_points, find_task
 from test_sequencing import ASIDE, HELD, THREE, plan_of
 
 SEEN = Disturbance("seen", encoders=FIELD.encoders, camera=FIELD.camera, commands=FIELD.commands)
@@ -117,6 +120,43 @@ def test_what_a_sensed_controller_does_not_plan_to_carry_is_refused_or_scaled() 
     assert scaled.size == pytest.approx(0.012, abs=0.001)
     with pytest.raises(InputError, match=r"task key, trial 1 .* carries the object only 60 of 66 mm along it"):
         prepare_trace(TraceConfig(path="key", controller=name, trials=1))
+
+
+def test_a_tour_is_gripped_for_all_places_that_it_can_go_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, other = (find_task("tour").plan(HELD, np.random.default_rng(seed)) for seed in (0, 1))
+    np.testing.assert_array_equal(one.gripped.poses, other.gripped.poses)
+    assert one.gripped.length < one.path.length / 5
+    edge = Edge(1.01 * (one.gripped.poses - HELD.start)[:, :2])
+    assert edge.contains_points(draw_points(HELD, 100, np.random.default_rng(0))).all()
+    way, entry = float(one.way[-1]), CONTROLLERS[CONTROLLERS.name_of(Watcher)]
+    rest = 0.06 / float(one.gripped.length)
+    carries = vars(run)["_planned"](TraceConfig(path="tour"), entry)
+    assert carries(HELD, one) == pytest.approx(rest * way)  # what is not trusted to go round is not to go anywhere
+    gone: list[Task] = []
+    monkeypatch.setattr("inhand.tracing.follow.SensedSequencer", lambda task, *_, **__: gone.append(task))
+    with pytest.raises(AttributeError):
+        follow(HELD, entry, [one], ASIDE[:1], Bench())
+    assert gone[0].distance == pytest.approx([rest * way])
+
+
+def test_a_policy_of_a_whole_task_on_senses_is_asked_from_where_it_believes_the_object() -> None:
+    told = list[Array]()
+
+    class Listens(Policy):
+        def __call__(self, observation: Array) -> Array:
+            told.append(observation[0, :4])
+            return np.zeros((len(observation), HELD.hand.n_joints))
+
+    weights = np.zeros((find_layout("senses").size(HELD.hand), HELD.hand.n_joints))
+    policy = Listens((weights,), (np.zeros(HELD.hand.n_joints),), "senses", "fine", "sensed", {"task": "walk"})
+    (found,) = follow(HELD, learned("whole", policy), [THREE[0]], ASIDE[:1], Bench())
+    assert (found.trial.passport.reads, found.trial.outcome) == ("sensed", STOPPED)
+    assert found.come < 0.002
+    waits = round(WAIT / 0.02)
+    assert all(each[3] == 0 for each in told[: waits - 1])
+    assert all(each[3] > 0 for each in told[waits + 1 :])
+    way = np.array(THREE[0].legs[0].end[:2]) - THREE[0].legs[0].start[:2]
+    assert told[-1][:2] @ way > 0.9 * np.linalg.norm(way)
 
 
 def test_a_learned_policy_carries_out_every_primitive_itself_and_waits_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -274,7 +274,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
-        ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, ik-sensed, rl and"),
+        ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, ik-sensed, rl, "),
         ({"controller": "ik-sensed", "one_grasp": True}, "--one-grasp with --controller ik-sensed, whose grasps"),
         ({"disturb": "feild"}, "unknown disturbance 'feild'; did you mean field?"),
         ({"paths": "human"}, "--paths human with 3f_60.60_40_10, a hand in space"),

@@ -30,7 +30,8 @@ from inhand.learning.starts import (
     reach_of,
     taken,
 )
-from inhand.learning.worlds import Interface, ManipulationWorlds, Step
+from inhand.learning.step import Step
+from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim import state as measuring
 from inhand.sim.scene import SUBSTEPS
 from inhand.sim.snapshot import Snapshot

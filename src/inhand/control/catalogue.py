@@ -22,7 +22,6 @@ from inhand.control.phases import Grasp
 from inhand.control.policy import (
     Policy,
     PolicyController,
-    RouteController,
     aims_of,
     load_policy,
     parts_of,
@@ -30,6 +29,7 @@ from inhand.control.policy import (
 )
 from inhand.control.policy_arrays import ACTOR
 from inhand.control.rehearsal import closing_joints, rehearsed
+from inhand.control.route_policy import RouteController, SensedRouteController
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
 from inhand.control.sensed_plan import Carrier, graded, sensed_grasp
 from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController, carrier_of
@@ -256,8 +256,11 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
     """Return the controller that a policy is; it holds objects as it did when it learned."""
     summary, grip = "a learned policy", partial(learned_grasp, policy=policy)
     if find_layout(policy.observation).sensed:
-        summary, made = f"{summary} on encoders and a camera", partial(SensedPolicyController, policy=policy)
-        primitive = partial(PolicyPrimitive, policy=policy)
+        summary = f"{summary} on encoders and a camera"
+        if policy.task:
+            whole = partial(SensedRouteController, policy=policy)
+            return ControllerEntry(name, summary, sensed_grasp, whole, policy, SENSED)
+        made, primitive = partial(SensedPolicyController, policy=policy), partial(PolicyPrimitive, policy=policy)
         return ControllerEntry(name, summary, grip, made, policy, SENSED, sensed_grasp, primitive)
     controller = RouteController if policy.task else PolicyController
     return ControllerEntry(name, summary, grip, partial(controller, policy=policy), policy)
@@ -304,11 +307,13 @@ def check_known(entry: ControllerEntry, held: Held, paths: Array) -> None:
     """
     if entry.policy is not None:
         check_held(entry.policy, held.hand, (held.object,))
+        if entry.policy.task:
+            return
         if entry.reads == SENSED:
             parts_of(paths)
         elif find_layout(entry.policy.observation).columns:
             aims_of(paths)
-        elif not entry.policy.task:
+        else:
             straight_angles(paths)
 
 

@@ -63,6 +63,8 @@ class SpatialContract:
     """Its joints in the order of targets and actions: the finger, and the number from the palm outwards."""
     rate_hz: float
     """Decisions a second."""
+    observed: tuple[str, ...] = ()
+    """The same in the order in which parts of an observation with a history tell them; empty where none has one."""
     encoders: Encoders = field(default_factory=Encoders)
     camera: Camera = field(default_factory=Camera)
     """Senses that it learned with, as in `Contract`; exact where it learned on the true state of the worlds."""
@@ -93,9 +95,9 @@ def joint_names(hand: HandSpec | SpatialHand) -> tuple[str, ...]:
 
 def contract_in_space(held: SpatialPair, disturb: Disturbance | None = None) -> SpatialContract:
     """Return the contract of what is trained with a hand in space, in worlds that something may disturb."""
-    return SpatialContract(
-        held.hand, held.object, joint_names(held.hand), rate_of(DECISION_S), *senses_of(disturb or Disturbance())
-    )
+    names, senses = joint_names(held.hand), senses_of(disturb or Disturbance())
+    observed = () if disturb is None else tuple(names[joint] for joint in by_rank(held.hand))
+    return SpatialContract(held.hand, held.object, names, rate_of(DECISION_S), observed, *senses)
 
 
 def contract_of(hand: HandSpec, disturb: Disturbance | None) -> Contract:

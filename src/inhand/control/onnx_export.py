@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.control.catalogue import find_controller
-from inhand.control.contract import Contract
+from inhand.control.contract import Contract, SpatialContract
 from inhand.control.onnx_joints import Node, joint_nodes
 from inhand.control.policy import Policy
 from inhand.errors import InputError, needs_extra
@@ -66,10 +66,12 @@ class ModelCard:
     """What actions mean: steps of the joint targets, or angles over the joints' ranges; cut to the hand's limits."""
     largest_step: float
     """What an action of 1 moves a joint target in a decision, where they are steps [rad]."""
-    contract: Contract
-    """Hand, joints, rate and senses."""
+    contract: Contract | None
+    """Hand, joints, rate and senses,"""
     trained: dict[str, Any]
-    """What it was trained with."""
+    """and what it was trained with."""
+    space: SpatialContract | None = None
+    """The contract of a hand in space, in the place of the other."""
 
 
 def export(policy: str | Path | Policy, out: str | Path, *, overwrite: bool = False) -> Path:
@@ -131,9 +133,10 @@ def card_of(policy: Policy) -> ModelCard:
     Raises:
         InputError: it has no contract.
     """
-    if policy.contract is None:
+    contract = policy.contract or policy.space
+    if contract is None:
         raise InputError("the policy has no contract, so that nobody knows what its numbers are: train it again")
-    layout, hand = find_layout(policy.observation), policy.contract.hand
+    layout, hand = find_layout(policy.observation), contract.hand
     inputs, first = [], 0
     for part in layout.parts:
         count = part.size(hand)
@@ -143,8 +146,8 @@ def card_of(policy: Policy) -> ModelCard:
         inputs.append(InputCard(part.name, first, count, middle, half))
         first += count
     step = largest_step(policy.actions)
-    lags = LAGS if layout.sensed else ()
-    return ModelCard(layout.name, tuple(inputs), lags, policy.actions, step, policy.contract, policy.trained)
+    does = policy.actions, step, policy.contract, policy.trained, policy.space
+    return ModelCard(layout.name, tuple(inputs), LAGS if layout.sensed else (), *does)
 
 
 def _parts(policy: Policy, card: ModelCard) -> tuple[list[Node], dict[str, Array]]:

@@ -9,9 +9,8 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask
 from inhand.control.episode import MANIPULATE, TWIST
-from inhand.control.grades import grade_of
 from inhand.control.joint import JointPid
-from inhand.control.looking import Looking
+from inhand.control.looking import Choosing, Looking
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -25,7 +24,9 @@ PRESS, LIFT = "press", "lift"
 PRESSING, LIFTING = 0.2, 0.3
 """and how long they last [s]."""
 STANDING, HELD = (0.5, 1.2), (0.1, 0.7)
-"""How long fingers are placed and close on objects that stand, and on those that their worlds hold [s]."""
+"""How long fingers are placed and close on objects that stand, and on those that their worlds hold [s];"""
+CHOSEN = 2.0
+"""how long they are placed where that is chosen by what is seen [s]."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +39,25 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
     way: Array | None = None
     """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
-    ways: Array | None = None
-    """The same for each grade of a camera `(B, G)` [m] (`control/grades.py`), where the way follows how well objects
-    are seen; `way` is then the usual one."""
     planned: Array | None = None
     """Where objects were planned to stand `(B, 3)` [m, m, rad], or in space to be `(B, 7)`, if the grasp follows where
     they are seen to be,"""
     follows: Array | None = None
     """and how joints that press change with where they are seen beside that `(B, n_joints, 3)` [rad/m, rad/m, 1], in
     space `(B, n_joints, 6)`."""
+
+
+@dataclass(frozen=True)
+class GradedGrasp(Grasp):
+    """A grasp where what is done follows how well objects are seen; of itself it is that of the usual grade."""
+
+    graded: tuple[Grasp, ...] = ()
+    """That of each grade of a camera, from the best (`control/grades.py`): another, or the same with another way."""
+
+
+def graded_grasp(graded: Sequence[Grasp]) -> GradedGrasp:
+    """Return the grasp of which each grade has its own."""
+    return GradedGrasp(**vars(graded[len(graded) // 2]), graded=tuple(graded))
 
 
 @dataclass(frozen=True)
@@ -146,11 +157,11 @@ def _as_far_as_seen(
     """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed."""
 
     def made(task: AnyTask) -> Controller:
-        if grasp.ways is None or grasp.way is None or task.distance is None:
+        graded = _graded(grasp)
+        if not graded or grasp.way is None or task.distance is None:
             return make(task)
-        grades = grade_of(looked[0].scatter, grasp.ways.shape[1])
-        ways = np.take_along_axis(grasp.ways, grades[:, None], axis=1)[:, 0]
-        return make(replace(task, distance=np.maximum(task.distance + ways - grasp.way, 0.0)))
+        way = looked[0].of_grade([each.way for each in graded if each.way is not None])
+        return make(replace(task, distance=np.maximum(task.distance + way - grasp.way, 0.0)))
 
     return made
 
@@ -159,24 +170,45 @@ def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, 
     """Return the phases that place the fingers of a grasp and close them; what follows what is seen looks first."""
     (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     if grasp.follows is not None:
-        placing = STANDING[0]
+        placing = CHOSEN if _differ(_graded(grasp)) else STANDING[0]
     return Phase("place", place, longest=placing), Phase("grasp", close, longest=closing, must_hold=True)
 
 
 def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Controller], Callable[[Any], Controller]]:
     """Return what makes the controllers that place the fingers of a grasp, kept as `placing`, and close them."""
-    planned, follows = grasp.planned, grasp.follows
+    planned, follows, graded = grasp.planned, grasp.follows, _graded(grasp)
     if planned is None or follows is None:
         return lambda task: JointPid(task, grasp.opened), lambda task: JointPid(task, grasp.closed)
 
     def place(task: AnyTask) -> Controller:
-        placing[:] = [Looking(task, grasp.opened, planned)]
+        if _differ(graded):
+            hand: Any = task.hand  # in the plane, where alone grades differ
+            stops = [np.stack([placed_joints(hand, each), each.opened]) for each in graded]
+            placing[:] = [Choosing(task, np.stack(stops), planned)]
+        else:
+            placing[:] = [Looking(task, grasp.opened, planned)]
         return placing[0]
 
     def close(task: AnyTask) -> Controller:
-        return JointPid(task, grasp.closed + (follows @ placing[0].off[..., None])[..., 0])
+        looked = placing[0]
+        return JointPid(task, looked.of_grade([_pressing(each, looked.off) for each in graded or (grasp,)]))
 
     return place, close
+
+
+def _pressing(grasp: Grasp, off: Array) -> Array:
+    """Return joint angles that press on objects which stand so far beside where they were planned to."""
+    return grasp.closed if grasp.follows is None else grasp.closed + (grasp.follows @ off[..., None])[..., 0]
+
+
+def _graded(grasp: Grasp) -> tuple[Grasp, ...]:
+    """Return the grasps of all grades; none where one serves whatever is seen."""
+    return grasp.graded if isinstance(grasp, GradedGrasp) else ()
+
+
+def _differ(graded: Sequence[Grasp]) -> bool:
+    """Return whether fingers stand elsewhere at one grade than at another, and not only ways differ."""
+    return any(each.opened is not graded[0].opened for each in graded)
 
 
 LONGEST = 60.0

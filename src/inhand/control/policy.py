@@ -29,7 +29,6 @@ from inhand.tasks.decisions import Actions, targets_of
 from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene, observe
-from inhand.tasks.routes import routes_of
 
 FORMAT = 2
 """Version of the files; see `inhand.tasks.cards.NEW`."""
@@ -42,8 +41,6 @@ STILL_TIME = 0.5
 MARGIN = (0.004, 0.16)
 """What a policy keeps from where its grip is predicted to end: distance [m], and angle [rad] where the path turns. Two
 millimetres more than the expert keeps: a finger stretched straight buckles unless its place is held exactly."""
-ROUTE_STILL = 1.5
-"""A policy on a whole route that has come no farther for this time is done, or stuck [s]."""
 BENT = 1e-6
 """Paths that turn or leave their line by more are not straight [m or rad]."""
 
@@ -221,49 +218,6 @@ class PolicyController:
         self._best = np.where(gained, along, self._best)
         self._still = np.where(gained, 0.0, self._still + self._period)
         return np.asarray(self._still >= STILL_TIME)
-
-
-class RouteController:
-    """Follows the whole path of every world as a policy says that was trained on a whole task.
-
-    It sees a new aim a little ahead at every decision (`tasks/routes.py`). It does not ask how far the grip carries.
-    """
-
-    def __init__(self, task: Task, policy: Policy) -> None:
-        """Follow the task's paths.
-
-        Raises:
-            InputError: a hand with another number of joints than the policy knows, or another rate than its contract's.
-        """
-        check_task(policy, task)
-        self._task, self._policy, self._period = task, policy, task.control_period
-        self._layout = find_layout(policy.observation)
-        self._scene = Scene(task.hand, task.objects)
-        self._rows = np.arange(task.n_worlds)
-        self.came: list[Array] = []
-        """Way along its route that each world had come at every decision `(B,)` [m]."""
-
-    def begin(self, state: State) -> None:
-        """Start at the beginning of every route."""
-        start = self._task.origin(state)
-        self._routes = routes_of(list(start[:, None] + self._task.path.poses))
-        self._come = np.zeros(state.n_worlds, dtype=np.int64)
-        self._still = np.zeros(state.n_worlds)
-
-    def act(self, state: State) -> Array:
-        """Return joint targets `(B, n_joints)` [rad]."""
-        before, self._come = self._come, self._routes.advance(self._rows, self._come, state.pose)
-        self._still = np.where(self._come > before, 0.0, self._still + self._period)
-        self.came.append(self._routes.way[self._rows, self._come])
-        aim = self._routes.aim(self._rows, self._come)
-        return targets_of(
-            self._policy(observe(self._layout, state, aim, self._scene)), self._policy.actions, self._task.hand, state
-        )
-
-    def finished(self, state: State) -> NDArray[np.bool_]:
-        """Return which worlds have come no farther along their route for a while `(B,)`."""
-        del state
-        return np.asarray(self._still >= ROUTE_STILL)
 
 
 def carried_by(task: Task, state: State) -> Array:

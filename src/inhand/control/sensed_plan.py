@@ -11,18 +11,17 @@ object.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from inhand.caches import cached
+from inhand.caches import keep, key_of, look_up
 from inhand.control.controller import Task
 from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
 from inhand.control.ik_sensed import IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
-from inhand.control.phases import Grasp
+from inhand.control.phases import Grasp, graded_grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.shipped_plans import path_keys, shipped
 from inhand.control.trial import REACHED, TIME_OUT
@@ -42,8 +41,8 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-ASTRAY, STRAIGHT = 0.012, 0.004
-"""Objects farther than this from their path count as lost, or as not straight [m]; 27 and 9 deg at `TURN_ARM`."""
+ASTRAY = 0.012
+"""Objects farther than this from their path count as lost [m]; 27 deg at `TURN_ARM`."""
 OFTEN = 3
 """Of the decisions of a rehearsal one in so many is judged."""
 SQUEEZE = 0.0035
@@ -93,6 +92,8 @@ class Carrier:
     grades: tuple[Grade, ...] = DRAWN
     """What ways are planned for; of several that a camera can have the usual one is the middle one or, of two, the
     last."""
+    apart: bool = False
+    """Whether each grade has a grasp of its own; else one serves all, the one whose ways are worth most together."""
     rounds: tuple[tuple[int, int], ...] = ()
     """How many candidates of a path are tried and in how many further worlds; without any as `ROUNDS` says."""
     stays: int = 0
@@ -121,25 +122,30 @@ def sensed_grasp(
     Where objects really stand is not known: `starts` is not looked at. The grasp follows where they are seen to.
     """
     del starts
+    if carrier is not None and carrier.apart:
+        each = [replace(carrier, grades=(grade,), apart=False) for grade in carrier.grades]
+        return graded_grasp([sensed_grasp(hand, spec, poses, carrier=own, engine=engine) for own in each])
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
     known, keys = shipped(), plan_keys(held, distinct, by)
-    waiting = np.array([k for k, key in enumerate(keys) if key not in known], dtype=np.int64)
-    plans = [known.get(key, {}) for key in keys]
-    for rows in np.split(waiting, range(PATHS, len(waiting), PATHS)) if len(waiting) else ():
-        part = distinct[rows]
-        inputs = (hand, spec, part, by.digest, engine, by.shares, by.grades, by.rounds or ROUNDS, by.stays, by.last)
-        found = cached("sensed-plan", inputs, by.module, partial(_planned, held, part, by))
-        for k, row in enumerate(rows.tolist()):
+    files = [key_of("sensed-plan", key, by.module) for key in keys]
+    plans = [known.get(key) or look_up(file) or {} for key, file in zip(keys, files, strict=True)]
+    waiting = [k for k, plan in enumerate(plans) if not plan]
+    for rows in (waiting[first : first + PATHS] for first in range(0, len(waiting), PATHS)):
+        found = _planned(held, distinct[rows], by)
+        for k, row in enumerate(rows):
             plans[row] = {name: found[name][k] for name in PLAN}
+            keep(files[row], plans[row])
     whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
-    return Grasp(**whole if whole["ways"].shape[1] > 1 else whole | {"ways": None})
+    ways = whole.pop("ways").T
+    usual = Grasp(**whole)
+    return graded_grasp([replace(usual, way=way) for way in ways]) if len(ways) > 1 else usual
 
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
     tried = by.rounds or ROUNDS, by.stays or STAYS, by.last
-    numbers = (*tried, CANDIDATES, CONES, ENOUGH, ASTRAY, STRAIGHT, SQUEEZE, LOOKED)
+    numbers = (*tried, CANDIDATES, CONES, ENOUGH, ASTRAY, SQUEEZE, LOOKED)
     return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
@@ -207,15 +213,19 @@ def _stayed(
     ways that were found.
     """
     (poses, told), (grade, draws) = paths, where
-    count, owner = len(draws), np.repeat([each.path for each in candidates], len(draws))
-    worth = []
-    for share in by.shares:
-        found, aimed = _carried(held, (poses, share * told), candidates, by, where)
+    worth, left = np.full((len(by.shares), len(candidates)), -np.inf), np.arange(len(candidates))
+    for number, share in enumerate(by.shares):
+        tried = [candidates[k] for k in left.tolist()]
+        owner = np.repeat([each.path for each in tried], len(draws))
+        found, aimed = _carried(held, (poses, share * told[left]), tried, by, where)
         lost = ~np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
-        way, straight = _ways(found, Path(poses[owner] - poses[owner, :1]), aimed).T
-        spoilt = np.stack([lost, ~lost & (straight < way)]).reshape(2, -1, count).sum(axis=-1)
-        worth.append(worth_of(share * told, (spoilt[0], spoilt[1]), count, grade))
-    return np.array(by.shares)[np.argmax(worth, axis=0)] * told, grade.weight * np.max(worth, axis=0)
+        way, straight = _ways(found, Path(poses[owner] - poses[owner, :1]), aimed, grade.straight).T
+        spoilt = np.stack([lost, ~lost & (straight < way)]).reshape(2, -1, len(draws)).sum(axis=-1)
+        worth[number, left] = worth_of(share * told[left], (spoilt[0], spoilt[1]), len(draws), grade)
+        left = left[spoilt.any(axis=0)]  # of a way on which nothing was lost no part is worth more
+        if len(left) == 0:
+            break
+    return np.array(by.shares)[worth.argmax(axis=0)] * told, grade.weight * worth.max(axis=0)
 
 
 def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str, Array]:
@@ -256,7 +266,7 @@ def _tried_together(
         reach = paths[1][[each.path for each in candidates]]
         found, aimed = _carried(held, (paths[0], reach), candidates, by, (grade, own))
         poses = paths[0][np.repeat([each.path for each in candidates], len(own))]
-        ways = _ways(found, Path(poses - poses[:, :1]), aimed).reshape(len(candidates), len(own), 2)
+        ways = _ways(found, Path(poses - poses[:, :1]), aimed, grade.straight).reshape(len(candidates), len(own), 2)
         added.append([tuple((way, straight) for way, straight in rows) for rows in ways.tolist()])
     before = [each.ways or ((),) * len(by.grades) for each in candidates]
     return [
@@ -288,15 +298,15 @@ def _carried(
     return found, watched[0].ways
 
 
-def _ways(found: Recording, path: Path, aimed: list[Array]) -> Array:
+def _ways(found: Recording, path: Path, aimed: list[Array], straight: float) -> Array:
     """Return how far along its path each world carried its object, not astray, and how far straight `(B, 2)` [m].
 
-    It is -1 where it never was held. A path may cross itself: an object is on its part near to where the set point
-    was `aimed` in each decision `(B,)` [m].
+    What is farther from its path than given [m] is not `straight`. It is -1 where it never was held. A path may cross
+    itself: an object is on its part near to where the set point was `aimed` in each decision `(B,)` [m].
     """
     carried = int(np.flatnonzero(found.phase == found.phase.max())[0])
     begin, scale = found.states[carried].pose, np.array([1.0, 1.0, TURN_ARM])
-    ways, most = np.full((2, len(found.last)), -1.0), np.array([[ASTRAY], [STRAIGHT]])
+    ways, most = np.full((2, len(found.last)), -1.0), np.array([[ASTRAY], [straight]])
     going, aims, worlds = found.last >= carried, path.poses * scale, np.arange(len(found.last))
     window = np.arange(-BEHIND, AHEAD + 1)
     for number in range(carried, len(found.states), OFTEN):

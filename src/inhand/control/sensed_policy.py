@@ -18,6 +18,7 @@ from inhand.control.sensed_plan import Carrier, graded
 from inhand.control.underway import ARRIVED, Deciding, Underway
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene
 from inhand.tasks.past import Past
 
@@ -72,7 +73,9 @@ class PolicyPrimitive(OnSenses):
         """Start where the task says, or where the object is believed."""
         start = past.pose if self._task.start is None else self._task.start
         distance = self._task.path.length if self._task.distance is None else self._task.distance
-        self._asked = asked(self._angle, self._turned, start, np.broadcast_to(distance, len(start)))
+        # It stops a little before what it is asked for, and the sequence waits until it has arrived.
+        distance = np.broadcast_to(np.where(np.asarray(distance) > 0, distance + ARRIVED, 0.0), len(start))
+        self._asked = asked(self._angle, self._turned, start, distance)
         self._first = past.joint_angles
 
     def act(self, past: Past) -> Array:
@@ -81,9 +84,7 @@ class PolicyPrimitive(OnSenses):
 
     def seen_by(self, past: Past) -> tuple[Past, Aim]:
         """Return what the policy sees: itself counts from where the primitive starts, once first frames are in."""
-        start = np.where(past.waiting[:, None], past.start, self._asked.start)
-        believed = np.where(past.waiting[:, None], past.believed, self._asked.start)
-        mine = replace(past, first=self._first, start=start, believed=believed)
+        mine = replace(past, first=self._first).counted_from(self._asked.start)
         return mine, mine.aimed(self._asked)
 
     def finished(self, past: Past) -> NDArray[np.bool_]:
@@ -103,8 +104,8 @@ def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
 def carrier_of(policy: Policy) -> Carrier:
     """Return who carries objects where grasps are planned for a policy on real senses."""
     carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
-    if policy.family is not None:
-        return replace(carrier, shares=NEAR, grades=TRUSTING, rounds=QUICK, stays=24)
+    if find_layout(policy.observation).columns:
+        return replace(carrier, shares=NEAR, grades=TRUSTING, apart=True, rounds=QUICK, stays=24)
     return graded(carrier)
 
 

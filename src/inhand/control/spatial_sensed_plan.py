@@ -15,12 +15,12 @@ import numpy as np
 
 from inhand.caches import Arrays, cached
 from inhand.control.controller import SpatialTask
-from inhand.control.grades import Grade, told_way
+from inhand.control.grades import STRAIGHT, Grade, told_way
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
-from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, STRAIGHT, Carrier
+from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, Carrier
 from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at, longest_of, searched
 from inhand.control.spatial_sensed_policy import SpatialSensedPolicyController

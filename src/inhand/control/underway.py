@@ -11,6 +11,7 @@ from inhand.control.memory import Memory
 from inhand.control.policy import Policy
 from inhand.control.seen import SENSED, Seen
 from inhand.geometry import Array
+from inhand.sim.state import State
 from inhand.tasks.decisions import targets_of
 from inhand.tasks.hand_arrays import slots_of
 from inhand.tasks.layouts import find_layout
@@ -26,13 +27,13 @@ GAINED, STILL_TIME = 5e-4, 0.4
 
 
 class Deciding:
-    """Joint targets of a policy for what is remembered and asked."""
+    """Joint targets of a policy for what is remembered, or is true of one on perfect knowledge, and asked."""
 
     def __init__(self, policy: Policy, scene: Scene) -> None:
         """Decide for the hand and the objects of a scene."""
         self._policy, self._layout, self._scene = policy, find_layout(policy.observation), scene
 
-    def __call__(self, past: Past, aim: AnyAim) -> Array:
+    def __call__(self, past: Past | State, aim: AnyAim) -> Array:
         """Return joint targets `(B, n_joints)` [rad]."""
         action = self._policy(observe(self._layout, past, aim, self._scene))
         if self._layout.columns:

@@ -83,10 +83,13 @@ class PairFamily:
         return None if why is None else f"object {held.object.name!r} is outside of the policy's family: {why}"
 
     def hand_outside(self, hand: HandSpec) -> str | None:
-        """Return which number of a hand lies outside; None where none does."""
+        """Return which number of a hand lies outside; None where none does.
+
+        The mirror image of a form is inside, though none is drawn: a finger of 2v3 on the other side.
+        """
         form = "v".join(str(len(finger.links)) for finger in hand.fingers)
-        if form not in self.hands.forms:
-            return f"its links are {form}, the family's {', '.join(self.hands.forms)}"
+        if not {form, form[::-1]} & set(self.hands.forms):
+            return f"its links are {form}, the family's {', '.join(self.hands.forms)} and what these are in a mirror"
         if hand.palm is not None or any(finger.outlines for finger in hand.fingers):
             return "its links or its palm have outlines of their own, the family's hands the laboratory's form"
         for side, finger in zip(FINGER_NAMES, hand.fingers, strict=True):

@@ -16,11 +16,12 @@ def compile_ahead(config: Training, columns: Columns) -> None:
     rows, weights = _room(config.updates, learning.batch, columns.width), _room(config.updates, learning.batch)
     update_many.lower(learner, rows, weights, learning, columns, strength=1.0).compile()
     if config.imitate:
+        rate = learning.imitation_rate
         many = _room(CHUNK, 2 * learning.batch, columns.d + columns.n)
         for total in {config.imitate, *([config.refit] if config.rounds > 1 else [])}:
-            first = imitate_many.lower(learner.actor, None, many, columns, total)
+            first = imitate_many.lower(learner.actor, None, many, columns, total, rate=rate)
             first.compile()
-            imitate_many.lower(*first.out_info[:2], many, columns, total).compile()
+            imitate_many.lower(*first.out_info[:2], many, columns, total, rate=rate).compile()
 
 
 def _room(*shape: int) -> Rows:

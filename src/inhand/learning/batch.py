@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from inhand.errors import InputError
 from inhand.geometry import Array, wrap_angle
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig, rows_along, rows_asked
-from inhand.learning.worlds import ManipulationWorlds, Step
+from inhand.learning.step import Step
+from inhand.learning.worlds import ManipulationWorlds
 from inhand.records import checked
 from inhand.sim.memory import WORLD_BYTES, check_memory
 from inhand.sim.state import State

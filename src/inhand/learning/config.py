@@ -51,6 +51,8 @@ class Learning(Config):
     """Critic updates for each actor update."""
     imitation: float = 0.0
     """Weight of the imitation term (c)."""
+    imitation_rate: float = 1e-3
+    """Learning rate at which the actor is first fitted to the demonstrations."""
     value_weight: float = 0.0
     """Weight of the value term divided by the mean size of the values (q); 0 takes the values as they are."""
     prioritised: bool = False
@@ -287,6 +289,7 @@ def hand_of_family(given: Training | None = None) -> Training:
         pairs=0,
         start="rl-family",
         recipe=replace(base.recipe, episodes=64, midway=0.0),
+        learning=replace(base.learning, imitation_rate=2e-5),
         imitate=1000,
         refit=1000,
         rounds=1,
@@ -296,7 +299,7 @@ def hand_of_family(given: Training | None = None) -> Training:
         decisions=180,
         episodes=1,
         worlds=1,
-        trials=1,
+        trials=4,
     )
 
 

@@ -30,8 +30,6 @@ Batches = jax.Array | NDArray[np.float32]
 """Arrays of the host or of the device."""
 Imitator = tuple[Actor, optax.OptState]
 """An actor and the moments of its optimiser."""
-IMITATION_RATE = 1e-3
-"""Learning rate of the imitation before training, at its start."""
 
 
 class Learner(NamedTuple):
@@ -93,15 +91,15 @@ def update_many(
     return jax.lax.scan(one, learner, (jnp.asarray(rows), jnp.asarray(weights)))
 
 
-@partial(jax.jit, static_argnames=("columns", "total"))
+@partial(jax.jit, static_argnames=("columns", "total", "rate"))
 def imitate_many(
-    actor: Actor, moments: optax.OptState | None, rows: Batches, columns: Columns, total: int
+    actor: Actor, moments: optax.OptState | None, rows: Batches, columns: Columns, total: int, *, rate: float
 ) -> tuple[Actor, optax.OptState, jax.Array]:
     """Return the actor after a step towards the least mean |pi(s) - a_expert| for each batch `(U, batch, d + n)`.
 
-    With it come the optimiser's moments, None at first, and the loss. The rate falls over `total` steps.
+    With it come the optimiser's moments, None at first, and the loss. The `rate` falls over `total` steps.
     """
-    optimiser = optax.adam(optax.cosine_decay_schedule(IMITATION_RATE, total, 0.05))
+    optimiser = optax.adam(optax.cosine_decay_schedule(rate, total, 0.05))
 
     def loss(network: Actor, batch: jax.Array) -> jax.Array:
         return jnp.abs(act(network, batch[:, : columns.d]) - batch[:, columns.d :]).mean()

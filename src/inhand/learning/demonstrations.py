@@ -18,7 +18,6 @@ from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan
 from inhand.learning.datasets import DatasetEpisode
 from inhand.learning.experts import TEACHERS, expert_of, taught_reach
 from inhand.learning.legs import around, drawn_legs
@@ -35,6 +34,7 @@ from inhand.learning.starts import (
     reach_of,
     straight_poses,
     taken,
+    varied_plans,
 )
 from inhand.learning.worlds import ManipulationWorlds
 from inhand.sim.disturbance import Disturbance
@@ -49,8 +49,8 @@ SIDES = tuple(each.name for each in TURNS)
 """Words for the grasps of turns to either side,"""
 AROUND = "around"
 """and for those of episodes in which primitive follows primitive."""
-RoutePool = tuple[Routes, list[GraspPlan]]
-"""Routes of a whole task, and the grasp of each."""
+RoutePool = tuple[Routes, Sequence[Grips]]
+"""Routes of a whole task, and what each is gripped by."""
 PLANNED_AT_ONCE = 8
 """Directions whose grasps are planned between two reports of progress."""
 MOST_EPISODES = 100_000
@@ -240,7 +240,9 @@ def plans_of(recording: Recording, also_deg: Sequence[float] = (), told: Told = 
 
 
 @lru_cache(maxsize=16)
-def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine: Engine = ENGINE) -> RoutePool:
+def route_pool(
+    held: Held, task: str, count: int, seed: tuple[int, int], engine: Engine = ENGINE, *, varied: bool = False
+) -> RoutePool:
     """Return drawn routes of a task, each once, and the grasp of each.
 
     Args:
@@ -249,13 +251,15 @@ def route_pool(held: Held, task: str, count: int, seed: tuple[int, int], engine:
         count: number of draws; a task that draws nothing has one route.
         seed: of the draws; those of one seed are planned once.
         engine: in which the grasps are tried out.
+        varied: whether grasps are not tried out, but all that go to the end with some share of the friction.
     """
     rng, found = np.random.default_rng(seed), find_task(task)
     if found.wall is not None:
         raise InputError(f"task {task!r} needs a wall, and training worlds have none: train on another task")
     paths = [found.plan(held, rng).path.poses for _ in range(count)]
     kept = [path for k, path in enumerate(paths) if not any(np.array_equal(path, other) for other in paths[:k])]
-    return routes_of(kept), direction_plans(*held, stacked(kept), engine)
+    poses = stacked(kept)
+    return routes_of(kept), varied_plans(held, poses, 1.0) if varied else direction_plans(*held, poses, engine)
 
 
 def route_starts(

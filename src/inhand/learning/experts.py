@@ -25,6 +25,8 @@ TEACHERS = {
     "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03),
 }
 """Teachers among experts by name. On objects whose contacts slide a little, soft feedback loses fewer, as they turn."""
+ON_ROUTES = (0.004, 0.04)
+"""What they ask for at most in a decision on routes [m, rad], whose aims are turned ahead of the object."""
 FARTHEST = 0.2
 """Way that no hand carries an object [m]."""
 LONGEST = 200
@@ -41,7 +43,8 @@ def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorl
     if name in TEACHERS and starts.pairs is not None:
         return _teachers(starts, worlds, TEACHERS[name])
     if name in TEACHERS:
-        teacher = Teacher(*held, starts.disturbed, len(starts), TEACHERS[name])
+        config = TEACHERS[name] if starts.routes is None else replace(TEACHERS[name], most=ON_ROUTES)
+        teacher = Teacher(*held, starts.disturbed, len(starts), config)
         return lambda: teacher.act(worlds.state, worlds.asked)
     if starts.pairs is not None:
         raise InputError(f"expert {name!r} knows one hand: hands that differ are shown by 'teacher'")

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from inhand.geometry import TURN_ARM, Array, Path
 from inhand.hands.fit import Held
 from inhand.tasks.observations import Aim
-from inhand.tasks.primitives import TRAIN, UNSEEN
-from inhand.tasks.reach import limits
+from inhand.tracing import tasks
 from inhand.tracing.plan import STEP
-from inhand.tracing.tasks import draw_points
 from inhand.tracing.walk import SequenceConfig
 
 LEGS = 5
@@ -30,7 +28,7 @@ ARRIVE, ARRIVE_TURN = SequenceConfig.arrive, TURN_ARM * SequenceConfig.arrive_tu
 
 def drawn_legs(held: Held, count: int, rng: np.random.Generator) -> Array:
     """Return the legs of `count` episodes `(count, LEGS, 3)`."""
-    places = held.start[:2] + draw_points(held, count * LEGS, rng, SHARE).reshape(count, LEGS, 2)
+    places = held.start[:2] + tasks.draw_points(held, count * LEGS, rng, SHARE).reshape(count, LEGS, 2)
     angles = rng.uniform(-FARTHEST_TURN, FARTHEST_TURN, (count, LEGS))
     turning = rng.random((count, LEGS)) < TURNING
     legs, now = np.zeros((count, LEGS, 3)), np.zeros(count)
@@ -43,9 +41,9 @@ def drawn_legs(held: Held, count: int, rng: np.random.Generator) -> Array:
 
 def around(held: Held) -> Array:
     """Return the path `(S, 3)` about the start along the edge of where places are drawn, for which legs are gripped."""
-    ends = {limit.primitive.angle % (2 * np.pi): limit.distance for limit in limits(*held, (*TRAIN, *UNSEEN))}
-    corners = [SHARE * ends[angle] * np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in sorted(ends)]
-    edge = Path(held.start + np.stack([np.zeros(3), *corners, corners[0], np.zeros(3)]))
+    angles, reach = tasks.edge(held)
+    corners = SHARE * reach[:, None] * np.stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))], axis=-1)
+    edge = Path(held.start + np.concatenate([np.zeros((1, 3)), corners, corners[:1], np.zeros((1, 3))]))
     return np.stack([edge.at(way) for way in np.arange(0.0, float(edge.length), STEP)])
 
 

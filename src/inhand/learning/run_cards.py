@@ -126,9 +126,9 @@ def _check_plane(config: Training) -> None:
             f"layout {config.interface.observation!r} is of hands in space, and {config.hand} is in the plane: take a"
             " hand in space (3f_60.60_40_10), or another preset"
         )
-    if layout.sensed and config.task:
+    if layout.sensed and layout.columns and config.task:
         raise InputError(
-            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout grip"
+            f"layout {config.interface.observation!r} knows primitives: leave task out, or take layout senses or grip"
         )
 
 

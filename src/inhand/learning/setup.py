@@ -181,10 +181,11 @@ def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tu
 
 def _of_task(config: Training, rng: np.random.Generator, told: Told) -> tuple[RoutePool, Starts, Array]:
     """Return the same of a whole task: its routes in the place of directions, their ways in that of the limit."""
-    held = config.recording.held
+    held, varied = config.recording.held, config.recipe.grasp == "sensed"
     told("planning grasps", 0, 1)
     pool, test_pool = (
-        route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine) for add in (0, TEST_SEED)
+        route_pool(held, config.task, ROUTES, (config.seed + add, 3), config.engine, varied=varied)
+        for add in (0, TEST_SEED)
     )
     count, disturb = 16 * config.trials, config.recording.disturb
     tests = route_starts(held, test_pool, count, rng, config.noise, engine=config.engine, disturb=disturb)

@@ -225,12 +225,15 @@ def straight_poses(hand: HandSpec, angles_deg: Sequence[float]) -> Array:
     return np.stack([hand.start_pose + straight_path(primitive_at(angle)).poses for angle in angles_deg])
 
 
-def varied_plans(held: Held, poses: Array) -> list[list[GraspPlan]]:
-    """Return grasps of each path `(P, S, 3)` that are searched for several shares of the friction, all that go far."""
+def varied_plans(held: Held, poses: Array, far: float = FAR) -> list[list[GraspPlan]]:
+    """Return grasps of each path `(P, S, 3)` that are searched for several shares of the friction, all that go far.
+
+    That is to this share of the farthest.
+    """
     found, reach = candidates(held, poses)
     plans: list[list[GraspPlan]] = [[] for _ in poses]
     for each in found:
-        if each.reach >= FAR * reach[each.path]:
+        if each.reach >= far * reach[each.path]:
             plans[each.path].append(each.plan)
     return plans
 

@@ -121,6 +121,8 @@ class Trainer:
             InputError: a loss is not finite any more; the state is kept and the text says where and why.
         """
         if self._new:
+            if self.config.start:
+                self._evaluate()  # what few demonstrations make worse stays as it was
             self._imitate()
             self._sign({IMITATED: self.actor()})
             self._warm_up()
@@ -169,9 +171,10 @@ class Trainer:
 
     def _fitted(self, actor: Actor, updates: int) -> Actor:
         many, columns, moments, rows = (CHUNK, 2 * self.config.learning.batch), self._ready.columns, None, None
+        rate = self.config.learning.imitation_rate
         for done in range(0, updates, CHUNK):
             rows = self._shown(many) if rows is None else rows
-            actor, moments, loss = imitate_many(actor, moments, rows, columns, updates)
+            actor, moments, loss = imitate_many(actor, moments, rows, columns, updates, rate=rate)
             # While that runs, the next rows are drawn.
             rows = self._shown(many) if done + CHUNK < updates else None
             self._journal.scalars("imitation", done + CHUNK, {"loss": float(loss)})

@@ -15,7 +15,9 @@ from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.memories import Memories, memory_of
+from inhand.learning.on_routes import asked_along, made_along, shift_along
 from inhand.learning.starts import Starts
+from inhand.learning.step import Step
 from inhand.records import Config
 from inhand.sim.drawn import Disturbed
 from inhand.sim.scene import SUBSTEPS
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
     from inhand.control.between import Between
     from inhand.control.memory import Memory
 
-_KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start")
+_KEPT = ("observation", "steps", "lost", "last", "row", "come", "leg", "key", "seen_start", "believed")
 """What worlds go on from, beside their states and aims."""
 
 
@@ -58,29 +60,6 @@ class Interface(Config):
     """Decisions after which an episode is cut off; one takes 20 ms."""
     truth: str = ""
     """Layout of what critics alone see, beside: truth, where the actor's is of what is sensed; none by default."""
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """What one decision of B worlds led to."""
-
-    observation: Array
-    """Observations to decide on next `(B, d + c)`: of the new episode where one has ended; c are what critics see."""
-    successor: Array
-    """Observations of the states the decision led to `(B, d + c)`."""
-    reward: Array
-    """Rewards `(B,)`."""
-    terms: dict[str, Array]
-    """The reward's weighted terms by name `(B,)`."""
-    terminated: NDArray[np.bool_]
-    """Whether the object was lost `(B,)`."""
-    truncated: NDArray[np.bool_]
-    """Whether the horizon was reached `(B,)`."""
-    shift: Array
-    """Way along, way to the left [m] and angle turned [rad] since the primitive started, or along, beside and away from
-    a route `(B, 3)`."""
-    after: State
-    """The state the decision led to; the object's pose there hindsight takes for a goal."""
 
 
 class ManipulationWorlds:
@@ -120,7 +99,7 @@ class ManipulationWorlds:
         self._state = select(starts.state, np.zeros(count, dtype=np.int64))
         self._aim = self._pool.take(np.zeros(count, dtype=np.int64))
         self._observation = np.empty((count, size_of(self.interface, self.hand)))
-        self._steps, self._lost, self._row, self._come, self._leg = np.zeros((5, count), dtype=np.int64)
+        self._steps, self._lost, self._row, self._come, self._leg, self._believed = np.zeros((6, count), dtype=np.int64)
         self._last, self._seen_start = np.zeros((count, self.hand.n_joints)), np.zeros_like(self._aim.start)
         self._key = np.zeros(count, dtype=np.int64)
         self._told = self._aim
@@ -204,6 +183,7 @@ class ManipulationWorlds:
         self._state = after
         if self._memory is not None:
             self._memory.take(self.seen)
+            self._believe(self._memory.past.pose)
         self._go_on()
         successor, shift = self._observed(), self._shift(decision)
         self._observation, self._last = successor, decision.action
@@ -213,6 +193,11 @@ class ManipulationWorlds:
             self._begin(ended, drawn_rows(self._starts, self._row[ended], self.rng, keeps_pair=keeps))
         return Step(self._observation, successor, value, terms, gone, truncated, shift, after)
 
+    def _believe(self, pose: Array) -> None:
+        """Move the places on the routes on to which objects at poses are believed to have come."""
+        if self._starts.routes is not None:
+            self._believed = self._starts.routes.advance(self._row, self._believed, pose)
+
     def _along(self, after: State) -> Made | None:
         """Move the places on the routes on and aim anew; return what was made of the routes' ways, None without any."""
         routes = self._starts.routes
@@ -220,8 +205,7 @@ class ManipulationWorlds:
             return None
         before, self._come = self._come, routes.advance(self._row, self._come, after.pose)
         self._aim = routes.aim(self._row, self._come)
-        now, then = (routes.way[self._row, place] for place in (self._come, before))
-        return Made(now - then, routes.way[self._row, -1] - now, *routes.off(self._row, self._come, after.pose))
+        return made_along(routes, self._row, (before, self._come), after.pose)
 
     def _go_on(self) -> None:
         """Ask the next primitive of objects that have come to the end of one, if their episode has more."""
@@ -239,12 +223,12 @@ class ManipulationWorlds:
         made, routes = decision.route, self._starts.routes
         if made is None or routes is None:
             return decision.shift
-        return np.stack([routes.way[self._row, self._come], made.across, made.turned], axis=-1)
+        return shift_along(routes, self._row, self._come, made)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
         self.simulator.restore(worlds, self._starts.snapshot, rows, kinds_of(self._starts, rows))
         self._state = put(self._state, worlds, self._starts.state, rows)
-        self._row[worlds], self._come[worlds], self._leg[worlds] = rows, 0, 0
+        self._row[worlds], self._come[worlds], self._leg[worlds], self._believed[worlds] = rows, 0, 0, 0
         self._show_worlds()
         if self._starts.routes is not None:
             self._aim = self._starts.routes.aim(self._row, self._come)
@@ -270,8 +254,11 @@ class ManipulationWorlds:
         if self._memory is None:
             found = observe(self.layout, self.seen, self._seen_aim(), self.scene)
         else:
-            past = self._memory.past
-            found = observe(self.layout, past, past.aimed(self._aim), self.scene)
+            past, routes = self._memory.past, self._starts.routes
+            asked = past.aimed(self._aim)
+            if routes is not None:
+                past, asked = asked_along(routes, self._row, self._believed, past)
+            found = observe(self.layout, past, asked, self.scene)
         if self._truth is None:
             return found
         scene = self.scene if self._drawn is None else replace(self.scene, drawn=self._drawn[self._row])

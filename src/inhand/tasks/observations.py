@@ -192,7 +192,7 @@ def reach_of(hand: HandSpec) -> float:
     return float(max(abs(finger.base[0]) + finger.length for finger in hand.fingers))
 
 
-def by_rank(hand: HandSpec) -> list[int]:
+def by_rank(hand: AnyHand) -> list[int]:
     """Return the joints in the order of table 3.1: the proximal ones, finger by finger, then the next."""
     count = max(len(finger.links) for finger in hand.fingers)
     return [place.start + k for k in range(count) for place in hand.slices if place.start + k < place.stop]

@@ -72,6 +72,12 @@ class Past:
         """Return what is known of some worlds alone."""
         return Past(**{name: each[:, worlds] if name in LAGGED else each[worlds] for name, each in vars(self).items()})
 
+    def counted_from(self, start: Array) -> "Past":
+        """Return the same of what is planned to start at poses `(B, 3)`, once first frames are in."""
+        waiting = self.waiting[:, None]
+        places = (np.where(waiting, seen, start) for seen in (self.start, self.believed))
+        return replace(self, **dict(zip(("start", "believed"), places, strict=True)))
+
     def shift(self, aim: Aim | SpatialAim) -> Array:
         """Return the shift `(B, 3)` of what is asked, as believed, since the wait."""
         if isinstance(aim, SpatialAim):

@@ -13,8 +13,8 @@ from inhand.control.controller import Controller, SpatialTask, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE
 from inhand.control.loop import Bench, simulate
-from inhand.control.policy import RouteController
 from inhand.control.recording import cut_trials, passports
+from inhand.control.route_policy import RouteController, SensedRouteController
 from inhand.control.seen import SENSED
 from inhand.control.spatial_catalogue import SpatialEntry
 from inhand.control.spatial_ik import SpatialIkController
@@ -43,7 +43,7 @@ ARRIVED = 0.001
 """A plan that is followed as a whole is done where the object has come to within this of its end [m]."""
 
 
-Driver: TypeAlias = Sequencer | SensedSequencer | RouteController
+Driver: TypeAlias = Sequencer | SensedSequencer | RouteController | SensedRouteController
 """What takes worlds through plans."""
 
 
@@ -101,9 +101,14 @@ def follow(
     """
     hand, spec = held
     poses = stacked([plan.path.poses for plan in plans])
-    grasp = (entry.fixed_grasp or entry.grasp)(hand, spec, poses, starts, engine=bench.engine)
+    blind = entry.reads == SENSED
+    gripped = stacked([plan.gripped.poses for plan in plans]) if blind else poses
+    grasp = (entry.fixed_grasp or entry.grasp)(hand, spec, gripped, starts, engine=bench.engine)
+    way = grasp.way
+    if blind and way is not None:
+        way = np.array([plan.carried(each) for plan, each in zip(plans, way.tolist(), strict=True)])
     task = Task(hand, (spec,) * len(plans), Path(poses - poses[:, :1]))
-    driver = _driver(replace(task, start=poses[:, 0], distance=grasp.way), plans, entry, config)
+    driver = _driver(replace(task, start=poses[:, 0], distance=way), plans, entry, config)
     longest = max(map(_longest, plans))
     _, recording = simulate(task, grasp, starts, lambda _: driver, bench, longest=longest, disturbed=disturbed)
     same = {"hand": hand, "object": spec, "controller": entry.name, "reads": entry.reads, "engine": bench.engine}
@@ -160,10 +165,10 @@ def follow_in_space(
 
 def _driver(task: Task, plans: Sequence[Plan], entry: ControllerEntry, config: SequenceConfig | None) -> Driver:
     """Return what takes worlds through plans: a policy of a whole task by itself, all others as a sequence."""
+    if entry.policy is not None and entry.policy.task:
+        return (SensedRouteController if entry.reads == SENSED else RouteController)(task, entry.policy)
     if entry.reads == SENSED:
         return SensedSequencer(task, plans, repertoire_of(entry), config, remembers=entry.policy is not None)
-    if entry.policy is not None and entry.policy.task:
-        return RouteController(task, entry.policy)
     return Sequencer(task, plans, repertoire_of(entry), config)
 
 

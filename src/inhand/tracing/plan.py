@@ -60,6 +60,9 @@ class Plan:
     """The primitives in their order; each starts where the one before it is planned to end."""
     approach: int = 0
     """Number of legs at the beginning that only lead to the path and are not measured."""
+    around: tuple[Leg, ...] = ()
+    """A way from its start round all places that it can go to: contacts that roll stand where the object's pose has
+    them, however it came there, so a grasp that goes round goes anywhere within. Empty where none is known."""
 
     @property
     def in_space(self) -> bool:
@@ -81,6 +84,15 @@ class Plan:
                 shares = np.linspace(0.0, 1.0, max(int(np.ceil(parts - SAME)), 1) + 1)[1:]
                 found.append(between(leg.start, leg.end, shares))
         return Path(np.concatenate(found))
+
+    @property
+    def gripped(self) -> Path:
+        """The poses `(S, k)` along which its grasp is chosen, where nobody looks: round its places, or its path."""
+        return Plan(self.name, self.around).path if self.around else self.path
+
+    def carried(self, way: float) -> float:
+        """Return the way along the plan up to which a grasp is trusted that goes so far along those poses [m]."""
+        return way * float(self.way[-1] / self.gripped.length) if self.around else way
 
     def come(self, number: int, pose: Pose) -> float:
         """Return the way that an object at a pose has come [m], which is on a leg, or past the last."""

@@ -296,8 +296,8 @@ def _planned(config: TraceConfig, entry: ControllerEntry | SpatialEntry) -> Carr
         return None
 
     def carries(held: Held, plan: Plan) -> float:
-        poses = plan.path.poses[None]
+        poses = plan.gripped.poses[None]
         way = (entry.fixed_grasp or entry.grasp)(*held, poses, poses[:, 0], engine=config.engine).way
-        return float(plan.way[-1] if way is None else way[0])
+        return float(plan.way[-1]) if way is None else plan.carried(float(way[0]))
 
     return carries

@@ -25,8 +25,8 @@ from inhand.tracing.poses import plain
 
 SHARE = 0.5
 """Share of the hand's reach in which goals and way-points are drawn."""
-TOUR = 50
-"""Way-points of the tour."""
+TOUR, EDGE = 50, 72
+"""Way-points of the tour, and of the line round all places that they are drawn from."""
 TURNS = np.deg2rad(15.0)
 """Largest angle of a goal pose [rad]."""
 KEY_WAY, KEY_TURN = 0.020, float(np.deg2rad(30.0))
@@ -61,16 +61,20 @@ class SequenceTask:
 
 def draw_points(held: Held, count: int, rng: np.random.Generator, share: float = SHARE) -> Array:
     """Return positions `(count, 2)` [m] from the object's start, spread evenly over a share of the hand's reach."""
-    found = limits(*held, (*TRAIN, *UNSEEN))
-    angles = np.array([limit.primitive.angle for limit in found]) % (2 * np.pi)
-    reach = np.array([limit.distance for limit in found])
-    order = np.argsort(angles)
+    angles, reach = edge(held)
     points = np.empty((0, 2))
     while len(points) < count:
         drawn = reach.max() * rng.uniform(-1.0, 1.0, (4 * count, 2))
-        limit = np.interp(np.arctan2(drawn[:, 1], drawn[:, 0]), angles[order], reach[order], period=2 * np.pi)
+        limit = np.interp(np.arctan2(drawn[:, 1], drawn[:, 0]), angles, reach, period=2 * np.pi)
         points = np.concatenate([points, drawn[np.linalg.norm(drawn, axis=1) < limit]])
     return share * points[:count]
+
+
+def edge(held: Held) -> tuple[Array, Array]:
+    """Return the angles of the 16 directions from 0 on [rad], and how far the hand reaches in each `(16,)` [m]."""
+    found = sorted((each.primitive.angle % (2 * np.pi), each.distance) for each in limits(*held, (*TRAIN, *UNSEEN)))
+    angles, reach = np.array(found).T
+    return angles, reach
 
 
 def _goal(held: Held, rng: np.random.Generator, most: float = 0.0) -> Plan:
@@ -81,7 +85,11 @@ def _goal(held: Held, rng: np.random.Generator, most: float = 0.0) -> Plan:
 
 def _tour(held: Held, rng: np.random.Generator) -> Plan:
     points = np.column_stack([draw_points(held, TOUR, rng), np.zeros(TOUR)])
-    return plan_along("tour", held.start + points, held.start, tolerance=0.0)
+    angles = np.linspace(0.0, 2 * np.pi, EDGE + 1)
+    reach = SHARE * np.interp(angles, *edge(held), period=2 * np.pi)
+    corners = reach[:, None] * np.stack([np.cos(angles), np.sin(angles), np.zeros(EDGE + 1)], axis=-1)
+    around = plan_along("around", held.start + np.concatenate([corners, np.zeros((1, 3))]), held.start)
+    return replace(plan_along("tour", held.start + points, held.start, tolerance=0.0), around=around.legs)
 
 
 def _key(held: Held, rng: np.random.Generator) -> Plan:
@@ -204,7 +212,7 @@ def fitting_plan(
         if told is not None:
             told(f"{name}, draw {len(drawn) + 1}", len(drawn), DRAWS)
         drawn.append(task.plan(held, rng))
-        fit = _fit(held, drawn[-1].legs, carries)
+        fit = _fit(held, drawn[-1].legs, drawn[-1].around, carries)
         if fit.fits:
             return drawn[-1]
         if len(drawn) > 1 and drawn[-1].legs == drawn[-2].legs:
@@ -213,6 +221,6 @@ def fitting_plan(
 
 
 @lru_cache(maxsize=128)
-def _fit(held: AnyHeld, legs: tuple[Leg, ...], carries: Carries | None) -> Fit:
+def _fit(held: AnyHeld, legs: tuple[Leg, ...], around: tuple[Leg, ...], carries: Carries | None) -> Fit:
     """Return what a hand can do of a plan; the same plan of another trial is free."""
-    return fit_of(held, Plan("task", legs), carries=carries)
+    return fit_of(held, Plan("task", legs, around=around), carries=carries)

@@ -1,6 +1,7 @@
 """The expert in space: from one plain grip it carries the cube along every direction, whichever way the palm looks."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from inhand.control.controller import SpatialTask
 from inhand.control.episode import MANIPULATE, TWIST
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import LIFT, PRESS, Grasp, standard_phases
-from inhand.control.spatial_ik import SpatialIkConfig, SpatialIkController, beside, grip_for
+from inhand.control.spatial_catalogue import find_spatial_controller
+from inhand.control.spatial_ik import EXPERT, SpatialIkConfig, SpatialIkController, beside, grip_for
 from inhand.control.spatial_rehearsal import (
     CLOSE,
     GAP,
     LOST,
+    PLAIN,
     TO_THE_END,
     WIDE,
     Tried,
@@ -190,7 +193,7 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
     worlds_of, paths = Worlds(np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
     groups = [[planned_for(way)] for way in (0.06, 0.05, 0.06)]
-    found = tried_out((HAND, CUBE), groups, paths, worlds_of, Bench("mujoco"))
+    found = tried_out((HAND, CUBE), groups, paths, worlds_of, (Bench("mujoco"), PLAIN))
     assert asked == [(3, SpatialIkConfig().margin), (1, WIDE[0]), (1, WIDE[1])]
     assert all(each.worth > 0 for each in found)
 
@@ -205,7 +208,7 @@ def test_where_the_prediction_falls_far_short_of_the_plan_the_plan_is_tried(monk
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
     worlds_of, paths = Worlds(np.zeros((2, 3)), np.zeros((2, 7))), [spatial_path_of(ASKED[0])] * 2
-    found = tried_out((HAND, CUBE), [[planned_for(0.06)]] * 2, paths, worlds_of, Bench("mujoco"))
+    found = tried_out((HAND, CUBE), [[planned_for(0.06)]] * 2, paths, worlds_of, (Bench("mujoco"), PLAIN))
     assert asked == [(2, False), (1, True)]
     assert [each.way for each in found] == [0.05, 0.05]
 
@@ -253,7 +256,7 @@ def test_the_one_grasp_for_all_worlds_loses_the_object_in_fewest(monkeypatch: py
 
     monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
     worlds_of, paths = Worlds(np.zeros((4, 3)), np.zeros((4, 7))), [spatial_path_of(ASKED[0])] * 4
-    found = tried_together((HAND, CUBE), [far, safe, short], paths, worlds_of, Bench("mujoco"))
+    found = tried_together((HAND, CUBE), [far, safe, short], paths, worlds_of, (Bench("mujoco"), PLAIN))
     assert [each.grasp for each in found] == [safe] * 4
     assert [each.worth for each in found] == pytest.approx([0.062, 0.052, 0.062, 0.052])
 
@@ -280,7 +283,9 @@ def test_grasps_that_come_closer_are_tried_where_they_go_farther(monkeypatch: py
 def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:
     grasp = SpatialGrasp(CONTACTS + 0.2, NORMALS, fingers_at(0.0), 0.05, 0.05)
     world = Worlds(np.array([gravity_of("up")]), HAND.start_pose[None])
-    (tried,) = tried_out((HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, Bench("mujoco", threads=1))
+    (tried,) = tried_out(
+        (HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, (Bench("mujoco", threads=1), PLAIN)
+    )
     assert tried.worth < LOST
 
 
@@ -298,3 +303,20 @@ def test_phases_press_before_they_lift_and_turn_before_they_carry() -> None:
 def test_a_part_of_the_worlds_is_a_state_of_its_own(moved: tuple[SpatialTask, Recording]) -> None:
     state = select(moved[1].states[-1], np.array([2, 0]))
     np.testing.assert_array_equal(state.object_pose, moved[1].states[-1].object_pose[[2, 0]])
+
+
+def test_ik_has_a_lighter_grip_and_stiffer_feedback_than_what_policies_take_over() -> None:
+    task = task_of("up", 1)
+    ik, learned = find_spatial_controller("ik"), find_spatial_controller("rl-privileged")
+    for made, law in ((ik.manipulate(task), EXPERT), (ik.holds(task), EXPERT), (learned.holds(task), PLAIN)):
+        assert isinstance(made, SpatialIkController)
+        assert made.config == law
+    assert EXPERT.grip < PLAIN.grip
+    assert EXPERT.proportional > 2 * PLAIN.proportional
+    assert ik.whole is not None
+    whole = ik.whole.manipulate(task)
+    assert isinstance(whole, SpatialIkController)
+    assert whole.config == PLAIN
+    for entry, law in ((ik, EXPERT), (learned, PLAIN)):
+        assert isinstance(entry.grasp, partial)
+        assert entry.grasp.keywords.get("config", PLAIN) == law

@@ -14,7 +14,7 @@ from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, load_policy
 from inhand.control.seen import PRIVILEGED, SENSED
-from inhand.control.spatial_ik import SpatialIkController
+from inhand.control.spatial_ik import EXPERT, SpatialIkController
 from inhand.control.spatial_ik_sensed import SpatialIkSensedController
 from inhand.control.spatial_policy import SpatialPolicyController, shorter
 from inhand.control.spatial_rehearsal import planned_in_space
@@ -54,6 +54,9 @@ class SpatialPlanner(Protocol):
 class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
     """One controller of hands in space; for a learned policy the expert lifts the object."""
 
+    whole: "SpatialEntry | None" = None
+    """What takes its place where one grasp is to carry many paths or a whole sequence; None where nothing does."""
+
     @property
     def contract(self) -> SpatialContract | None:
         """What it was trained to drive and to sense, if it is a policy that reads what is sensed."""
@@ -62,15 +65,18 @@ class SpatialEntry(Entry[SpatialPlanner, SpatialTask]):
     @property
     def holds(self) -> Callable[[SpatialTask], Controller]:
         """What holds and lifts the object before it manipulates."""
-        return SpatialIkSensedController if self.reads == SENSED else SpatialIkController
+        if self.reads == SENSED:
+            return SpatialIkSensedController
+        return self.manipulate if self.policy is None else SpatialIkController
 
 
 CONTROLLERS = {
     "ik": SpatialEntry(
         "ik",
         "the expert: searched contacts, forces that hold the weight, feedback on the object's pose",
-        planned_in_space,
-        SpatialIkController,
+        partial(planned_in_space, config=EXPERT),
+        partial(SpatialIkController, config=EXPERT),
+        whole=SpatialEntry("ik", "the expert, of one grasp for all", planned_in_space, SpatialIkController),
     ),
     "ik-sensed": SpatialEntry(
         "ik-sensed",

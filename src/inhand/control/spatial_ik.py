@@ -56,6 +56,14 @@ class SpatialIkConfig(LawConfig):
     """Distance [m], and where the path turns the object angle [rad], kept from where the grip is predicted to end."""
     follow_share: float = 0.9
     """Share of the friction coefficient that the predicted grip may use."""
+    closer: int = 3
+    """Grasps that come closer to what they avoid and are tried out before, at most."""
+
+
+EXPERT = SpatialIkConfig(proportional=4.0, integral=16.0, grip=2.0, margin=(0.002, 0.08), closer=8)
+"""The numbers of `ik`. Tips resist spinning in proportion to how hard they press, which turns an object about which
+they roll and then slips: with a lighter grip, and feedback that is stiffer, most grasps hold whose tips spin much. What
+learned policies take over, and learned with, are the defaults."""
 
 
 def grip_for(weight: Array, config: SpatialIkConfig) -> Array:

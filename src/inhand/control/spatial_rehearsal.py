@@ -56,8 +56,10 @@ by 5 deg is worth 13 mm less than one that does not."""
 CLOSE = Margins(links=5e-4, fingers=0.001, joints=0.02)
 """What fingers keep in a second search, little more than the prediction of the end does: what comes too close is lost
 in the rehearsal, where each grasp is tried in the very world that it is for."""
-GAIN, CLOSER = 0.004, 3
-"""Its grasps are tried, so many at most, where they go this much farther than others [m]."""
+GAIN = 0.004
+"""Its grasps are tried where they go this much farther than others [m]."""
+PLAIN = SpatialIkConfig()
+"""Numbers by which grasps are tried that a learned policy carries."""
 OPENING, SQUEEZE = 0.008, 0.002
 """How far fingers stand off their contacts before they close, and how far inside the object they aim [m]."""
 
@@ -73,11 +75,13 @@ def planned_in_space(
     fixed: bool = False,
     shared: bool = False,
     told: Callable[[SpatialPath, Array], Array] | None = None,
+    config: SpatialIkConfig = PLAIN,
 ) -> Grasp:
     """Return for every path the grasp of the contact search that goes farthest in simulation, closed at its start.
 
     Paths count from where their objects stand, or, if they are `fixed`, from where the hand starts them. One grasp may
-    be `shared` by all. `told` is what makes of paths and the ways `(B,)` [m] that are found those to go.
+    be `shared` by all. `told` is what makes of paths and the ways `(B,)` [m] that are found those to go, `config` the
+    numbers of the expert that tries them.
 
     Raises:
         InputError: no contacts hold the object at its start.
@@ -85,12 +89,12 @@ def planned_in_space(
     gravities, held = np.unique(gravity, axis=0), (hand, spec)
     worlds = Worlds(gravity, starts, np.broadcast_to(hand.start_pose, starts.shape) if fixed else None)
     if shared:
-        tried = tried_together(held, _searched_together(held, paths, gravities), paths, worlds, bench)
+        tried = tried_together(held, _searched_together(held, paths, gravities), paths, worlds, (bench, config))
     else:
-        groups, tried = searched(held, paths, gravities, bench), []
+        groups, tried = searched(held, paths, gravities, bench, config.closer), []
         for part in _parts(len(paths)):
             some = [paths[k] for k in part]
-            tried += tried_out(held, [groups[path.name] for path in some], some, worlds.some(part), bench)
+            tried += tried_out(held, [groups[path.name] for path in some], some, worlds.some(part), (bench, config))
     way = np.array([each.way for each in tried])
     if told is not None:
         way = told(stacked_paths(paths), way)
@@ -98,9 +102,13 @@ def planned_in_space(
 
 
 def searched(
-    held: tuple[SpatialHand, SolidSpec], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
+    held: tuple[SpatialHand, SolidSpec],
+    paths: Sequence[SpatialReference],
+    gravities: Array,
+    bench: Bench,
+    closer: int = SpatialIkConfig.closer,
 ) -> dict[str, list[SpatialGrasp]]:
-    """Return the grasps of the contact search for paths, by their names."""
+    """Return the grasps of the contact search for paths, by their names, some of them `closer` to what they avoid."""
     hand, spec = held
     firsts = {path.name: path for path in reversed(paths)}
     whole = [whole_spatial_path(path) for path in firsts.values()]
@@ -112,7 +120,7 @@ def searched(
 
     config = search_of(spec, gravities)
     found = search_grasps(held, hand.start_pose, whole, gravities, config=config, progress=told)
-    close = search_grasps(held, hand.start_pose, whole, gravities, config=replace(config, margins=CLOSE, keep=CLOSER))
+    close = search_grasps(held, hand.start_pose, whole, gravities, config=replace(config, margins=CLOSE, keep=closer))
     groups = {
         name: [*usual, *(each for each in more if not usual or each.way > usual[0].way + GAIN)]
         for name, usual, more in zip(firsts, found, close, strict=True)
@@ -179,15 +187,15 @@ def tried_out(
     groups: Sequence[Sequence[SpatialGrasp]],
     paths: Sequence[SpatialReference],
     worlds: Worlds,
-    bench: Bench,
+    how: tuple[Bench, SpatialIkConfig],
 ) -> list[Tried]:
     """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
-    found = [_best(group) for group in rehearsed(held, groups, paths, worlds, (bench, SpatialIkConfig()))]
-    again = _Again(held, found, groups, paths, worlds, bench)
+    found = [_best(group) for group in rehearsed(held, groups, paths, worlds, how)]
+    again = _Again(held, found, groups, paths, worlds, how)
     again.stop_before()
     ways = [max(_planned_way(grasp, path) for grasp in group) for group, path in zip(groups, paths, strict=True)]
     short = [k for k, each in enumerate(found) if each.way < BEHIND * ways[k]]
-    again.try_out(short, SpatialIkConfig(), planned=True)
+    again.try_out(short, planned=True)
     return found
 
 
@@ -205,7 +213,7 @@ class _Again:
     groups: Sequence[Sequence[SpatialGrasp]]
     paths: Sequence[SpatialReference]
     worlds: Worlds
-    bench: Bench
+    how: tuple[Bench, SpatialIkConfig]
     strict: bool = False
     """Whether a finger may not be off the object for a while."""
 
@@ -213,15 +221,16 @@ class _Again:
         """Try those that lose the object once more, to stop farther before its end."""
         for margin in WIDE:
             lost = [k for k, each in enumerate(self.found) if each.worth < LOST]
-            self.try_out(lost, replace(SpatialIkConfig(), margin=margin))
+            self.try_out(lost, margin)
 
-    def try_out(self, rows: Sequence[int], config: SpatialIkConfig, *, planned: bool = False) -> None:
-        """Try the grasps of some worlds."""
+    def try_out(self, rows: Sequence[int], margin: tuple[float, float] | None = None, *, planned: bool = False) -> None:
+        """Try the grasps of some worlds, perhaps with another margin."""
         if not rows:
             return
         groups, paths = [self.groups[k] for k in rows], [self.paths[k] for k in rows]
-        how, worlds = {"planned": planned, "strict": self.strict}, self.worlds.some(rows)
-        again = rehearsed(self.held, groups, paths, worlds, (self.bench, config), **how)
+        (bench, config), worlds = self.how, self.worlds.some(rows)
+        how = bench, config if margin is None else replace(config, margin=margin)
+        again = rehearsed(self.held, groups, paths, worlds, how, planned=planned, strict=self.strict)
         for k, group in zip(rows, again, strict=True):
             self.found[k] = _best([self.found[k], *group])
 
@@ -236,20 +245,20 @@ def tried_together(
     grasps: Sequence[SpatialGrasp],
     paths: Sequence[SpatialReference],
     worlds: Worlds,
-    bench: Bench,
+    how: tuple[Bench, SpatialIkConfig],
 ) -> list[Tried]:
     """Return for every world the one grasp that is worth most in all of them, and loses the object in fewest."""
-    config, found = SpatialIkConfig(), list[list[Tried]]()
+    found = list[list[Tried]]()
     for part in _parts(len(paths)):
         some = [paths[k] for k in part]
-        found += rehearsed(held, [grasps] * len(part), some, worlds.some(part), (bench, config), strict=True)
+        found += rehearsed(held, [grasps] * len(part), some, worlds.some(part), how, strict=True)
     worth = np.array([[each.worth for each in group] for group in found]).T
     best = int((worth_together(np.maximum(worth, 0.0), paths) - (worth < LOST).sum(axis=1)).argmax())
     tried = [group[best] for group in found]
-    again = _Again(held, tried, [[grasps[best]]] * len(tried), paths, worlds, bench, strict=True)
+    again = _Again(held, tried, [[grasps[best]]] * len(tried), paths, worlds, how, strict=True)
     again.stop_before()
     for margin in TO_THE_END:
-        again.try_out(range(len(tried)), replace(config, margin=margin))
+        again.try_out(range(len(tried)), margin)
     return tried
 
 

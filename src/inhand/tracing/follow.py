@@ -17,7 +17,6 @@ from inhand.control.recording import cut_trials, passports
 from inhand.control.route_policy import RouteController, SensedRouteController
 from inhand.control.seen import SENSED
 from inhand.control.spatial_catalogue import SpatialEntry
-from inhand.control.spatial_ik import SpatialIkController
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.trial import REACHED, STOPPED, AnyTrial, Passport, Trial
 from inhand.geometry import Array, Path
@@ -144,7 +143,7 @@ def follow_in_space(
     pulls = np.tile(gravity, (count, 1))
     grasp = entry.grasp(hand, spec, paths, pulls, starts, bench=bench, fixed=True)
     task = SpatialTask(hand, (spec,) * count, stacked_paths(paths), gravity=pulls)
-    parts: Repertoire = {"move": entry.manipulate, "turn": entry.manipulate, "hold": SpatialIkController}
+    parts: Repertoire = {"move": entry.manipulate, "turn": entry.manipulate, "hold": entry.holds}
     driver = Sequencer(replace(task, distance=grasp.way), plans, parts)
 
     def carry(task: SpatialTask) -> Controller:

@@ -149,7 +149,7 @@ def _in_space(config: TraceConfig) -> tuple[SpatialHeld, SpatialEntry]:
         )
     check_carried(hand, spec, config.engine)
     check_worlds(config, hand, spec)
-    return SpatialHeld(hand, spec, gravity_of(config.gravity or USUAL_PALM)), entry
+    return SpatialHeld(hand, spec, gravity_of(config.gravity or USUAL_PALM)), entry.whole or entry
 
 
 def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:

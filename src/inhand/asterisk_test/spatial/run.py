@@ -83,6 +83,8 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
             f"--one-grasp with --controller {entry.name}, whose grasps are planned path by path: leave it out, or use"
             " ik"
         )
+    if config.one_grasp:
+        entry = entry.whole or entry
     gravity = gravity_of(config.gravity or USUAL_PALM)
     primitives = parse_spatial_directions(config.directions, config.twist)
     check_count(config.trials * len(primitives), f"--trials {config.trials} in each of {len(primitives)} directions")

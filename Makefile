@@ -39,7 +39,7 @@ release: .venv/.dev
 cluster: .venv/.dev
 	$(BIN)/python -m venv .venv-cluster
 	.venv-cluster/bin/python -m pip --disable-pip-version-check install --quiet --editable '.[ray,dask,slurm]' pytest hypothesis
-	PYTHONPATH=tests OMP_NUM_THREADS=1 .venv-cluster/bin/python -m pytest -n0 -p no:cacheprovider --override-ini addopts= \
+	PYTHONPATH=tests OMP_NUM_THREADS=1 .venv-cluster/bin/python -m pytest -p no:cacheprovider --override-ini addopts= \
 		--override-ini filterwarnings= tests/test_clusters.py
 
 sweep: .venv/.run

@@ -105,7 +105,9 @@ def test_a_dask_cluster_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatc
         (("--backend", "spark"), "invalid choice 'spark'"),
     ],
 )
-@pytest.mark.parametrize("command", ["sweep", "robustness", "design", "train --seeds 0 1"])
+@pytest.mark.parametrize(
+    "command", ["sweep", "robustness", "design", pytest.param("train --seeds 0 1", marks=needs("jax"))]
+)
 def test_what_cannot_be_spread_is_refused(
     command: str, words: tuple[str, ...], told: str, inhand: Call, tmp_path: Path
 ) -> None:

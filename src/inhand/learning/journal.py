@@ -76,7 +76,8 @@ class Journal:
         with self._path.open("ab") as file:
             file.truncate(length)
         self._lines: list[str] = []
-        self._writer = SummaryWriter(str(folder / "events"), flush_secs=20)
+        # A queue that is full makes the training wait.
+        self._writer = SummaryWriter(str(folder / "events"), flush_secs=20, max_queue=1000)
 
     def length(self) -> int:
         """Return the length of the file once everything is on it [bytes]."""

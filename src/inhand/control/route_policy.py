@@ -87,9 +87,7 @@ class SensedRouteController(OnRoutes):
         """Return joint targets `(B, n_joints)` [rad]."""
         self._memory.take(seen)
         past = self._memory.past
-        aim = self._aim(past.pose)
-        mine = past.counted_from(aim.start)
-        return self._decide(mine, mine.aimed(aim))
+        return self._decide(*past.planned(self._aim(past.pose)))
 
     def finished(self, seen: Seen) -> NDArray[np.bool_]:
         """Return which worlds have come no farther along their route for a while `(B,)`."""

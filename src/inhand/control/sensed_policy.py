@@ -84,8 +84,7 @@ class PolicyPrimitive(OnSenses):
 
     def seen_by(self, past: Past) -> tuple[Past, Aim]:
         """Return what the policy sees: itself counts from where the primitive starts, once first frames are in."""
-        mine = replace(past, first=self._first).counted_from(self._asked.start)
-        return mine, mine.aimed(self._asked)
+        return replace(past, first=self._first).planned(self._asked)
 
     def finished(self, past: Past) -> NDArray[np.bool_]:
         """Return that nothing is over: the sequence sees where objects have come to."""

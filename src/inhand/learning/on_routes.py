@@ -1,12 +1,10 @@
-"""Whole routes in worlds of learning: what a decision made of their ways, and what a memory is asked on them."""
+"""Whole routes in worlds of learning: what a decision made of their ways."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
 from inhand.tasks.decisions import Made
-from inhand.tasks.observations import Aim
-from inhand.tasks.past import Past
 from inhand.tasks.routes import Routes
 
 Places = NDArray[np.int64]
@@ -22,10 +20,3 @@ def made_along(routes: Routes, rows: Places, places: tuple[Places, Places], pose
 def shift_along(routes: Routes, rows: Places, come: Places, made: Made) -> Array:
     """Return the way along routes, the way beside them [m] and the angle turned from them [rad] `(B, 3)`."""
     return np.stack([routes.way[rows, come], made.across, made.turned], axis=-1)
-
-
-def asked_along(routes: Routes, rows: Places, come: Places, past: Past) -> tuple[Past, Aim]:
-    """Return what is remembered, as of primitives that start where objects are believed on routes, and their aims."""
-    asked = routes.aim(rows, come)
-    mine = past.counted_from(asked.start)
-    return mine, mine.aimed(asked)

@@ -15,7 +15,7 @@ from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.memories import Memories, memory_of
-from inhand.learning.on_routes import asked_along, made_along, shift_along
+from inhand.learning.on_routes import made_along, shift_along
 from inhand.learning.starts import Starts
 from inhand.learning.step import Step
 from inhand.records import Config
@@ -255,9 +255,10 @@ class ManipulationWorlds:
             found = observe(self.layout, self.seen, self._seen_aim(), self.scene)
         else:
             past, routes = self._memory.past, self._starts.routes
-            asked = past.aimed(self._aim)
-            if routes is not None:
-                past, asked = asked_along(routes, self._row, self._believed, past)
+            if routes is None:
+                asked = past.aimed(self._aim)
+            else:
+                past, asked = past.planned(routes.aim(self._row, self._believed))
             found = observe(self.layout, past, asked, self.scene)
         if self._truth is None:
             return found

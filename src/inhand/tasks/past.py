@@ -72,12 +72,6 @@ class Past:
         """Return what is known of some worlds alone."""
         return Past(**{name: each[:, worlds] if name in LAGGED else each[worlds] for name, each in vars(self).items()})
 
-    def counted_from(self, start: Array) -> "Past":
-        """Return the same of what is planned to start at poses `(B, 3)`, once first frames are in."""
-        waiting = self.waiting[:, None]
-        places = (np.where(waiting, seen, start) for seen in (self.start, self.believed))
-        return replace(self, **dict(zip(("start", "believed"), places, strict=True)))
-
     def shift(self, aim: Aim | SpatialAim) -> Array:
         """Return the shift `(B, 3)` of what is asked, as believed, since the wait."""
         if isinstance(aim, SpatialAim):
@@ -87,6 +81,13 @@ class Past:
     def aimed(self, aim: A) -> A:
         """Return what is asked as the hand knows it: from where it saw the primitive start; while it waits, to stay."""
         return replace(aim, start=self.start, distance=np.where(self.waiting, 0.0, aim.distance))
+
+    def planned(self, aim: Aim) -> "tuple[Past, Aim]":
+        """Return the same and what is asked, of what is planned to start at a place, once first frames are in."""
+        waiting = self.waiting[:, None]
+        start, believed = (np.where(waiting, seen, aim.start) for seen in (self.start, self.believed))
+        mine = replace(self, start=start, believed=believed)
+        return mine, mine.aimed(aim)
 
 
 def of_believed(

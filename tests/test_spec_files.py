@@ -12,6 +12,7 @@ from inhand.errors import InputError
 from inhand.hands.files import assumed, load_hand, load_object
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, parse_object_name
+from inhand.hands.spatial.files import object_name
 
 HAND = """
 name = "long fingers"
@@ -97,6 +98,11 @@ def test_mass_and_friction_may_stand_after_an_object(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=text):
             load_object(name)
+
+
+def test_a_spec_that_was_changed_is_not_read_anew_by_its_name() -> None:
+    changed = replace(load_object("cube_39:friction=0.61"), mass=0.1)
+    assert load_object(object_name(changed)) == changed
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:

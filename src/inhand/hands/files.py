@@ -86,31 +86,30 @@ def load_object(name_or_file: str | Path | ObjectSpec) -> ObjectSpec:
     Raises:
         InputError: neither an object name nor a readable object file or outline.
     """
-    stem, table = keyed(name_or_file) if isinstance(name_or_file, str) else (name_or_file, {})
-    if not isinstance(stem, ObjectSpec) and Path(stem).suffix.lower() in OUTLINES:
-        path = Path(stem)
-        return _object_from({"name": path.stem, "outline": path.name} | table, path)
-    if isinstance(name_or_file, str):
-        return with_keys(name_or_file, _object_of)
-    return _object_of(name_or_file)
+    if isinstance(name_or_file, ObjectSpec) or str(name_or_file) in OBJECTS:
+        return _object_of(name_or_file)
+    stem, said = keyed(str(name_or_file))
+    path = Path(stem)
+    if path.suffix.lower() in OUTLINES:
+        return _object_from({"name": path.stem, "outline": path.name} | said, path)
+    return with_keys(_object_of(stem if said else name_or_file), said, (str(name_or_file), stem))
 
 
 def _object_of(given: str | Path | ObjectSpec) -> ObjectSpec:
     return _loaded(given, OBJECTS, ObjectSpec, (parse_object_name, _object_from))
 
 
-def with_keys(given: str, load: Callable[[str], B]) -> B:
-    """Return the object of a name or a file, with the mass and the friction that stand after it.
+def with_keys(spec: B, said: dict[str, Any], texts: tuple[str, str]) -> B:
+    """Return an object of which mass and friction are said; the texts are all that was given, and its name or file.
 
     Raises:
-        InputError: what `load` refuses, another key, or no number.
+        InputError: another key, or no number.
     """
-    stem, said = keyed(given)
-    spec, where = load(stem), f"object {given!r}"
     if not said:
         return spec
+    (whole, stem), where = texts, f"object {texts[0]!r}"
     check_keys(said, WEIGHED, (), where)
-    return weighed(replace(spec, name=spec.name + given.removeprefix(stem)), said, where)
+    return weighed(replace(spec, name=spec.name + whole.removeprefix(stem)), said, where)
 
 
 def assumed(hands: Iterable[str]) -> tuple[str, ...]:

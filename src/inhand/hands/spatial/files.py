@@ -154,11 +154,12 @@ def load_solid(given: str | Path | SolidSpec) -> SolidSpec:
         return given
     if str(given) in SOLIDS:
         return SOLIDS[str(given)]
-    stem, said = keyed(str(given))
+    whole = str(given)
+    stem, said = keyed(whole)
     path = Path(stem)
     if path.suffix.lower() in MESHES:
-        return _mesh_from({"name": path.stem, "mesh": path.name} | said, path.parent, f"object {str(given)!r}")
-    return files.with_keys(str(given), _solid_of)
+        return _mesh_from({"name": path.stem, "mesh": path.name} | said, path.parent, f"object {whole!r}")
+    return files.with_keys(_solid_of(stem), said, (whole, stem))
 
 
 def _solid_of(stem: str) -> SolidSpec:

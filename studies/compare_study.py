@@ -139,17 +139,13 @@ def training_of(config: CompareConfig, who: Contestant, demonstrations: int | No
     made = default() if sensed else privileged()
     base = replace(made, preset=who.kind, directions="train", seed=who.seed, hand=config.hand, object=config.object)
     horizon = horizon_of(config, who.task) if who.task else base.interface.horizon
-    if sensed:
-        made = _sensed(base, config.budget, base.interface.horizon / horizon)
-        return _end_to_end(made, who, horizon, demonstrations) if who.task else made
     share = config.budget * base.interface.horizon / horizon
     recipe = replace(base.recipe, episodes=max(round(share * base.recipe.episodes), 1))
-    made = replace(
-        base,
-        recipe=recipe,
-        episodes=max(round(share * base.episodes), 1),
-        evaluate_every=max(round(share * base.evaluate_every), 1),
-    )
+    made = replace(base, recipe=recipe, episodes=max(round(share * base.episodes), 1))
+    if sensed:
+        made = replace(made, relabelled=_relabelled(made, config.budget, base.interface.horizon / horizon))
+    else:
+        made = replace(made, evaluate_every=max(round(share * base.evaluate_every), 1))
     return _end_to_end(made, who, horizon, demonstrations) if who.task else made
 
 
@@ -164,17 +160,15 @@ def _end_to_end(made: Training, who: Contestant, horizon: int, demonstrations: i
     return replace(made, recipe=few, imitate=IMITATE, rounds=0, warm_up=0, episodes=1, updates=100)
 
 
-def _sensed(base: Training, budget: float, shorter: float) -> Training:
-    """Return a training on senses with the steps that one on perfect knowledge has, those relabelled among them.
+def _relabelled(made: Training, budget: float, shorter: float) -> int:
+    """Return the episodes that a round of a training on senses relabels: it has the steps of one on perfect knowledge.
 
     Its own episodes are so much `shorter` than those that it trains with, of which it then has fewer.
     """
-    other, share = privileged(), budget * shorter
-    recipe = replace(base.recipe, episodes=max(round(share * base.recipe.episodes), 1))
-    made = replace(base, recipe=recipe, episodes=max(round(share * base.episodes), 1))
+    other = privileged()
     steps = budget * (other.recipe.episodes + other.episodes) * other.interface.horizon
-    left = steps * shorter / made.interface.horizon - recipe.episodes - made.episodes
-    return replace(made, relabelled=max(round(left / made.rounds), 1))
+    left = steps * shorter / made.interface.horizon - made.recipe.episodes - made.episodes
+    return max(round(left / made.rounds), 1)
 
 
 def horizon_of(config: CompareConfig, task: str) -> int:

@@ -151,7 +151,7 @@ def run_sweep(config: SweepConfig, compute: Compute = computed) -> SweepRun:
 
 def _notes(config: SweepConfig) -> tuple[str, ...]:
     """Return what a reader should know of hands and disturbance, a sentence each."""
-    if is_spatial_hand(config.hands[0]):
-        return disturbance_notes(config, find_spatial_controller(config.controller).reads, space=True)
-    entry = find_controller(config.controller)
-    return (*assumed(config.hands), *disturbance_notes(config, entry.reads, entry.contract))
+    space = is_spatial_hand(config.hands[0])
+    entry = (find_spatial_controller if space else find_controller)(config.controller)
+    told = disturbance_notes(config, entry.reads, entry.contract, space=space)
+    return told if space else (*assumed(config.hands), *told)

@@ -365,6 +365,8 @@ def test_heat_maps_show_distance_limit_and_skill_with_their_spread(found: Sweep)
 
 
 def test_one_trial_has_no_spread_and_turns_alone_are_in_degrees() -> None:
+    named = entry("In", 20.0, "lost contact") | {"first_lost": "finger 1"}
+    assert sweep_of([cell("a", "x", named)], ("In",)).cases.why.tolist() == ["lost contact by finger 1"]
     turns = sweep_of([cell("a", "x", entry("cw", 40.0), entry("ccw", 60.0))], ("cw", "ccw"))
     table = tables.hands_table(turns)
     assert table.header[2:6] == ("Distance [deg]", "Distance [L]", "Limit [deg]", "Limit [L]")

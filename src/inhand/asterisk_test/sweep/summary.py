@@ -103,13 +103,19 @@ def compared(sweep: Sweep, by: Sequence[str]) -> pd.DataFrame:
     return found
 
 
+def _why(end: str, finger: object) -> str:
+    """Return how a trial ended, and by which finger if one let go: left, or one that is called finger 1."""
+    if not isinstance(finger, str):
+        return end
+    return f"{end} by {finger}" if "finger" in finger else f"{end} by the {finger} finger"
+
+
 def _cases(trials: pd.DataFrame) -> pd.DataFrame:
     failed = ~trials.outcome.isin(KEPT)
-    ends = zip(trials.outcome, trials.first_lost, strict=True)
     told = trials.assign(
         kept=~failed,
         rotates=turning(trials),
-        why=[f"{end} by the {finger} finger" if isinstance(finger, str) else end for end, finger in ends],
+        why=[_why(*row) for row in zip(trials.outcome, trials.first_lost, strict=True)],
     )
     told["why"] = told.why.where(failed)
     cases = told.groupby(CASE, sort=False).agg(

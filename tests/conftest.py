@@ -13,6 +13,11 @@ from hypothesis import settings
 
 from commands import Call, warm
 from inhand import aside, caches, cli
+from inhand.compiled import programs_folder
+
+if folder := programs_folder():  # what one worker compiles with JAX, the other and the next run read
+    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(folder))
+    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
 
 settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
 

@@ -237,3 +237,23 @@ def test_the_planar_engine_is_compiled_aside_where_it_is_not_yet(monkeypatch: py
         compile_aside(aside, "planar")
         compile_aside(aside, "mujoco")
     assert begun == [step_once]
+
+
+def test_jax_keeps_its_programs_beside_the_kernels_unless_it_was_told_where(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = pytest.importorskip("jax", reason="learning needs the extra `rl`").config
+    from inhand.learning.ahead import keep_programs
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    told, least = settings.jax_compilation_cache_dir, settings.jax_persistent_cache_min_compile_time_secs
+    try:
+        settings.update("jax_compilation_cache_dir", str(tmp_path / "mine"))
+        keep_programs()
+        assert settings.jax_compilation_cache_dir == str(tmp_path / "mine")
+        settings.update("jax_compilation_cache_dir", None)
+        keep_programs()
+        assert Path(settings.jax_compilation_cache_dir).parent == tmp_path
+    finally:
+        settings.update("jax_compilation_cache_dir", told)
+        settings.update("jax_persistent_cache_min_compile_time_secs", least)

@@ -73,6 +73,7 @@ SENSED = replace(
     rounds=2,
     relabelled=8,
     refit=1000,
+    episodes=60,
 )
 """The same on real senses: the teacher labels the actor's own episodes, critics see the truth, rows have priorities."""
 

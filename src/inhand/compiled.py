@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 
 from inhand.caches import base, sources
 
@@ -105,9 +106,18 @@ def is_kept(module: str, name: str) -> bool:
 def cache_folder(module: str) -> Path | None:
     """Return the folder for a module's compiled code, of exactly these sources; None where none can be written."""
     made_by = [sys.version, *map(version, ("numba", "llvmlite", "numpy")), sources(module)]
+    return _folder(module.removeprefix("inhand."), made_by)
+
+
+def programs_folder() -> Path | None:
+    """Return the folder for what JAX compiles on this kind of processor, which JAX does not tell apart, or None."""
+    return _folder("programs", [get_host_cpu_name(), get_host_cpu_features().flatten()])
+
+
+def _folder(name: str, made_by: list[str]) -> Path | None:
     digest = hashlib.sha256("\0".join(made_by).encode()).hexdigest()[:16]
     place = os.environ.get("NUMBA_CACHE_DIR")
-    folder = (Path(place) if place else base() / "compiled") / f"{module.removeprefix('inhand.')}-{digest}"
+    folder = (Path(place) if place else base() / "compiled") / f"{name}-{digest}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

@@ -1,13 +1,29 @@
-"""What training calls, compiled while demonstrations are recorded."""
+"""What training calls, compiled while demonstrations are recorded, and kept for the next run."""
 
+from typing import Any, cast
+
+import jax
 import numpy as np
 
+from inhand.compiled import programs_folder
 from inhand.learning.config import Training
 from inhand.learning.ddpgfd import imitate_many, new_learner, update_many
 from inhand.learning.replay_buffer import Columns, Rows
 
 CHUNK = 1000
 """Updates of the actor's imitation that run at a time."""
+
+
+KEPT_FROM = 0.1
+"""Programs are kept that took so long to compile [s]."""
+
+
+def keep_programs() -> None:
+    """Let JAX keep on disk what it compiles, as kernels are, unless somebody has told it where."""
+    folder, settings = programs_folder(), cast("Any", jax.config)
+    if folder is not None and settings.jax_compilation_cache_dir is None:
+        settings.update("jax_compilation_cache_dir", str(folder))
+        settings.update("jax_persistent_cache_min_compile_time_secs", KEPT_FROM)
 
 
 def compile_ahead(config: Training, columns: Columns) -> None:

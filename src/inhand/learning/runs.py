@@ -9,7 +9,7 @@ from pathlib import Path
 from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, clear, writing
-from inhand.learning.ahead import compile_ahead
+from inhand.learning.ahead import compile_ahead, keep_programs
 from inhand.learning.config import Training
 from inhand.learning.journal import Evaluation
 from inhand.learning.progress import AGENT, BEST, CHECKPOINT, COMPILING, EXPERT, PAGE, READY
@@ -66,6 +66,7 @@ def finished(out: Path) -> bool:
 def _go(config: Training, out: Path, told: tuple[Told, Callable[[Evaluation], None]]) -> Path:
     from threadpoolctl import threadpool_limits
 
+    keep_programs()
     # Products as small as the actor's gain nothing from threads of BLAS, which fight with the updates for the cores.
     with threadpool_limits(1, "blas"):
         return _to_the_end(config, out, told)

@@ -21,7 +21,8 @@ import numpy as np
 
 from inhand.learning.commands import RecordConfig
 from inhand.learning.datasets import DatasetEpisode, write_dataset
-from inhand.learning.demonstrations import Episodes, demonstrations, plans_of
+from inhand.learning.demonstrations import demonstrations, plans_of
+from inhand.learning.episodes import Episodes
 from inhand.learning.recipe import Recording
 from inhand.learning.record import head_of, recording_of
 from inhand.learning.starts import gripped, plans_for, reach_of
@@ -83,6 +84,8 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=EPISODES)
     count = parser.parse_args().episodes
     recording = recording_of(RecordConfig(episodes=count))
+    if not isinstance(recording, Recording):
+        raise TypeError("the usual hand is one in the plane")
     print(environment())
     before = os.times()
     parts = recorded(recording)

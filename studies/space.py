@@ -26,7 +26,8 @@ from inhand.geometry import Array
 from inhand.hands.spatial.files import load_solid, load_spatial_hand
 from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.pair import SpatialPair
-from inhand.learning.space_pools import NEVER, space_of
+from inhand.learning.space import space_of
+from inhand.learning.space_pools import NEVER
 from inhand.rotations import pose_from
 from inhand.sim.names import SPATIAL
 from inhand.tasks.spatial.aims import SpatialAim

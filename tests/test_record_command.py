@@ -12,9 +12,11 @@ from commands import Call
 from inhand.cli.record import rows_of
 from inhand.errors import InputError
 from inhand.learning.commands import RecordConfig
+from inhand.learning.dataset import Dataset
 from inhand.learning.dataset_cards import CONTINUOUS
 from inhand.learning.datasets import MARK, read_dataset, read_head
-from inhand.learning.record import Dataset, head_of, recording_of
+from inhand.learning.recipe import Recording
+from inhand.learning.record import head_of, recording_of
 
 FEW = ("--episodes", 5, "--horizon", 25, "--midway", 0, "--seed", 2)
 
@@ -109,7 +111,7 @@ def test_ctrl_c_keeps_nothing_and_says_so(tmp_path: Path, inhand_record: Call, m
     monkeypatch.setattr("inhand.learning.record.demonstrations", stopped)
     code, out, err = inhand_record(*FEW, "--out", tmp_path / "set")
     assert code == 130
-    assert "Stopped after 0 episodes; none of them is kept" in out
+    assert "Stopped after 0 episodes; nothing is kept" in out
     assert "nothing was overwritten" in err
     assert list(tmp_path.iterdir()) == []
 
@@ -148,9 +150,10 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_named_or_continuous_recording_plans_the_grid_it_needs() -> None:
-    assert recording_of(RecordConfig()).grid == tuple(45.0 * k for k in range(8))
-    assert len(recording_of(RecordConfig(directions="continuous")).grid) == 48
-    assert len(recording_of(RecordConfig(grip_spread=10.0)).grid) == 48
+    asked = RecordConfig(), RecordConfig(directions="continuous"), RecordConfig(grip_spread=10.0)
+    grids = [found.grid for each in asked if isinstance(found := recording_of(each), Recording)]
+    assert grids[0] == tuple(45.0 * k for k in range(8))
+    assert [len(grid) for grid in grids[1:]] == [48, 48]
 
 
 def test_the_table_counts_by_direction_or_sector() -> None:

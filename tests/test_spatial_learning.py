@@ -21,10 +21,12 @@ from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning import space_pools, spatial_environment
-from inhand.learning.config import privileged_spatial
+from inhand.learning.config import Training, privileged_spatial
 from inhand.learning.environments import SpatialAsteriskEnv, SpatialAsteriskVectorEnv
 from inhand.learning.experts import expert_of
+from inhand.learning.recipe import SpatialRecording
 from inhand.learning.run_cards import check
+from inhand.learning.space import space_of
 from inhand.learning.space_pools import (
     NEVER,
     NEVER_DEG,
@@ -34,7 +36,6 @@ from inhand.learning.space_pools import (
     gripped,
     names_of,
     pool_of,
-    space_of,
 )
 from inhand.learning.starts import Noise, Starts, joined
 from inhand.learning.worlds import Interface, ManipulationWorlds
@@ -63,6 +64,13 @@ def starts() -> Starts:
     found = gripped(HELD, [PLAIN] * len(ASKED), space_of(ASKED, PULLS), np.random.default_rng(3), Noise())
     assert len(found) == len(ASKED)
     return replace(found, distance=np.full(len(found), WAY))
+
+
+def in_space(config: Training) -> SpatialRecording:
+    """Return what a training with a hand in space records."""
+    found = config.shows
+    assert isinstance(found, SpatialRecording)
+    return found
 
 
 def worlds_of(starts: Starts) -> ManipulationWorlds:
@@ -201,7 +209,7 @@ def test_what_is_never_shown_is_never_drawn() -> None:
     config, unseen = privileged_spatial(), space_pools.unseen_directions()
     assert len(unseen) == 72
     asked = space_of(parse_spatial_directions("Out,turn+z") * 500, np.zeros((1000, 3)))
-    spread = space_pools.spread(asked, config, rng)
+    spread = space_pools.spread(asked, in_space(config), rng)
     away = np.rad2deg(np.arccos(np.clip((spread.along[::2] @ unseen.T).max(axis=-1), -1, 1)))
     assert away.min() >= config.held_out
     assert (np.abs(spread.along[::2] - asked.along[::2]).max(axis=-1) > 0.01).mean() > 0.3
@@ -212,7 +220,7 @@ def test_what_is_never_shown_is_never_drawn() -> None:
 def test_starts_are_told_to_go_as_far_as_their_grip_is_predicted_to_carry() -> None:
     plans = Planned(ASKED, ((PLAIN,),) * len(ASKED), PULLS)
     config = replace(privileged_spatial(), recipe=replace(privileged_spatial().recipe, whole=1.0))
-    pool = pool_of(HELD, config, plans, 6, np.random.default_rng(0))
+    pool = pool_of(in_space(config), plans, 6, np.random.default_rng(0))
     np.testing.assert_array_equal(pool.distance, space_pools.reach_in_space(HELD, pool))
     assert (pool.distance > 0.004).all()
     assert pool.engine == "mujoco"

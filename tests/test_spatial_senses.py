@@ -36,7 +36,8 @@ from inhand.learning.config import spatial
 from inhand.learning.experts import taught_reach
 from inhand.learning.run_cards import check
 from inhand.learning.setup import load_ready, make_ready, save_ready
-from inhand.learning.space_pools import Planned, gripped, pool_of, space_of
+from inhand.learning.space import space_of
+from inhand.learning.space_pools import Planned, gripped, pool_of
 from inhand.learning.starts import Noise, Starts
 from inhand.learning.worlds import ManipulationWorlds
 from inhand.rotations import change_between, pose_from
@@ -53,7 +54,7 @@ from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from test_disturbances import PERIOD
 from test_spatial_engine import CUBE, HAND
-from test_spatial_learning import ASKED, HELD, PLAIN, PULLS
+from test_spatial_learning import ASKED, HELD, PLAIN, PULLS, in_space
 
 SENSES, SPACE, TRUTH = (find_layout(name) for name in ("space-senses", "space", "space-truth"))
 SMALL = spatial()
@@ -200,7 +201,9 @@ def test_a_training_on_senses_begins_with_worlds_of_field(tmp_path: Path, monkey
 
     monkeypatch.setattr(space_pools, "taught_reach", reach)
     monkeypatch.setattr(space_pools, "planned", lambda *_: plans)
-    monkeypatch.setattr(space_pools, "tests_of", lambda *_: pool_of(HELD, SMALL, plans, 4, np.random.default_rng(1)))
+    monkeypatch.setattr(
+        space_pools, "tests_of", lambda *_: pool_of(in_space(SMALL), plans, 4, np.random.default_rng(1))
+    )
     check(SMALL)
     ready = make_ready(SMALL, tmp_path, lambda *_: None)
     save_ready(ready, tmp_path / "ready.npz")

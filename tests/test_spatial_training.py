@@ -40,6 +40,7 @@ from inhand.learning.figures import directions_figure
 from inhand.learning.journal import Counters, Evaluation, Journal
 from inhand.learning.progress import NEVER_SHOWN, evaluation_rows, read_learning
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
+from inhand.learning.space import space_of
 from inhand.learning.space_pools import Planned, pool_of
 from inhand.learning.starts import Starts
 from inhand.learning.trying import tried_all
@@ -49,7 +50,7 @@ from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions
 from test_spatial_engine import CUBE, HAND
-from test_spatial_learning import ASKED, HELD, PLAIN, PULLS
+from test_spatial_learning import ASKED, HELD, PLAIN, PULLS, in_space
 
 SMALL = privileged_spatial()
 SMALL = replace(
@@ -61,7 +62,7 @@ SMALL = replace(
 def few_tests(*_: object) -> Starts:
     plans = Planned((*ASKED, space_pools.UNSEEN[0]), ((PLAIN,),) * 5, np.resize(PULLS, (5, 3)))
     config = replace(SMALL, recipe=replace(SMALL.recipe, grip_spread=0.0))
-    return pool_of(HELD, config, plans, 8, np.random.default_rng(1))
+    return pool_of(in_space(config), plans, 8, np.random.default_rng(1))
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +147,7 @@ def test_the_policy_of_the_package_carries_objects_as_far_as_it_is_told() -> Non
     _, found = simulate(task, grasp, starts, entry.manipulate, bench, holds=SpatialIkController)
     assert set(found.outcomes) == {REACHED}
     begun = int(np.argmax(found.phase == len(found.phases) - 1))
-    space = space_pools.space_of(ASKED, PULLS)
+    space = space_of(ASKED, PULLS)
     aim = SpatialAim(space.along, space.about, found.states[begun - 1].object_pose)
     last = np.stack([found.states[row].object_pose[k] for k, row in enumerate(found.last)])
     come, across, turned = aim.shift(last).T

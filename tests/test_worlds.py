@@ -16,8 +16,9 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.learning import demonstrations as made_of
 from inhand.learning.collect import Collector
-from inhand.learning.demonstrations import EARLIEST, Episodes, demonstrations, plans_of, recorded
+from inhand.learning.demonstrations import EARLIEST, demonstrations, plans_of, recorded
 from inhand.learning.environment_config import EnvironmentConfig
+from inhand.learning.episodes import Episodes
 from inhand.learning.recipe import Recipe, Recording
 from inhand.learning.replay_buffer import Columns
 from inhand.learning.starts import (

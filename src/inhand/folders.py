@@ -42,11 +42,12 @@ def check_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> None:
 
 
 @contextmanager
-def run_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> Iterator[Path]:
+def run_folder(out: Path, *, overwrite: bool, mark: str = MARK, stopped: str = "") -> Iterator[Path]:
     """Give a temporary folder beside `out` to write a run to; it takes the place of `out` once all is written.
 
-    What a killed run has left there is removed. Until the end nothing in `out` is touched, and no other run may write
-    to it.
+    What a killed run has left there is removed, unless it left the file `stopped`, with which a run can go on: then it
+    is given, and stays where this one does not come to its end either. Until the end nothing in `out` is touched, and
+    no other run may write to it.
 
     Raises:
         InputError: as `check_folder`; another run writes to `out`; or the disk takes no more.
@@ -59,7 +60,8 @@ def run_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> Iterator[Path
     check_folder(out, overwrite=overwrite, mark=mark)
     with alone(part, out):
         try:
-            clear(part)
+            if not _goes_on(part, stopped):
+                clear(part)
             with writing(out):
                 yield part
                 if place.exists():
@@ -67,9 +69,14 @@ def run_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> Iterator[Path
                     place.replace(old)
                 part.replace(place)
         except BaseException:
-            shutil.rmtree(part, ignore_errors=True)
+            if not _goes_on(part, stopped):
+                shutil.rmtree(part, ignore_errors=True)
             raise
         shutil.rmtree(old, ignore_errors=True)
+
+
+def _goes_on(part: Path, stopped: str) -> bool:
+    return bool(stopped) and (part / stopped).is_file()
 
 
 @contextmanager

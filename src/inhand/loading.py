@@ -24,8 +24,8 @@ from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import AnyTrial, Trial, load_all, load_any
 from inhand.errors import InputError
 from inhand.hands.spatial.gravity import gravity_name
+from inhand.learning.dataset import load_dataset
 from inhand.learning.evaluate import load_evaluation
-from inhand.learning.record import load_dataset
 from inhand.learning.train import load_training
 from inhand.records import checked, read_json_file
 from inhand.shown import Shown, saved

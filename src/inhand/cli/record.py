@@ -5,8 +5,8 @@ import numpy as np
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import progress, say
 from inhand.learning.commands import RecordConfig
+from inhand.learning.dataset import Dataset
 from inhand.learning.datasets import DATA
-from inhand.learning.record import Dataset
 from inhand.learning.record import run_record as recorded
 from inhand.pages import counted
 
@@ -27,7 +27,8 @@ def run_record(config: RecordConfig) -> Answer:
 
             found = recorded(config, told)
     except KeyboardInterrupt:
-        say(f"Stopped after {counted(done, 'episode')}; none of them is kept, half a dataset is no dataset")
+        kept = "the same command goes on from there" if done else "nothing is kept"
+        say(f"Stopped after {counted(done, 'episode')}; {kept}")
         raise
     table = Listing(f"{found.title}: {counted(len(found.lost), 'episode')}", HEADER, rows_of(found))
     place = found.folder.as_posix()
@@ -39,5 +40,8 @@ def rows_of(found: Dataset) -> list[tuple[str, ...]]:
     """Return the table's rows, one for each direction or sector, and one for all."""
     table = found.summary()
     shares = ["-" if np.isnan(share) else f"{share:.3f}" for share in table["share"]]
-    columns = table["episodes"], table["lost"], table["distance_mm"].map("{:.1f}".format), shares
+    ways = table["distance_mm"].map("{:.1f}".format)
+    if "distance_deg" in table:
+        ways = ways.where(table["distance_mm"].notna(), table["distance_deg"].map("{:.1f} deg".format))
+    columns = table["episodes"], table["lost"], ways, shares
     return [(str(name), *map(str, cells)) for name, *cells in zip(table.index, *columns, strict=True)]

@@ -70,9 +70,9 @@ def _check_planar(given: str | Path) -> None:
     if isinstance(given, str) and is_spatial(given) and HANDS.find(given) is None:
         raise InputError(
             f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik,"
-            " ik-sensed and rl, `inhand robustness`, `inhand sweep`, `inhand trace`, `inhand reach` and `inhand train"
-            " --preset spatial` take one (docs/spatial.md); everything else is of hands in the plane, such as"
-            " 2v2_50.50_50.50_1.1_53"
+            " ik-sensed and rl, `inhand robustness`, `inhand sweep`, `inhand trace`, `inhand reach`, `inhand record`,"
+            " and `inhand train --preset spatial` take one (docs/spatial.md); everything else is of hands in the plane,"
+            " such as 2v2_50.50_50.50_1.1_53"
         )
 
 

@@ -15,21 +15,28 @@ EXPERT = "ik"
 class RecordConfig(RunConfig, HeldConfig):
     """Record an expert's demonstrations as a Minari dataset (extra `rl`)."""
 
-    directions: str = "train"
+    directions: str | None = None
     """train, unseen, all, thesis names, letters a-h or angles in degrees; or continuous: half of the draws the 8 of the
-    Asterisk Test, half anywhere on the circle but within 5 deg of the 8 unseen ones."""
-    expert: Literal["ik", "ik-cautious", "thesis-ik"] = "ik"
-    """Controller that demonstrates; thesis-ik holds the object on the middle of its sides."""
+    Asterisk Test, half anywhere on the circle but within 5 deg of the 8 unseen ones. Without it train. Of a hand in
+    space the words of `inhand asterisk`, all,turns without it, or continuous: these, and 96 directions and 48 axes
+    drawn on the sphere."""
+    gravity: str | None = None
+    """Gravity of a hand in space by where its palm looks, up, down or sideways, three numbers in the palm frame along
+    which it pulls (0,-1,-1), or sphere: every start its own; without it sphere."""
+    expert: Literal["ik", "ik-cautious", "thesis-ik", "teacher"] = "ik"
+    """Controller that demonstrates; thesis-ik holds the object on the middle of its sides, the teacher knows every
+    world as it was drawn. Of a hand in space ik or teacher."""
     episodes: int = 5000
     """Number of episodes."""
-    observation: str = "grip"
-    """Layout of observations: grip, grip-open or thesis (table 3.1)."""
+    observation: str | None = None
+    """Layout of observations: grip, grip-open, senses or thesis (table 3.1), in space space or space-senses; without it
+    grip or space."""
     actions: Literal["steps", "fine", "angles"] = "steps"
     """steps (how far joint targets move on), fine steps, or angles (joint targets over their ranges, thesis 3.3.2)."""
     reward: str = "progress"
     """Reward: progress, gain or thesis (3.3.3)."""
-    horizon: int = 200
-    """Decisions after which an episode is cut off; one takes 20 ms."""
+    horizon: int | None = None
+    """Decisions after which an episode is cut off; one takes 20 ms. Without it 200, in space 180."""
     push: float = 0.01
     """Largest standard deviation of the noise on the expert's joint targets [rad]; each episode draws its own."""
     midway: float = 0.25

@@ -7,7 +7,7 @@ from inhand.control.joint_network import NetworkKind
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.spatial.pair import AnyPair, SpatialPair, load_held
-from inhand.learning.recipe import Recipe, Recording, Shows, SpatialRecording
+from inhand.learning.recipe import SEEN, AnyRecording, Recipe, Recording, SpatialRecording
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface
 from inhand.records import Config
@@ -78,8 +78,7 @@ class Training(Config):
     pairs: int = 0
     """Pairs of a hand and an object to learn with, drawn of the family; 0 for the hand and the object above alone."""
     drawn: int = 96
-    """Directions drawn on the sphere for which grasps are planned beside the named ones, and half as many axes to turn
-    about; of hands in space."""
+    """Directions drawn on the sphere to plan grasps for beside named ones, and half as many axes; of hands in space."""
     start: str = ""
     """Policy whose weights training begins with: rl-family, or the folder of a run; by default they are drawn."""
     seed: int = 0
@@ -142,10 +141,12 @@ class Training(Config):
         return load_held(self.hand, self.object)
 
     @property
-    def shows(self) -> Shows:
+    def shows(self) -> AnyRecording:
         """What episodes are recorded by."""
-        held = self.held
-        return SpatialRecording(held, self.recipe, self.interface) if isinstance(held, SpatialPair) else self.recording
+        if not isinstance(held := self.held, SpatialPair):
+            return self.recording
+        told = self.recipe, self.interface, self.noise, self.seed, self.drawn, self.held_out
+        return SpatialRecording(held, SEEN, *told, disturb=load_disturbance(self.disturb))
 
     @property
     def recording(self) -> Recording:

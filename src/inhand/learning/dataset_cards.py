@@ -2,10 +2,13 @@
 
 import re
 from dataclasses import dataclass
+from typing import overload
 
 from inhand.errors import InputError
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
 from inhand.learning.worlds import Interface
 from inhand.sim.disturbance import Disturbance
 from inhand.sim.names import UNTOLD, Engine
@@ -15,14 +18,16 @@ from inhand.tasks.layouts import find_layout
 OURS = "inhand"
 """Where our part of Minari's metadata is, and the namespace of our datasets."""
 CONTINUOUS = "continuous"
-"""The word for directions anywhere on the circle but near the unseen ones."""
+"""The word for directions anywhere on the circle, in space on the sphere, but near the unseen ones."""
+SPHERE = "sphere"
+"""The word for gravity that each start has along a vector of its own."""
 
 
 @dataclass(frozen=True)
 class DatasetKind:
     """What a dataset and the controller that learns from it must have in common."""
 
-    hand: HandSpec
+    hand: HandSpec | SpatialHand
     interface: InterfaceCard
     """How a controller sees and acts."""
     actions: str
@@ -33,7 +38,7 @@ class DatasetKind:
     @property
     def size(self) -> int:
         """How many numbers an observation has."""
-        return self.interface.size(self.hand.n_joints)
+        return self.interface.size(self.hand.n_joints, len(self.hand.fingers))
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,7 @@ class DatasetHead:
 
     kind: DatasetKind
     """Hand, observations, actions and horizon."""
-    object: ObjectSpec
+    object: ObjectSpec | SolidSpec
     expert: str
     """Controller that demonstrates."""
     grasp: str
@@ -73,13 +78,49 @@ class DatasetHead:
         return f"{OURS}/{re.sub(r'[^-0-9A-Za-z_]', '_', self.object.name)}/{self.expert}-v0"
 
 
-def kind_of(hand: HandSpec, interface: Interface) -> DatasetKind:
+@dataclass(frozen=True)
+class PlanarKind(DatasetKind):
+    """The same of a hand in the plane, as files say it."""
+
+    hand: HandSpec
+
+
+@dataclass(frozen=True)
+class PlanarHead(DatasetHead):
+    """Where a dataset of a hand in the plane comes from."""
+
+    kind: PlanarKind
+    object: ObjectSpec
+
+
+@dataclass(frozen=True)
+class SpatialKind(DatasetKind):
+    """What is in common of a hand in space."""
+
+    hand: SpatialHand
+
+
+@dataclass(frozen=True)
+class SpatialHead(DatasetHead):
+    """Where a dataset of a hand in space comes from."""
+
+    kind: SpatialKind
+    object: SolidSpec
+    gravity: str = SPHERE
+    """How the hand is held, by a word or a vector; `SPHERE` for every start in its own way."""
+
+
+@overload
+def kind_of(hand: HandSpec, interface: Interface) -> PlanarKind: ...
+@overload
+def kind_of(hand: SpatialHand, interface: Interface) -> SpatialKind: ...
+def kind_of(hand: HandSpec | SpatialHand, interface: Interface) -> PlanarKind | SpatialKind:
     """Return the kind of dataset that a controller with a hand and an interface can learn from."""
-    card = interface_card(find_layout(interface.observation), interface.actions)
-    return DatasetKind(hand, card, interface.actions, interface.horizon)
+    told = interface_card(find_layout(interface.observation), interface.actions), interface.actions, interface.horizon
+    return SpatialKind(hand, *told) if isinstance(hand, SpatialHand) else PlanarKind(hand, *told)
 
 
-def check_fits(head: DatasetHead, wanted: DatasetKind, world: tuple[ObjectSpec, Engine, str]) -> None:
+def check_fits(head: DatasetHead, wanted: DatasetKind, world: tuple[ObjectSpec | SolidSpec, Engine, str]) -> None:
     """Refuse a dataset from which a controller of another kind is to learn.
 
     Args:

@@ -10,7 +10,7 @@ its storage class takes a block after the other, in any folder, and `minari_file
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice
@@ -23,8 +23,17 @@ from numpy.typing import NDArray
 from inhand.archives import check_shapes
 from inhand.errors import InputError, needs_extra
 from inhand.geometry import Array
-from inhand.learning.dataset_cards import OURS, DatasetHead, DatasetKind
-from inhand.learning.minari_files import Entry, Storage, add_episodes, new_storage, open_storage, reading
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.learning.dataset_cards import OURS, DatasetHead, DatasetKind, PlanarHead, SpatialHead
+from inhand.learning.minari_files import (
+    Entry,
+    Storage,
+    add_episodes,
+    cut_episodes,
+    new_storage,
+    open_storage,
+    reading,
+)
 from inhand.records import read_json, read_record, table_of
 from inhand.tasks.cards import NEW
 
@@ -38,8 +47,10 @@ FORMAT = 2
 """Version of that part; see `inhand.tasks.cards.NEW`."""
 PACKAGES = ("minari", "h5py")
 """What of the extra `rl` a dataset needs."""
-ABOUT = ("angle_deg", "distance", "limit", "start")
-"""What is kept beside an episode."""
+ABOUT: dict[str, tuple[int, ...]] = {"angle_deg": (), "distance": (), "limit": (), "start": (3,)}
+"""What is kept beside an episode, and its shape,"""
+IN_SPACE = {"along": (3,), "about": (3,), "gravity": (3,), "distance": (), "limit": (), "start": (7,)}
+"""and with a hand in space."""
 BLOCK = 256
 """Episodes written at a time."""
 
@@ -47,7 +58,13 @@ BLOCK = 256
 @dataclass(frozen=True)
 class _Entry:
     format: int
-    head: DatasetHead
+    head: PlanarHead
+
+
+@dataclass(frozen=True)
+class _SpatialEntry:
+    format: int
+    head: SpatialHead
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +84,32 @@ class DatasetEpisode:
     truncated: bool
     """Whether the horizon cut the episode off."""
     angle_deg: float
-    """Direction, counter-clockwise from +x [deg]."""
+    """Direction, counter-clockwise from +x [deg]; 0 in space."""
     distance: float
-    """Way along the direction at the end [m]."""
+    """Way along the direction at the end, of a turn its arc at `TURN_ARM` [m]."""
     limit: float
     """Way at which the expert meant to stop [m]."""
     start: Array
-    """Pose of the object at the start, in the palm frame `(3,)` [m, m, rad]."""
+    """Pose of the object at the start, in the palm frame `(3,)` [m, m, rad], in space `(7,)` (position, quaternion)."""
+    along: Array | None = None
+    """In space the unit vector to move along `(3,)`, 0 of a turn,"""
+    about: Array | None = None
+    """that to turn about `(3,)`, 0 of a move,"""
+    gravity: Array | None = None
+    """and gravity in the palm frame `(3,)` [m/s^2]; None in the plane."""
+
+
+def about_of(kind: DatasetKind) -> dict[str, tuple[int, ...]]:
+    """Return the names of what is kept beside an episode of a kind, with their shapes."""
+    return IN_SPACE if isinstance(kind.hand, SpatialHand) else ABOUT
+
+
+def episode_from(arrays: Mapping[str, Any], about: Mapping[str, Any], ends: tuple[bool, bool]) -> DatasetEpisode:
+    """Return an episode of its arrays, of what is kept beside it, and of whether it terminated and was truncated."""
+    terminated, truncated = ends
+    kept = {name: np.asarray(value, float) for name, value in about.items()}
+    told: dict[str, Any] = {name: value if value.ndim else float(value) for name, value in kept.items()}
+    return DatasetEpisode(**arrays, terminated=terminated, truncated=truncated, **({"angle_deg": 0.0} | told))
 
 
 def write_dataset(
@@ -90,22 +126,58 @@ def write_dataset(
     Raises:
         InputError: the extra is missing, or there is a dataset in the folder.
     """
+    storage = begin_dataset(folder, head, env_spec)
+    try:
+        add_to(storage, episodes, head.kind)
+    except BaseException:
+        shutil.rmtree(_part(folder), ignore_errors=True)
+        raise
+    end_dataset(folder)
+
+
+def begin_dataset(folder: Path, head: DatasetHead, env_spec: str | None = None) -> Storage:
+    """Return the storage of a dataset without episodes, under another name until `end_dataset`.
+
+    Raises:
+        InputError: the extra is missing, or there is a dataset in the folder.
+    """
     check_installed("a dataset")
     if (folder / DATA).exists():
         raise InputError(f"{folder} holds a dataset; give another folder, or remove it first")
-    temporary = folder.resolve() / f"{DATA}.part"  # Minari doubles a path that is not absolute
-    shutil.rmtree(temporary, ignore_errors=True)
-    temporary.mkdir(parents=True)
-    try:
-        storage = new_storage(temporary, _sizes(head.kind))
-        storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
-        coming = iter(episodes)
-        while block := list(islice(coming, BLOCK)):
-            add_episodes(storage, [_entry(episode) for episode in block])
-    except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
-        raise
-    temporary.replace(folder / DATA)
+    part = _part(folder)
+    shutil.rmtree(part, ignore_errors=True)
+    part.mkdir(parents=True)
+    storage = new_storage(part, _sizes(head.kind))
+    storage.update_metadata(_metadata(head) | ({} if env_spec is None else {"env_spec": env_spec}))
+    return storage
+
+
+def go_on_with(folder: Path, head: DatasetHead, count: int) -> Storage:
+    """Return the storage of a dataset that was begun and not ended, with its first `count` episodes alone.
+
+    Raises:
+        InputError: there are none that can be read, or fewer.
+    """
+    with reading(folder):
+        storage = open_storage(_part(folder), _sizes(head.kind))
+        cut_episodes(storage, count)
+        return storage
+
+
+def add_to(storage: Storage, episodes: Iterable[DatasetEpisode], kind: DatasetKind) -> None:
+    """Write episodes of a kind behind those of a storage, a block at a time."""
+    coming = iter(episodes)
+    while block := list(islice(coming, BLOCK)):
+        add_episodes(storage, [_entry(episode, kind) for episode in block])
+
+
+def end_dataset(folder: Path) -> None:
+    """Put a dataset that was begun into its place."""
+    _part(folder).replace(folder / DATA)
+
+
+def _part(folder: Path) -> Path:
+    return folder.resolve() / f"{DATA}.part"  # Minari doubles a path that is not absolute
 
 
 def read_dataset(folder: Path) -> tuple[DatasetHead, StoredEpisodes]:
@@ -158,7 +230,7 @@ class StoredEpisodes:
 
 def told_head(head: DatasetHead) -> dict[str, Any]:
     """Return what a dataset says of itself as JSON's table, with the version of that form."""
-    return table_of(_Entry(FORMAT, head))
+    return table_of({"format": FORMAT, "head": head})
 
 
 def read_told(entry: object) -> DatasetHead:
@@ -167,6 +239,10 @@ def read_told(entry: object) -> DatasetHead:
     Raises:
         InputError: another version, or something else.
     """
+    told = entry.get("head") if isinstance(entry, dict) else None
+    space = isinstance(told, dict) and "gravity" in told
+    if space:
+        return read_record(entry, _SpatialEntry, FORMAT, NEW).head
     return read_record(entry, _Entry, FORMAT, NEW).head
 
 
@@ -208,11 +284,11 @@ def _metadata(head: DatasetHead) -> dict[str, Any]:
     }
 
 
-def _entry(episode: DatasetEpisode) -> Entry:
+def _entry(episode: DatasetEpisode, kind: DatasetKind) -> Entry:
     last = np.arange(len(episode.rewards)) == len(episode.rewards) - 1
     arrays = {name: getattr(episode, name) for name in ("observations", "actions", "rewards")}
     arrays |= {"terminations": last & episode.terminated, "truncations": last & episode.truncated}
-    return arrays, {"wanted": episode.wanted}, {name: getattr(episode, name) for name in ABOUT}
+    return arrays, {"wanted": episode.wanted}, {name: getattr(episode, name) for name in about_of(kind)}
 
 
 def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[DatasetEpisode]:
@@ -220,20 +296,11 @@ def _episodes(folder: Path, kind: DatasetKind, storage: Storage) -> Iterator[Dat
         every = range(storage.total_episodes)
         for found, about in zip(storage.get_episodes(every), storage.get_episode_metadata(every), strict=True):
             arrays = {name: found[name] for name in ("observations", "actions", "rewards")}
-            arrays |= {"wanted": found["infos"]["wanted"], **{name: np.asarray(about[name]) for name in ABOUT}}
-            _check_episode(arrays, kind)
-            yield DatasetEpisode(
-                arrays["observations"],
-                arrays["actions"],
-                arrays["wanted"],
-                arrays["rewards"],
-                bool(found["terminations"][-1]),
-                bool(found["truncations"][-1]),
-                float(about["angle_deg"]),
-                float(about["distance"]),
-                float(about["limit"]),
-                about["start"],
-            )
+            arrays |= {"wanted": found["infos"]["wanted"]}
+            beside = {name: np.asarray(about[name]) for name in about_of(kind)}
+            _check_episode(arrays | beside, kind)
+            ends = bool(found["terminations"][-1]), bool(found["truncations"][-1])
+            yield episode_from(arrays, beside, ends)
 
 
 def _check_episode(arrays: dict[str, NDArray[Any]], kind: DatasetKind) -> None:
@@ -248,5 +315,5 @@ def _check_episode(arrays: dict[str, NDArray[Any]], kind: DatasetKind) -> None:
         "wanted": (steps, "n"),
         "rewards": (steps,),
     }
-    shapes |= {"start": (3,), **dict.fromkeys(ABOUT[:-1], ())}
+    shapes |= about_of(kind)
     check_shapes(arrays, shapes, {"d": kind.size, "n": kind.hand.n_joints})

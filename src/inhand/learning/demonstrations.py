@@ -6,9 +6,9 @@ Datasets and training record by the same lines; one writes episodes to a folder,
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,11 @@ from inhand.control.loop import Told
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.fit import Held
-from inhand.learning.datasets import DatasetEpisode
+from inhand.learning import space_pools
+from inhand.learning.episodes import Episodes
 from inhand.learning.experts import TEACHERS, expert_of, taught_reach
 from inhand.learning.legs import around, drawn_legs
-from inhand.learning.recipe import Recording, Shows
+from inhand.learning.recipe import AnyRecording, Recording, SpatialRecording
 from inhand.learning.starts import (
     Grips,
     Noise,
@@ -51,6 +52,8 @@ AROUND = "around"
 """and for those of episodes in which primitive follows primitive."""
 RoutePool = tuple[Routes, Sequence[Grips]]
 """Routes of a whole task, and what each is gripped by."""
+Given: TypeAlias = Plans | RoutePool | space_pools.Planned
+"""A grasp for each direction of the grid, routes of a task, or in space primitives with their grasps."""
 PLANNED_AT_ONCE = 8
 """Directions whose grasps are planned between two reports of progress."""
 MOST_EPISODES = 100_000
@@ -61,52 +64,10 @@ BATCH = 512
 """Episodes recorded side by side."""
 CORRELATION = 0.9
 """How much of the noise of one decision is left in the next."""
+MOST_EMPTY = 10
+"""Batches in a row whose starts all failed."""
 EARLIEST = 20
 """Decisions after which a state of an episode may start another."""
-
-
-@dataclass(frozen=True, eq=False)
-class Episodes:
-    """B recorded episodes of T decisions each; decisions after an episode's end are marked invalid."""
-
-    observations: Array
-    """Observations `(T + 1, B, d)`."""
-    actions: Array
-    """What was done `(T, B, n)`."""
-    wanted: Array
-    """What the expert wanted `(T, B, n)`."""
-    rewards: Array
-    """Rewards `(T, B)`."""
-    valid: NDArray[np.bool_]
-    """Whether the episode was still running `(T, B)`."""
-    terminated: NDArray[np.bool_]
-    """Whether it ended by losing the object `(B,)`."""
-    angle_deg: Array
-    """Direction `(B,)` [deg]."""
-    distance: Array
-    """Way along the direction at its end, of a turn its arc `(B,)` [m]."""
-    starts: Starts
-    """Where they started, in which direction and how far they were to go."""
-
-    def apart(self) -> Iterator[DatasetEpisode]:
-        """Give the episodes one by one, each up to its end."""
-        for world, count in enumerate(self.valid.sum(axis=0)):
-            observations, actions, wanted = (
-                np.ascontiguousarray(values[:rows, world], dtype=np.float32)
-                for values, rows in ((self.observations, count + 1), (self.actions, count), (self.wanted, count))
-            )
-            yield DatasetEpisode(
-                observations,
-                actions,
-                wanted,
-                self.rewards[:count, world],
-                bool(self.terminated[world]),
-                not self.terminated[world],
-                float(self.angle_deg[world]),
-                float(self.distance[world]),
-                float(self.starts.distance[world]),
-                self.starts.state.pose[world],
-            )
 
 
 def check_episodes(count: int, given: str) -> None:
@@ -129,7 +90,11 @@ def check_episodes(count: int, given: str) -> None:
 
 
 def demonstrations(
-    recording: Recording, given: Plans | RoutePool, rng: np.random.Generator, told: Told = lambda *_: None
+    recording: AnyRecording,
+    given: Given,
+    rng: np.random.Generator,
+    told: Told = lambda *_: None,
+    before: tuple[int, int, Starts | None] = (0, 0, None),
 ) -> Iterator[Episodes]:
     """Give recorded episodes a batch at a time until all asked for are there.
 
@@ -138,12 +103,24 @@ def demonstrations(
         given: a grasp for each direction of the grid (`plans_of`), or the routes of the task (`route_pool`).
         rng: draws noise and starts.
         told: told how many are recorded, and how many of them lost the object.
+        before: how many were recorded before and lost the object, and the states on the way of the last of them.
+
+    Raises:
+        InputError: in ten batches no start could be held.
     """
-    done, lost, total = 0, 0, recording.recipe.episodes
-    kept: Starts | None = None
-    told("recording demonstrations", 0, total)
+    (done, lost, kept), total, empty = before, recording.recipe.episodes, 0
+    told("recording demonstrations", done, total)
     while done < total:
         starts = starts_of(recording, given, min(BATCH, total - done), rng, kept)
+        empty = 0 if len(starts) else empty + 1
+        if empty == MOST_EMPTY:
+            held = recording.held
+            raise InputError(
+                f"no grasp holds {held.object.name!r} in {held.hand.name!r} at the start, in {empty} batches in a row:"
+                " use less start noise, another object or another hand"
+            )
+        if empty:
+            continue
         episodes, kept = recorded(recording, starts, rng)
         done, lost = done + len(starts), lost + int(episodes.terminated.sum())
         yield episodes
@@ -151,10 +128,15 @@ def demonstrations(
 
 
 def starts_of(
-    recording: Recording, given: Plans | RoutePool, count: int, rng: np.random.Generator, kept: Starts | None = None
+    recording: AnyRecording, given: Given, count: int, rng: np.random.Generator, kept: Starts | None = None
 ) -> Starts:
-    """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones."""
-    held, recipe = recording.held, recording.recipe
+    """Return where `count` episodes start and how far they are to go, some of them from states of earlier ones.
+
+    In space those whose grip fails are left out.
+    """
+    if isinstance(recording, SpatialRecording):
+        return space_pools.starts_in_space(recording, cast("space_pools.Planned", given), count, rng, kept)
+    given, (held, recipe) = cast("Plans | RoutePool", given), (recording.held, recording.recipe)
     if isinstance(given, tuple):
         return route_starts(
             held, given, count, rng, recording.noise, engine=recording.engine, disturb=recording.disturb
@@ -281,7 +263,7 @@ def route_starts(
 
 
 def recorded(
-    recording: Shows, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
+    recording: AnyRecording, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
 ) -> tuple[Episodes, Starts]:
     """Return one episode from each of B starts, and a state on the way of each that was under way long enough.
 
@@ -318,11 +300,11 @@ def recorded(
     stacks: dict[str, NDArray[Any]] = {name: np.stack(values) for name, values in rows.items()}
     ends = {"terminated": terminated, "angle_deg": starts.angle_deg, "distance": distance}
     midway = joined(parts) if parts else starts.take(np.arange(0), np.zeros(0))
-    return Episodes(np.stack(seen), **stacks, **ends, starts=starts), midway
+    return Episodes(np.stack(seen), starts=starts, midway=midway, **stacks, **ends), midway
 
 
 def _doing(
-    recording: Shows, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
+    recording: AnyRecording, actor: Callable[[Array], Array] | None, count: int, rng: np.random.Generator
 ) -> Callable[[Array, Array, Array], Array]:
     """Return what is done where an expert acts so, so much is seen and a push comes: that, or what an actor does."""
     if actor is None:

@@ -7,12 +7,15 @@ import numpy as np
 
 from inhand.control import loop
 from inhand.control.catalogue import find_controller
+from inhand.control.controller import Controller
 from inhand.control.seen import reads_of
+from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.control.spatial_teacher import SpatialTeacher
 from inhand.control.teacher import Teacher, TeacherConfig
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.learning.space import task_in_space
 from inhand.learning.starts import Starts, expert_task
 from inhand.learning.worlds import Interface, ManipulationWorlds
 from inhand.sim.state import select
@@ -38,8 +41,7 @@ KEPT = 0.004
 def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
     """Return what gives the joint targets `(B, n)` [rad] of an expert in worlds that stand at their starts."""
     if isinstance(held, SpatialPair):
-        in_space = SpatialTeacher(held, starts.disturbed, len(starts))
-        return lambda: in_space.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
+        return _in_space(name, held, starts, worlds)
     if name in TEACHERS and starts.pairs is not None:
         return _teachers(starts, worlds, TEACHERS[name])
     if name in TEACHERS:
@@ -48,7 +50,20 @@ def expert_of(name: str, held: AnyPair, starts: Starts, worlds: ManipulationWorl
         return lambda: teacher.act(worlds.state, worlds.asked)
     if starts.pairs is not None:
         raise InputError(f"expert {name!r} knows one hand: hands that differ are shown by 'teacher'")
-    expert = find_controller(name).manipulate(expert_task(held, starts))
+    return _controlled(find_controller(name).manipulate(expert_task(held, starts)), worlds)
+
+
+def _in_space(name: str, held: SpatialPair, starts: Starts, worlds: ManipulationWorlds) -> Callable[[], Array]:
+    """Return the same of a hand in space."""
+    if name in TEACHERS:
+        teacher = SpatialTeacher(held, starts.disturbed, len(starts))
+        return lambda: teacher.act(worlds.state, worlds.asked, gravity_in(worlds.scene))
+    task = task_in_space(held, starts.asked_in_space, starts.distance)
+    return _controlled(find_spatial_controller(name).manipulate(task), worlds)
+
+
+def _controlled(expert: Controller, worlds: ManipulationWorlds) -> Callable[[], Array]:
+    """Return what gives the joint targets of a controller."""
     reads = reads_of(expert)
     expert.begin(loop.sense(worlds.state, worlds.between, reads))
     return lambda: expert.act(loop.sense(worlds.state, worlds.between, reads))

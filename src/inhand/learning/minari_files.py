@@ -60,6 +60,24 @@ def add_episodes(storage: Storage, episodes: Sequence[Entry]) -> None:
     storage.update_metadata(told)
 
 
+def cut_episodes(storage: Storage, count: int) -> None:
+    """Leave the first `count` episodes of a storage alone, whose last writing may have been cut off.
+
+    Raises:
+        LookupError: it has fewer.
+        OSError: the file cannot be read.
+    """
+    import h5py
+
+    with h5py.File(storage.data_path / FILE, "a") as file:
+        kept = [f"episode_{number}" for number in range(count)]
+        steps = sum(int(file[name].attrs["total_steps"]) for name in kept)
+        for name in [each for each in file if each not in set(kept)]:
+            del file[name]
+    told = {"total_steps": steps, "total_episodes": count, "dataset_size": storage.get_size()}
+    storage.update_metadata(told)
+
+
 def _write_number(group: Storage, name: str, value: ArrayLike) -> None:
     from h5py import h5a, h5s, h5t
 

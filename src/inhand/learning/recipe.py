@@ -1,7 +1,7 @@
 """What is to be demonstrated: how, in which directions, and what is seen, done and paid for."""
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -9,13 +9,19 @@ from inhand.geometry import Array
 from inhand.hands.fit import Held
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.hands.spatial.hand import SpatialHand, Vector
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.starts import Noise, grid_of
 from inhand.learning.worlds import Interface
 from inhand.records import Config
 from inhand.sim.disturbance import Disturbance
-from inhand.sim.names import ENGINE, Engine
+from inhand.sim.names import ENGINE, SPATIAL, Engine
 from inhand.tasks.primitives import UNSEEN
+from inhand.tasks.spatial.primitives import DIRECTIONS, TURNS, SpatialPrimitive
+
+SEEN = (*DIRECTIONS, *TURNS)
+"""Primitives in space that evaluations count as shown."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +31,8 @@ class Recipe(Config):
     episodes: int = 5000
     """Number of episodes (thesis 3.3.4 keeps 5,000 of the expert)."""
     expert: str = "ik"
-    """Who demonstrates: ik, ik-cautious, thesis-ik, or teacher, mild-teacher or soft-teacher, which know all worlds."""
+    """Who demonstrates: ik, ik-cautious, thesis-ik, or teacher, mild-teacher or soft-teacher, which know all worlds; of
+    hands in space ik or teacher."""
     push: float = 0.01
     """Largest standard deviation of the noise added to joint targets [rad]; each episode draws its own up to it."""
     midway: float = 0.25
@@ -90,29 +97,45 @@ class Recording:
         return np.where(rng.random(count) < 0.5, named, found)
 
 
-class Shows(Protocol):
-    """What episodes are recorded by, in the plane or in space."""
-
-    @property
-    def held(self) -> AnyPair:
-        """The hand and the object."""
-
-    @property
-    def recipe(self) -> Recipe:
-        """How demonstrations are made."""
-
-    @property
-    def interface(self) -> Interface:
-        """What is seen, done and rewarded."""
-
-
 @dataclass(frozen=True)
 class SpatialRecording:
-    """The same with a hand in space, whose starts have all else."""
+    """What is to be recorded with a hand in space."""
 
     held: SpatialPair
+    primitives: tuple[SpatialPrimitive, ...]
+    """Directions and turns, drawn evenly."""
     recipe: Recipe
     interface: Interface
+    """What is seen, done and rewarded."""
+    noise: Noise
+    seed: int
+    drawn: int = 0
+    """Directions drawn on the sphere beside the primitives, and half as many axes to turn about."""
+    held_out: float = 5.0
+    """Half width of the cones about directions that are never shown, which drawn ones leave out [deg]."""
+    gravity: Vector | None = None
+    """Gravity in the palm frame [m/s^2]; None draws one for each start."""
+    disturb: Disturbance | None = None
+    """What disturbs the worlds, each of which an episode has for itself."""
+
+    @property
+    def hand(self) -> SpatialHand:
+        """The hand."""
+        return self.held.hand
+
+    @property
+    def object(self) -> SolidSpec:
+        """The object."""
+        return self.held.object
+
+    @property
+    def engine(self) -> Engine:
+        """The engine of hands in space."""
+        return SPATIAL
+
+
+AnyRecording: TypeAlias = Recording | SpatialRecording
+"""What is to be recorded, in the plane or in space."""
 
 
 def from_unseen(angle_deg: Array) -> Array:

@@ -10,16 +10,15 @@ from inhand.control.policy import Policy
 from inhand.control.spatial_weight import check_carried
 from inhand.errors import InputError
 from inhand.hands.fit import Held
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.pair import SpatialPair
+from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning.config import Training
-from inhand.learning.dataset_cards import CONTINUOUS, check_fits, kind_of
+from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, SpatialHead, check_fits, kind_of
 from inhand.learning.datasets import check_installed, read_head
 from inhand.learning.demonstrations import check_episodes
 from inhand.learning.environment_config import angles_of
 from inhand.learning.experts import TEACHERS
 from inhand.learning.recipe import from_unseen
+from inhand.learning.space_pools import shown_unseen
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.engines import check_engine
@@ -114,8 +113,8 @@ def check(config: Training) -> None:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")
     if not 0 < config.learning.discount <= 1:
         raise InputError(f"discount {config.learning.discount:g}: give a number above 0, at most 1")
-    if config.demonstrations and isinstance(held, Held):
-        _check_dataset(config, *held)
+    if config.demonstrations:
+        _check_dataset(config, held)
 
 
 def _check_plane(config: Training) -> None:
@@ -139,7 +138,6 @@ def _check_space(config: Training, held: SpatialPair) -> None:
         InputError: the text names what; or an object that the hand cannot hold.
     """
     asked = {
-        "a dataset": bool(config.demonstrations),
         f"task {config.task}": bool(config.task),
         "pairs": bool(config.pairs),
         f"start {config.start}": bool(config.start),
@@ -202,22 +200,34 @@ def _check_pairs(config: Training) -> None:
                 raise InputError(f"{why}: train without start")
 
 
-def _check_dataset(config: Training, hand: HandSpec, thing: ObjectSpec) -> None:
+def _check_dataset(config: Training, held: AnyPair) -> None:
     """Refuse a dataset that the controller cannot learn from, or whose directions it may not see."""
     folder = Path(config.demonstrations)
     if config.task:
         raise InputError(f"the dataset in {folder} shows directions: leave demonstrations out to train on a whole task")
+    if config.interface.truth:
+        raise InputError(
+            f"layout {config.interface.observation} has critics that see the truth, which no dataset holds: leave"
+            f" demonstrations out, or take a preset on perfect knowledge such as"
+            f" {'spatial-privileged' if isinstance(held, SpatialPair) else 'privileged'}"
+        )
     check_installed("a dataset")
     head = read_head(folder)
-    world = thing, config.engine, config.interface.reward
-    check_fits(head, kind_of(hand, config.interface), world)
-    angles = np.array([] if head.directions == CONTINUOUS else angles_of(head.directions))
-    shown = [primitive_at(angle).name for angle in angles[from_unseen(angles) < 1.0]]
+    world = held.object, config.engine, config.interface.reward
+    check_fits(head, kind_of(held.hand, config.interface), world)
+    shown = shown_unseen(head) if isinstance(head, SpatialHead) else _unseen_in(head)
     if shown:
+        usual = "all,turns" if isinstance(head, SpatialHead) else "train"
         raise InputError(
             f"the dataset in {folder} shows {', '.join(shown)}, which evaluations count as unseen: record one without,"
-            " with --directions train or continuous"
+            f" with --directions {usual} or continuous"
         )
+
+
+def _unseen_in(head: DatasetHead) -> list[str]:
+    """Return the directions in the plane of a dataset that evaluations count as unseen."""
+    angles = np.array([] if head.directions == CONTINUOUS else angles_of(head.directions))
+    return [primitive_at(angle).name for angle in angles[from_unseen(angles) < 1.0]]
 
 
 def _check_version(card: RunCard) -> None:

@@ -1,7 +1,7 @@
 """What training needs before it starts: grasps, demonstrations, starts and what to measure against."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -10,10 +10,6 @@ import numpy as np
 from inhand.control.loop import Told
 from inhand.folders import in_place
 from inhand.geometry import Array
-from inhand.hands.fit import Held
-from inhand.hands.hand import HandSpec
-from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import is_spatial_hand
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
 from inhand.learning import space_pools
 from inhand.learning.config import Training
@@ -29,18 +25,13 @@ from inhand.learning.demonstrations import (
     starts_of,
     told_reach,
 )
+from inhand.learning.kept_starts import arrays_of, starts_from
 from inhand.learning.pair_pools import by_form, midway, planned_pairs, pools_of, tests_of
-from inhand.learning.pairs import Pairs
 from inhand.learning.progress import EXPERT, NEVER_SHOWN
+from inhand.learning.recipe import SpatialRecording
 from inhand.learning.replay_buffer import Columns, ReplayBuffer, rows_of
-from inhand.learning.space import Space
 from inhand.learning.starts import Plans, Starts, gripped, joined
 from inhand.learning.worlds import size_of
-from inhand.records import read_json, read_record, text_of
-from inhand.sim.disturbance import Disturbance
-from inhand.sim.drawn import Disturbed, Drawn
-from inhand.sim.snapshot import Snapshot
-from inhand.sim.state import SpatialState, State
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import AnyHand
 from inhand.tasks.primitives import TRAIN, UNSEEN
@@ -126,8 +117,11 @@ def _ready_of_pools(config: Training, folder: Path, told: Told) -> Ready:
     pools, tests, begun_midway = (_of_pairs if config.pairs else _of_space)(config, rng, told)
     columns, total = columns_of(config, shows.held.hand), sum(map(len, pools))
     most = (total + round(config.recipe.midway * config.recipe.episodes)) * config.interface.horizon
-    replay, starts = ReplayBuffer(folder / EXPERT, columns, most, 0), list[Starts]()
-    for pool in pools:
+    if config.demonstrations:
+        replay, starts = _read(config, columns, folder / EXPERT, told), pools
+    else:
+        replay, starts = ReplayBuffer(folder / EXPERT, columns, most, 0), []
+    for pool in () if config.demonstrations else pools:
         told("recording demonstrations", sum(map(len, starts)), most // config.interface.horizon)
         episodes, kept = recorded(shows, pool, rng)
         _add(config, columns, replay, episodes.apart())
@@ -155,14 +149,15 @@ def _of_pairs(config: Training, rng: np.random.Generator, told: Told) -> Pools:
 
 def _of_space(config: Training, rng: np.random.Generator, told: Told) -> Pools:
     """Return the same of a hand in space."""
-    held = config.held
-    if not isinstance(held, SpatialPair):
-        raise TypeError(f"hand {held.hand.name!r} is of the plane")
-    plans = space_pools.planned(held, config, told)
+    shows = config.shows
+    if not isinstance(shows, SpatialRecording):
+        raise TypeError(f"hand {shows.hand.name!r} is of the plane")
+    plans = space_pools.planned(shows, told)
     told("gripping objects", 0, 1)
-    pool = space_pools.pool_of(held, config, plans, config.recipe.episodes, rng)
-    tests = space_pools.tests_of(held, config, told)
-    return [pool], [tests], partial(space_pools.midway, held, config)
+    count = BATCH if config.demonstrations else config.recipe.episodes
+    pool = space_pools.pool_of(shows, plans, count, rng)
+    tests = space_pools.tests_of(shows, config.trials, told)
+    return [pool], [tests], partial(space_pools.midway, shows)
 
 
 def _of_primitives(config: Training, rng: np.random.Generator, told: Told) -> tuple[Plans, Starts, Array]:
@@ -197,12 +192,7 @@ def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: 
     recording, rng = config.recording, np.random.default_rng(config.seed)
     columns = columns_of(config, recording.hand)
     if config.demonstrations:
-        _, episodes = read_dataset(Path(config.demonstrations))
-        replay = ReplayBuffer(path, columns, len(episodes) * config.interface.horizon, 0)
-        for number, episode in enumerate(episodes, start=1):
-            _add(config, columns, replay, [episode])
-            if number % BATCH == 0 or number == len(episodes):
-                told("reading demonstrations", number, len(episodes))
+        replay = _read(config, columns, path, told)
         starts = starts_of(recording, given, BATCH, rng)
     else:
         replay = ReplayBuffer(path, columns, config.recipe.episodes * config.interface.horizon, 0)
@@ -213,6 +203,17 @@ def _demonstrated(config: Training, given: Plans | RoutePool, path: Path, told: 
         starts = joined(parts)
     replay.flush()
     return replay, starts
+
+
+def _read(config: Training, columns: Columns, path: Path, told: Told) -> ReplayBuffer:
+    """Return the rows of a dataset's demonstrations."""
+    _, episodes = read_dataset(Path(config.demonstrations))
+    replay = ReplayBuffer(path, columns, len(episodes) * config.interface.horizon, 0)
+    for number, episode in enumerate(episodes, start=1):
+        _add(config, columns, replay, [episode])
+        if number % BATCH == 0 or number == len(episodes):
+            told("reading demonstrations", number, len(episodes))
+    return replay
 
 
 def _add(config: Training, columns: Columns, replay: ReplayBuffer, shown: Iterable[DatasetEpisode]) -> None:
@@ -241,21 +242,6 @@ def routes_in(starts: Starts) -> Routes:
     return starts.routes
 
 
-@dataclass(frozen=True)
-class _Worlds:
-    """How the worlds of starts are disturbed."""
-
-    spec: Disturbance
-    drawn: tuple[Drawn, ...]
-
-
-@dataclass(frozen=True)
-class _Hands:
-    """The hands and objects of starts that differ in them."""
-
-    held: tuple[tuple[HandSpec, ObjectSpec], ...]
-
-
 def _named(ready: Ready) -> Iterator[tuple[str, Starts]]:
     """Give the pools of starts and tests with their names in a file."""
     for name, pools in (("starts", ready.starts), ("tests", ready.tests)):
@@ -268,61 +254,19 @@ def save_ready(ready: Ready, path: Path) -> None:
     arrays = {name: np.asarray(getattr(ready, name)) for name in _NUMBERS}
     arrays["pools"] = np.array([len(ready.starts), len(ready.tests)])
     for name, starts in _named(ready):
-        arrays |= {f"{name}.angle_deg": starts.angle_deg, f"{name}.distance": starts.distance}
-        if starts.pairs is not None:
-            held = tuple((each.hand, each.object) for each in starts.pairs.held)
-            arrays |= {f"{name}.of": starts.pairs.of, f"{name}.pairs": np.array(text_of(_Hands(held)))}
-        routes = None if starts.routes is None else starts.routes.poses
-        asked = ("routes", routes), ("turn", starts.turn), ("legs", starts.legs)
-        arrays |= {f"{name}.{part}": given for part, given in asked if given is not None}
-        if starts.space is not None:
-            arrays |= {f"{name}.Space.{f.name}": getattr(starts.space, f.name) for f in fields(Space)}
-        if starts.disturbed is not None:
-            drawn = tuple(each.drawn for each in starts.disturbed)
-            arrays[f"{name}.disturbed"] = np.array(text_of(_Worlds(starts.disturbed[0].spec, drawn)))
-        for part, kind in ((starts.snapshot, Snapshot), (starts.state, State)):
-            arrays |= {f"{name}.{kind.__name__}.{f.name}": getattr(part, f.name) for f in fields(kind)}
+        arrays |= arrays_of(starts, name)
     with in_place(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 
 def load_ready(config: Training, path: Path) -> Ready:
     """Return what `save_ready` wrote."""
-    held, seen = config.held, SpatialState if is_spatial_hand(config.hand) else State
+    held = config.held
     with np.load(path, allow_pickle=False) as data:
-
-        def starts(name: str) -> Starts:
-            snapshot = Snapshot(**{f.name: data[f"{name}.Snapshot.{f.name}"] for f in fields(Snapshot)})
-            state = seen(**{f.name: data[f"{name}.State.{f.name}"] for f in fields(State)})
-            routes, turn, legs = (data.get(f"{name}.{part}") for part in ("routes", "turn", "legs"))
-            angle_deg, distance = data[f"{name}.angle_deg"], data[f"{name}.distance"]
-            found = Starts(snapshot, state, angle_deg, distance, None if routes is None else Routes(routes))
-            found = replace(found, engine=config.engine, disturbed=worlds(f"{name}.disturbed"), turn=turn, legs=legs)
-            return replace(found, pairs=pairs(name), space=space(name))
-
-        def space(name: str) -> Space | None:
-            found = {f.name: data.get(f"{name}.Space.{f.name}") for f in fields(Space)}
-            return None if found["along"] is None else Space(**found)
-
-        def pairs(name: str) -> Pairs | None:
-            if f"{name}.pairs" not in data:
-                return None
-            found = read_record(read_json(str(data[f"{name}.pairs"])), _Hands)
-            return Pairs(tuple(Held(*each) for each in found.held), data[f"{name}.of"])
-
-        def worlds(name: str) -> tuple[Disturbed, ...] | None:
-            if name not in data:
-                return None
-            found = read_record(read_json(str(data[name])), _Worlds)
-            return tuple(Disturbed(found.spec, drawn) for drawn in found.drawn)
-
-        return Ready(
-            held,
-            columns_of(config, held.hand),
-            tuple(starts(f"starts.{k}") for k in range(data["pools"][0])),
-            tuple(starts(f"tests.{k}") for k in range(data["pools"][1])),
-            data["limit"],
-            data["expert_total"],
-            data["expert_fraction"],
-            int(data["expert_rows"]),
+        starts, tests = (
+            tuple(starts_from(data, f"{name}.{k}", config.engine) for k in range(count))
+            for name, count in zip(("starts", "tests"), data["pools"].tolist(), strict=True)
         )
+        limit, total, fraction = (data[name] for name in _NUMBERS[:-1])
+        columns = columns_of(config, held.hand)
+        return Ready(held, columns, starts, tests, limit, total, fraction, int(data["expert_rows"]))

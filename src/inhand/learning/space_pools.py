@@ -21,25 +21,24 @@ from inhand.control.spatial_policy import MARGIN
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.spatial_sensed_plan import following
 from inhand.control.trial import REACHED
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.following import FollowRules
 from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
-from inhand.hands.spatial.gravity import GRAVITY, PALMS
+from inhand.hands.spatial.gravity import GRAVITY, PALMS, gravity_of
 from inhand.hands.spatial.pair import SpatialPair
-from inhand.learning.config import Training
-from inhand.learning.experts import taught_reach
+from inhand.learning.dataset_cards import CONTINUOUS, SPHERE, SpatialHead
+from inhand.learning.experts import TEACHERS, taught_reach
 from inhand.learning.progress import NEVER_SHOWN
-from inhand.learning.space import Space
-from inhand.learning.starts import Noise, Starts, drawn_worlds, taken
+from inhand.learning.recipe import SEEN, SpatialRecording
+from inhand.learning.space import Space, primitives_of, space_of, task_in_space
+from inhand.learning.starts import Noise, Starts, drawn_worlds, joined, taken
 from inhand.rotations import SpatialPath, pose_from
 from inhand.sim.disturbance import Disturbance
-from inhand.sim.disturbance_files import load_disturbance
 from inhand.sim.names import SPATIAL
-from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
-from inhand.tasks.spatial.primitives import DIRECTIONS, MAP, TURNS, SpatialPrimitive, about, along
+from inhand.tasks.spatial.paths import spatial_path_of
+from inhand.tasks.spatial.primitives import DIRECTIONS, MAP, SpatialPrimitive, about, along, parse_spatial_directions
 
-SEEN = (*DIRECTIONS, *TURNS)
-"""Primitives that evaluations count as shown."""
 UNSEEN = tuple(each for each in MAP if each not in DIRECTIONS)
 """72 directions that are never shown: those of the map between the named ones."""
 TESTED = UNSEEN[::3]
@@ -48,6 +47,8 @@ NEVER: tuple[tuple[float, float, float], ...] = ((1, 1, 1), (1, -1, -1), (-1, 1,
 """Where gravity pulls, in the palm frame, in evaluations of gravities that are never shown."""
 NEVER_DEG = 20.0
 """Half width of the caps about those that no start's gravity lies in [deg]."""
+NEAR_DEG = 1.0
+"""A direction nearer than this to one of those that are never shown is that [deg]."""
 AT_ONCE = 8
 """Primitives that are planned under one gravity."""
 FAR = 0.75
@@ -90,17 +91,33 @@ def gravities(rng: np.random.Generator, count: int) -> Array:
     return GRAVITY * np.where(rng.random((count, 1)) < 0.25, palms, anywhere)
 
 
-def planned(held: SpatialPair, config: Training, told: Told) -> Planned:
-    """Return grasps of the named primitives and of as many drawn directions and axes as the configuration has."""
-    rng = np.random.default_rng((config.seed, 5))
-    drawn = drawn_vectors(rng, config.drawn, unseen_directions(), config.held_out)
-    axes = drawn_vectors(rng, config.drawn // 2, np.zeros((1, 3)), 0.0)
-    primitives = (*SEEN, *map(along, drawn), *map(about, axes))
+def planned(recording: SpatialRecording, told: Told) -> Planned:
+    """Return grasps of the primitives to record and of as many drawn directions and axes beside.
+
+    Raises:
+        InputError: none has a grasp.
+    """
+    held, rng = recording.held, np.random.default_rng((recording.seed, 5))
+    drawn = drawn_vectors(rng, recording.drawn, unseen_directions(), recording.held_out)
+    axes = drawn_vectors(rng, recording.drawn // 2, np.zeros((1, 3)), 0.0)
+    primitives = (*recording.primitives, *map(along, drawn), *map(about, axes))
     primitives = tuple(primitives[k] for k in rng.permutation(len(primitives)))
-    found = searched(held, primitives, gravities(rng, len(primitives)), partial(told, "planning grasps"))
+    pulls = pulls_of(recording, rng, len(primitives))
+    found = searched(held, primitives, pulls, partial(told, "planning grasps"))
     kept = [k for k, (group, _) in enumerate(found) if group]
+    if not kept:
+        names = ", ".join(each.name for each in recording.primitives)
+        raise InputError(
+            f"no grasp of {held.hand.name!r} carries {held.object.name!r} along {names}: use another object, another"
+            " direction or another gravity"
+        )
     groups = tuple(tuple(g for g in found[k][0] if g.way >= FAR * found[k][0][0].way) for k in kept)
     return Planned(tuple(primitives[k] for k in kept), groups, np.array([found[k][1] for k in kept]))
+
+
+def pulls_of(recording: SpatialRecording, rng: np.random.Generator, count: int) -> Array:
+    """Return the gravities `(count, 3)` [m/s^2] of a recording: its own, or drawn ones that may be shown."""
+    return gravities(rng, count) if recording.gravity is None else np.tile(recording.gravity, (count, 1))
 
 
 def searched(
@@ -118,37 +135,60 @@ def searched(
     return found
 
 
-def pool_of(held: SpatialPair, config: Training, plans: Planned, count: int, rng: np.random.Generator) -> Starts:
+def starts_in_space(
+    recording: SpatialRecording, plans: Planned, count: int, rng: np.random.Generator, kept: Starts | None = None
+) -> Starts:
+    """Return at most `count` starts for demonstrations, some of them from states of earlier episodes."""
+    again = 0 if kept is None else min(round(recording.recipe.midway * count), len(kept))
+    fresh = pool_of(recording, plans, count - again, rng)
+    return fresh if kept is None or not again else joined([fresh, midway(recording, kept, again, rng)])
+
+
+def pool_of(recording: SpatialRecording, plans: Planned, count: int, rng: np.random.Generator) -> Starts:
     """Return starts for demonstrations: primitives of a plan, directions a little off, and how far each is to go."""
     rows = rng.integers(len(plans.primitives), size=count)
     grasps = [plans.grasps[k][rng.integers(len(plans.grasps[k]))] for k in rows.tolist()]
     space = space_of([plans.primitives[k] for k in rows.tolist()], plans.gravity[rows])
     other = rng.random((count, 1)) < 0.5
-    space = replace(space, gravity=np.where(other, gravities(rng, count), space.gravity))
-    starts = gripped(held, grasps, space, rng, config.noise, disturb=load_disturbance(config.disturb))
-    turned = spread(starts.asked_in_space, config, rng)
-    return told(held, config, replace(starts, space=turned), rng)
+    space = replace(space, gravity=np.where(other, pulls_of(recording, rng, count), space.gravity))
+    starts = gripped(recording.held, grasps, space, rng, recording.noise, disturb=recording.disturb)
+    turned = spread(starts.asked_in_space, recording, rng)
+    return told(recording, replace(starts, space=turned), rng)
 
 
-def tests_of(held: SpatialPair, config: Training, told: Told) -> Starts:
+def tests_of(recording: SpatialRecording, trials: int, told: Told) -> Starts:
     """Return starts for evaluations, as far as their grips reach.
 
     They are `trials` of every named primitive under gravities that may be shown, and of directions that are never shown
     under gravities that are not either.
     """
-    rng, tell = np.random.default_rng((config.seed, 6)), partial(told, "planning grasps to test with")
-    found = searched(held, SEEN, gravities(rng, len(SEEN)), tell) * config.trials
+    held = recording.held
+    rng, tell = np.random.default_rng((recording.seed, 6)), partial(told, "planning grasps to test with")
+    found = searched(held, SEEN, gravities(rng, len(SEEN)), tell) * trials
     found += searched(held, TESTED, never(len(TESTED)), tell)
-    whole = zip((*SEEN * config.trials, *TESTED), found, strict=True)
+    whole = zip((*SEEN * trials, *TESTED), found, strict=True)
     kept = [(primitive, group[0], pull) for primitive, (group, pull) in whole if group]
     space = space_of([primitive for primitive, _, _ in kept], np.array([pull for _, _, pull in kept]))
-    grasps, disturb = [grasp for _, grasp, _ in kept], load_disturbance(config.disturb)
-    return far_enough(held, config, gripped(held, grasps, space, rng, config.noise, disturb=disturb), rng)
+    grasps, disturb = [grasp for _, grasp, _ in kept], recording.disturb
+    return far_enough(recording, gripped(held, grasps, space, rng, recording.noise, disturb=disturb), rng)
 
 
 def never(count: int) -> Array:
     """Return gravities that are never shown, in turn `(count, 3)` [m/s^2]."""
     return np.resize(GRAVITY / np.sqrt(3) * np.array(NEVER), (count, 3))
+
+
+def shown_unseen(head: SpatialHead) -> list[str]:
+    """Return what of a dataset evaluations count as never shown: directions, or its gravity."""
+    asked = () if head.directions == CONTINUOUS else parse_spatial_directions(head.directions)
+    moves = [each for each in asked if each.direction is not None]
+    near = np.array([each.direction for each in moves]).reshape(-1, 3) @ unseen_directions().T
+    shown = [each.name for each, row in zip(moves, near, strict=True) if row.max() > np.cos(np.deg2rad(NEAR_DEG))]
+    if head.gravity != SPHERE:
+        pull = np.array(gravity_of(head.gravity)) / GRAVITY
+        if (never(len(NEVER)) / GRAVITY @ pull).max() > np.cos(np.deg2rad(NEVER_DEG)):
+            shown.append(f"gravity {head.gravity}")
+    return shown
 
 
 def names_of(space: Space) -> list[str]:
@@ -157,9 +197,9 @@ def names_of(space: Space) -> list[str]:
     return [each.name if each.name in known else NEVER_SHOWN for each in primitives_of(space)]
 
 
-def spread(space: Space, config: Training, rng: np.random.Generator) -> Space:
+def spread(space: Space, recording: SpatialRecording, rng: np.random.Generator) -> Space:
     """Return what is asked with directions and axes drawn about those that the grasps were planned for."""
-    off = np.deg2rad(config.recipe.grip_spread) * rng.standard_normal((len(space.along), 3))
+    off = np.deg2rad(recording.recipe.grip_spread) * rng.standard_normal((len(space.along), 3))
     off *= rng.random((len(off), 1)) < 0.5
 
     def turned(units: Array) -> Array:
@@ -167,58 +207,44 @@ def spread(space: Space, config: Training, rng: np.random.Generator) -> Space:
         return np.asarray(moved / np.maximum(np.linalg.norm(moved, axis=-1, keepdims=True), 1e-9))
 
     new = turned(space.along)
-    near = (new @ unseen_directions().T).max(axis=-1) > np.cos(np.deg2rad(config.held_out))
+    near = (new @ unseen_directions().T).max(axis=-1) > np.cos(np.deg2rad(recording.held_out))
     return replace(space, along=np.where(near[:, None], space.along, new), about=turned(space.about))
 
 
-def midway(held: SpatialPair, config: Training, kept: Starts, count: int, rng: np.random.Generator) -> Starts:
+def midway(recording: SpatialRecording, kept: Starts, count: int, rng: np.random.Generator) -> Starts:
     """Return some states on the way of other episodes as starts, with new primitives and ways to go."""
     rows = rng.choice(len(kept), min(count, len(kept)), replace=False)
     fresh = kept.rows(rows)
-    named = [SEEN[k] for k in rng.integers(len(SEEN), size=len(rows)).tolist()]
-    space = spread(space_of(named, fresh.asked_in_space.gravity), config, rng)
-    return told(held, config, replace(fresh, space=space), rng)
+    primitives = recording.primitives
+    named = [primitives[k] for k in rng.integers(len(primitives), size=len(rows)).tolist()]
+    space = spread(space_of(named, fresh.asked_in_space.gravity), recording, rng)
+    return told(recording, replace(fresh, space=space), rng)
 
 
-def told(held: SpatialPair, config: Training, starts: Starts, rng: np.random.Generator) -> Starts:
+def told(recording: SpatialRecording, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return the starts that can go some way, told to go as far as their grip is predicted to carry, or less."""
-    far = far_enough(held, config, starts, rng)
-    share = np.where(rng.random(len(far)) < config.recipe.whole, 1.0, rng.random(len(far)))
+    far = far_enough(recording, starts, rng)
+    share = np.where(rng.random(len(far)) < recording.recipe.whole, 1.0, rng.random(len(far)))
     return replace(far, distance=share * far.distance)
 
 
-def far_enough(held: SpatialPair, config: Training, starts: Starts, rng: np.random.Generator) -> Starts:
+def far_enough(recording: SpatialRecording, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return the starts whose grip carries the object at least `SHORTEST`, told to go so far.
 
-    That is what is predicted or, in worlds that differ, what the teacher comes to in each.
+    That is what is predicted or, in worlds that differ, what a teacher comes to in each.
     """
-    if starts.disturbed is None:
-        reach = reach_in_space(held, starts)
+    expert = recording.recipe.expert
+    if starts.disturbed is None or expert not in TEACHERS:
+        reach = reach_in_space(recording.held, starts)
     else:
-        reach = taught_reach(held, starts, rng, config.recipe.expert)
+        reach = taught_reach(recording.held, starts, rng, expert)
     rows = np.flatnonzero(reach >= SHORTEST)
     return replace(starts.rows(rows), distance=reach[rows])
 
 
 def reach_in_space(held: SpatialPair, starts: Starts) -> Array:
     """Return how far the grip of each start is predicted to carry its object `(N,)` [m]."""
-    space = starts.asked_in_space
-    paths = [spatial_path_of(each) for each in primitives_of(space)]
-    task = SpatialTask(held.hand, (held.object,) * len(starts), stacked_paths(paths), gravity=space.gravity)
-    return spatial_limit(task, starts.state, Ending(FollowRules(), MARGIN))
-
-
-def primitives_of(space: Space) -> list[SpatialPrimitive]:
-    """Return what is asked as primitives."""
-    pairs = zip(space.along, space.about, strict=True)
-    return [about(axis) if axis.any() else along(direction) for direction, axis in pairs]
-
-
-def space_of(primitives: Sequence[SpatialPrimitive], gravity: Array) -> Space:
-    """Return primitives, each under its gravity `(N, 3)` [m/s^2], as what is asked of starts."""
-    moves = np.array([each.direction or (0.0, 0.0, 0.0) for each in primitives])
-    turns = np.array([each.axis if each.direction is None else np.zeros(3) for each in primitives])
-    return Space(moves, turns, gravity)
+    return spatial_limit(task_in_space(held, starts.asked_in_space), starts.state, Ending(FollowRules(), MARGIN))
 
 
 def gripped(

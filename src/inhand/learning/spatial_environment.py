@@ -18,8 +18,10 @@ from inhand.hands.spatial.grasp_search import search_grasps
 from inhand.hands.spatial.gravity import GRAVITY, PALMS, gravity_of
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning.batch import Batch, Info
+from inhand.learning.dataset_cards import SPHERE
 from inhand.learning.environment_config import POOL_SEED
-from inhand.learning.space_pools import gripped, reach_in_space, space_of
+from inhand.learning.space import space_of
+from inhand.learning.space_pools import gripped, reach_in_space
 from inhand.learning.starts import Noise, Starts
 from inhand.learning.worlds import Interface
 from inhand.sim.memory import START_BYTES, check_memory
@@ -29,8 +31,6 @@ from inhand.tasks.layouts import find_layout
 from inhand.tasks.spatial.paths import spatial_path_of
 from inhand.tasks.spatial.primitives import SpatialPrimitive, parse_spatial_directions
 
-SPHERE = "sphere"
-"""Word for gravity that each start has along a vector drawn evenly on the sphere."""
 SAME = 1e-6
 """Directions and axes closer than this are one."""
 

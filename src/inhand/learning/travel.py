@@ -16,14 +16,15 @@ from inhand.control.spatial_trial import SpatialTrial
 from inhand.control.trial import LOST, AnyTrial, Passport, load_all, load_any
 from inhand.errors import InputError
 from inhand.folders import run_folder
-from inhand.learning.dataset_cards import OURS, DatasetHead
+from inhand.learning.dataset_cards import OURS, DatasetHead, DatasetKind
 from inhand.learning.datasets import (
-    ABOUT,
     DATA,
     MARK,
     DatasetEpisode,
+    about_of,
     check_installed,
     env_spec_of,
+    episode_from,
     read_dataset,
     read_head,
     read_told,
@@ -41,6 +42,7 @@ from inhand.learning.lerobot_files import (
     write_lerobot,
 )
 from inhand.learning.minari_files import Entry, add_episodes, new_storage
+from inhand.learning.space import Space, primitives_of
 from inhand.records import read_json, read_json_file, text_of
 from inhand.repeats import NAME
 from inhand.tasks.primitives import primitive_at
@@ -210,36 +212,40 @@ def demonstration_frames(episode: DatasetEpisode, head: DatasetHead) -> Frames:
         REWARD: episode.rewards,
         DONE: np.arange(count) == count - 1,
     }
-    about: dict[str, Any] = {name: np.asarray(getattr(episode, name)).tolist() for name in ABOUT}
+    about: dict[str, Any] = {name: np.asarray(getattr(episode, name)).tolist() for name in about_of(head.kind)}
     about |= {name: bool(getattr(episode, name)) for name in ("terminated", "truncated")}
     about["last_observation"] = episode.observations[-1].tolist()
-    direction = primitive_at(episode.angle_deg).name
-    return Frames(f"Move {head.object.name} {direction} with hand {head.kind.hand.name}", arrays, about)
+    return Frames(f"Move {head.object.name} {_way_of(episode)} with hand {head.kind.hand.name}", arrays, about)
 
 
-def episode_of(frames: Frames) -> DatasetEpisode:
-    """Return the demonstration that frames are.
+def _way_of(episode: DatasetEpisode) -> str:
+    """Return the name of what an episode was asked."""
+    asked = episode.along, episode.about, episode.gravity
+    if any(each is None for each in asked):
+        return primitive_at(episode.angle_deg).name
+    (only,) = primitives_of(Space(*(np.asarray(each)[None] for each in asked)))
+    return only.name
+
+
+def episode_of(frames: Frames, kind: DatasetKind) -> DatasetEpisode:
+    """Return the demonstration of a kind that frames are.
 
     Raises:
         InputError: what stood beside them is not there.
     """
     about, arrays = frames.about, frames.arrays
-    lacking = [name for name in (*ABOUT, "terminated", "truncated", "last_observation") if about.get(name) is None]
+    beside = about_of(kind)
+    lacking = [name for name in (*beside, "terminated", "truncated", "last_observation") if about.get(name) is None]
     if lacking:
         raise InputError(f"its episodes do not tell {', '.join(lacking)}, which demonstrations here have beside them")
-    numbers: dict[str, Any] = dict(about)
-    return DatasetEpisode(
-        np.vstack([arrays[STATE], np.asarray(numbers["last_observation"], dtype=np.float32)]),
-        arrays[ACTION],
-        arrays[WANTED],
-        arrays[REWARD],
-        bool(numbers["terminated"]),
-        bool(numbers["truncated"]),
-        float(numbers["angle_deg"]),
-        float(numbers["distance"]),
-        float(numbers["limit"]),
-        np.asarray(numbers["start"], dtype=float),
-    )
+    found = {
+        "observations": np.vstack([arrays[STATE], np.asarray(about["last_observation"], dtype=np.float32)]),
+        "actions": arrays[ACTION],
+        "wanted": arrays[WANTED],
+        "rewards": arrays[REWARD],
+    }
+    ends = bool(about["terminated"]), bool(about["truncated"])
+    return episode_from(found, {name: about[name] for name in beside}, ends)
 
 
 def import_demonstrations(place: Path, out: Path, like: Path | None = None, *, overwrite: bool = False) -> int:
@@ -330,4 +336,4 @@ def _from_lerobot(place: Path, head: DatasetHead) -> Iterator[DatasetEpisode]:
         )
     if round(features.fps) != DECISIONS_HZ:
         raise InputError(f"{place} has {features.fps:g} frames a second; decisions here are {DECISIONS_HZ} a second")
-    return (episode_of(frames) for frames in read_episodes(place, features))
+    return (episode_of(frames, head.kind) for frames in read_episodes(place, features))

@@ -4,6 +4,7 @@ import importlib.util
 import json
 import logging
 import re
+import signal
 import sys
 from pathlib import Path
 
@@ -283,9 +284,12 @@ def test_metrics_of_nothing_and_of_something_else(run: Path, inhand: Call) -> No
     assert "is neither a .npz trial, nor a .csv human file, nor a folder; give one of these (a file to write" in err
 
 
-def test_stopping_is_no_crash(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_stopping_is_no_crash(
+    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch, how: signal.Signals
+) -> None:
     def stopped(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
+        signal.raise_signal(how)
 
     monkeypatch.setattr("inhand.cli.asterisk.run_setup", stopped)
     code, _, err = inhand("asterisk", "--trials", 1, "--directions", "Out", "--out", tmp_path / "a")

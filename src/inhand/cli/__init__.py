@@ -9,7 +9,9 @@ that `--help` stays fast.
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Run the console command `inhand`; bad input ends with its text and exit code 2, Ctrl-C with 130."""
+    """Run the console command `inhand`; bad input ends with its text and exit code 2, Ctrl-C or SIGTERM with 130."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # how schedulers stop: nothing half written stays
     try:
         if _done(sys.argv[1:]):
             sys.exit(1)

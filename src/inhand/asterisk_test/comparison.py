@@ -5,20 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.results import Result, as_entry, averaged, result_of_human, tidy
-from inhand.asterisk_test.run import Assignment, Setup
+from inhand.asterisk_test.run import Setup
+from inhand.asterisk_test.spatial.run import SpatialSetup
 from inhand.control.draws import check_count
-from inhand.control.trial import LOST, Trial
+from inhand.control.trial import LOST
 from inhand.errors import InputError
 from inhand.pages import spread
 from inhand.tasks.primitives import TRAIN, UNSEEN, Primitive
+from inhand.tasks.spatial.primitives import SpatialPrimitive
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+S = TypeVar("S", bound=Setup | SpatialSetup)
+AnyPrimitive: TypeAlias = Primitive | SpatialPrimitive
 GROUPS = (("Trained directions", TRAIN), ("Unseen directions", UNSEEN))
 """The directions that training may see, and the eight that it never sees (thesis 3.3)."""
 HEADER = (
@@ -33,32 +37,33 @@ class ControllerTrials:
     """Every trial of one controller."""
 
     name: str
-    trials: tuple[Trial, ...]
+    trials: tuple[Any, ...]
+    """In the plane or in space."""
     results: tuple[Result, ...]
     """Their results, in the same order."""
     shown: int
     """Trials of each direction that the table's distances and the figures show; the others only count losses."""
 
     @property
-    def first(self) -> tuple[tuple[Trial, ...], tuple[Result, ...]]:
+    def first(self) -> tuple[tuple[Any, ...], tuple[Result, ...]]:
         """Trials that are shown, and their results."""
         rows = [i for i, result in enumerate(self.results) if result.trial <= self.shown]
         return tuple(self.trials[i] for i in rows), tuple(self.results[i] for i in rows)
 
     @property
-    def shown_or_failed(self) -> tuple[tuple[Trial, ...], tuple[Result, ...]]:
+    def shown_or_failed(self) -> tuple[tuple[Any, ...], tuple[Result, ...]]:
         """Trials that are shown and those that failed, and their results."""
         rows = [i for i, result in enumerate(self.results) if result.trial <= self.shown or not result.kept]
         return tuple(self.trials[i] for i in rows), tuple(self.results[i] for i in rows)
 
     @property
-    def failed(self) -> list[tuple[Trial, Result]]:
+    def failed(self) -> list[tuple[Any, Result]]:
         """Trials that did not come to their end with the object in the hand, and their results."""
         pairs = zip(self.trials, self.results, strict=True)
         return [(trial, result) for trial, result in pairs if not result.kept]
 
 
-def with_more(setup: Setup, episodes: int) -> Setup:
+def with_more(setup: S, episodes: int) -> S:
     """Return a setup with more trials, spread evenly over its directions, until there are as many as asked for.
 
     The first trials start as they do without the others.
@@ -69,14 +74,12 @@ def with_more(setup: Setup, episodes: int) -> Setup:
     if episodes < 1:
         raise InputError(f"--episodes {episodes}: give at least one episode")
     check_count(episodes, f"--episodes {episodes}")
-    ways = {each.primitive: each for each in setup.assignments}
-    done = max(each.trial for each in setup.assignments)
-    more: list[Assignment] = []
-    while len(setup.assignments) + len(more) < episodes:
-        number = len(more)
-        way = list(ways.values())[number % len(ways)]
-        more.append(replace(way, trial=done + 1 + number // len(ways)))
-    return replace(setup, assignments=(*setup.assignments, *more))
+    every: tuple[Any, ...] = setup.assignments
+    done, lacking = max(each.trial for each in every), max(episodes - len(every), 0)
+    ways = {each.primitive: each for each in every}.values()
+    more = [replace(way, trial=done + k) for k in range(1, 2 + lacking // len(ways)) for way in ways]
+    changed: dict[str, Any] = {"assignments": (*every, *more[:lacking])}
+    return replace(setup, **changed)
 
 
 def lost(results: Sequence[Result]) -> int:
@@ -85,7 +88,7 @@ def lost(results: Sequence[Result]) -> int:
 
 
 def rows(
-    policy: ControllerTrials, expert: ControllerTrials, people: Sequence[HumanTrial], group: Sequence[Primitive]
+    policy: ControllerTrials, expert: ControllerTrials, people: Sequence[HumanTrial], group: Sequence[AnyPrimitive]
 ) -> list[tuple[str, ...]]:
     """Return a row for each of some directions that was run, and one for all: the policy's values beside the expert's.
 

@@ -1,6 +1,5 @@
 """`inhand evaluate`: a learned policy beside the expert from the same starts, and what failed and why."""
 
-from inhand.asterisk_test.comparison import GROUPS, HEADER, rows
 from inhand.asterisk_test.table import failures
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.asterisk import simulated
@@ -21,9 +20,6 @@ def run_evaluate(config: EvaluateConfig) -> Answer:
     from inhand.learning.report import summary
 
     names = f"{found.policy.name} | {found.expert.name}"
-    tables = [
-        Listing(f"{title}: {names}", HEADER, rows(found.policy, found.expert, found.people, group), spare=SPARE)
-        for title, group in GROUPS
-    ]
+    tables = [Listing(f"{title}: {names}", header, cells, spare=SPARE) for title, header, cells in found.tables]
     lost = (f"{found.policy.name}, {sentence}" for sentence in failures(found.policy.results))
     return of_run(found, config.out, tables, (summary(found), *lost, f"Report: {config.out / 'report.html'}"))

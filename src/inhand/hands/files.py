@@ -71,8 +71,8 @@ def _check_planar(given: str | Path) -> None:
         raise InputError(
             f"hand {given!r} is a hand in space: `inhand asterisk`, with straight paths and the controllers ik,"
             " ik-sensed and rl, `inhand robustness`, `inhand sweep`, `inhand trace`, `inhand reach`, `inhand record`,"
-            " and `inhand train --preset spatial` take one (docs/spatial.md); everything else is of hands in the plane,"
-            " such as 2v2_50.50_50.50_1.1_53"
+            " `inhand evaluate` and `inhand train --preset spatial` take one (docs/spatial.md); everything else is of"
+            " hands in the plane, such as 2v2_50.50_50.50_1.1_53"
         )
 
 

@@ -6,9 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.asterisk_test.beside import Beside
-from inhand.asterisk_test.browser import views
-from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.geometry import Array
 from inhand.learning.figures import WIDE, Curve, colour_of, curves_of, shown_range, smoothed, thinned
 from inhand.learning.progress import Evaluated, Learned
@@ -24,26 +21,17 @@ def training_page(parts: Sequence[Part], found: Learned, config: Settings) -> st
     return html_of("A training", [title, intro, *training_views(found), "## The best policy", *told, config])
 
 
-def evaluation_page(
-    parts: Sequence[Part],
-    shown: Sequence[Beside],
-    replayed: Sequence[Beside],
-    beside: tuple[Sequence[HumanTrial], Learned | None],
-    config: object,
-) -> str:
+def evaluation_page(parts: Sequence[Part], drawn: Sequence[View], learned: Learned | None, config: object) -> str:
     """Return the page of an evaluation.
 
     Args:
         parts: of its page, the figures left out.
-        shown: trials whose means are drawn, the expert's first.
-        replayed: those that can be replayed.
-        beside: human trials, and the record of the policy's training where it is there.
+        drawn: what is drawn of its trials.
+        learned: the record of the policy's training where it is there.
         config: of the evaluation.
     """
     title, intro, *told = parts
-    people, learned = beside
     curves = [] if learned is None else training_views(learned)
-    drawn = views(shown, [human for human in people if human.twist_deg == 0], replayed)
     return html_of(
         "An evaluation", [title, intro, *drawn, "## Results", *told[:-1], *curves, told[-1], settings_of(config)]
     )

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from inhand.control.run_config import HeldConfig, RunConfig, SpreadConfig
+from inhand.control.run_config import GravityConfig, HeldConfig, RunConfig, SpreadConfig
 from inhand.sim.names import Engine
 
 EXPERT = "ik"
@@ -101,7 +101,7 @@ class TrainConfig(SpreadConfig):
 
 
 @dataclass(frozen=True)
-class EvaluateConfig(RunConfig):
+class EvaluateConfig(RunConfig, GravityConfig):
     """Evaluate a learned policy beside the expert from the same starts, and show what failed and why."""
 
     run: str = "rl"
@@ -114,9 +114,10 @@ class EvaluateConfig(RunConfig):
     """Object: a name, shape_SIZE in mm, a TOML file or an outline, as part.dxf:unit=mm:mass_kg=0.05; without it the one
     that the policy was trained with."""
     trials: int = 3
-    """Trials for each of the 16 directions, for table and figures; the first of the episodes."""
+    """Trials for each of the 16 directions, for table and figures; the first of the episodes. With a hand in space for
+    each of 26 directions, 6 turns and 24 directions that training never shows."""
     episodes: int = 100
-    """Episodes in which lost objects are counted, spread evenly over the 16 directions."""
+    """Episodes in which lost objects are counted, spread evenly over all of these."""
     human: Path | None = None
     """Folder of recorded human trials to set beside both."""
     out: Path = Path("results/evaluate")

@@ -7,23 +7,31 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from inhand.asterisk_test.asterisk import Simulate, people_of
+from inhand.asterisk_test.asterisk import Simulate, notes_for, people_of, run_setup, setup_of
 from inhand.asterisk_test.comparison import ControllerTrials, with_more
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
-from inhand.asterisk_test.run import Setup, prepare, simulate
+from inhand.asterisk_test.run import Setup
+from inhand.asterisk_test.spatial.run import SpatialSetup
 from inhand.control.catalogue import SHIPPED, find_controller
 from inhand.control.draws import disturbance_notes
-from inhand.control.notes import notes_of
-from inhand.control.trial import Trial, load_trials
+from inhand.control.policy import Policy
+from inhand.control.spatial_catalogue import SHIPPED as SHIPPED_IN_SPACE
+from inhand.control.spatial_catalogue import find_spatial_controller
+from inhand.control.trial import AnyTrial, load_all
 from inhand.errors import InputError
 from inhand.folders import MARK
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import hand_name, object_name
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
+from inhand.hands.spatial.hand import SpatialHand
+from inhand.hands.spatial.objects import SolidSpec
+from inhand.hands.spatial.pair import load_held
 from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.progress import JOURNAL, Learned, read_learning
+from inhand.learning.recipe import SEEN
+from inhand.learning.space_pools import TESTED
 from inhand.records import checked, configured
 from inhand.shown import path_of, saved
 from inhand.sim.disturbance import disturbance_of
@@ -42,9 +50,9 @@ class Ready:
 
     test: AsteriskConfig
     """The policy's run of the Asterisk Test."""
-    setup: Setup
+    setup: Setup | SpatialSetup
     """What the policy does,"""
-    expert: Setup
+    expert: Setup | SpatialSetup
     """and the expert."""
     people: HumanFolder
     """Human trials to set beside both."""
@@ -53,8 +61,8 @@ class Ready:
 def evaluate(
     run: str | os.PathLike[str] = DEFAULT.run,
     *,
-    hand: str | Path | HandSpec | None = None,
-    object: str | Path | ObjectSpec | None = None,
+    hand: str | Path | HandSpec | SpatialHand | None = None,
+    object: str | Path | ObjectSpec | SolidSpec | None = None,
     trials: int = DEFAULT.trials,
     episodes: int = DEFAULT.episodes,
     seed: int = DEFAULT.seed,
@@ -68,7 +76,8 @@ def evaluate(
         run: a training run or its folder, that of a policy, or rl, the policy of the package.
         hand: a name, a TOML file or a spec; None for the one that the policy was trained with.
         object: the same.
-        trials: for each of the 16 directions, for table and figures; the first of the episodes.
+        trials: for each of the 16 directions, in space of 56 primitives, for table and figures; the first of the
+            episodes.
         episodes: episodes in which lost objects are counted, spread evenly over the directions.
         seed: of the start noise.
         engine: planar, mujoco or bullet.
@@ -93,22 +102,21 @@ def ready_evaluation(config: EvaluateConfig) -> Ready:
         InputError: anything in the configuration that cannot be run.
     """
     name = name_of(config)
-    policy = find_controller(name).policy
+    space = config.hand is not None and is_spatial_hand(config.hand)
+    policy = (find_spatial_controller(name) if space else find_controller(name)).policy
     if policy is None:
         raise InputError(
             f"{name!r} is no learned policy: give the folder of a run of `inhand train`; for other controllers there is"
             " `inhand asterisk --controller`"
         )
     test = _test(config, name, policy.trained)
-    people = people_of(test)
-    setup, expert = (with_more(prepare(replace(test, controller=by)), config.episodes) for by in (name, EXPERT))
+    people = HumanFolder((), ()) if is_spatial_hand(test.hand) else people_of(test)
+    setup, expert = (with_more(setup_of(replace(test, controller=by)), config.episodes) for by in (name, EXPERT))
     return Ready(test, setup, expert, people)
 
 
-def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simulate) -> Compared:
+def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = run_setup) -> Compared:
     """Run both, measure, and return the finished evaluation."""
-    from inhand.learning.report import Compared
-
     test, entry = known.test, known.setup.controller
     both = [
         _evaluation(run(replace(test, controller=setup.controller.name), setup), config.trials)
@@ -116,11 +124,26 @@ def finish_evaluation(config: EvaluateConfig, known: Ready, run: Simulate = simu
     ]
     notes = (
         *known.people.notes,
-        *notes_of(entry, test.hand, test.object),
-        *disturbance_notes(config, entry.reads, entry.contract),
+        *notes_for(entry, load_held(test.hand, test.object), test),
+        *disturbance_notes(config, entry.reads, entry.contract, space=isinstance(known.setup, SpatialSetup)),
     )
-    trained = entry.policy.trained if entry.policy else {}
-    return Compared(config, test, both[0], both[1], trained, known.people.trials, notes, _learned(config.run))
+    trained = entry.policy.trained if isinstance(entry.policy, Policy) else {}
+    return _compared(config, test, (both[0], both[1]), trained, people=known.people.trials, notes=notes)
+
+
+def _compared(
+    config: EvaluateConfig,
+    test: AsteriskConfig,
+    both: tuple[ControllerTrials, ControllerTrials],
+    trained: dict[str, Any],
+    **told: Any,
+) -> Compared:
+    """Return an evaluation in the plane or in space, with the record of the policy's training."""
+    from inhand.learning.report import Compared
+    from inhand.learning.spatial_report import SpatialCompared
+
+    made = SpatialCompared if is_spatial_hand(test.hand) else Compared
+    return made(config, test, *both, trained, learned=_learned(config.run), **told)
 
 
 def load_evaluation(folder: Path) -> Compared:
@@ -129,24 +152,23 @@ def load_evaluation(folder: Path) -> Compared:
     Raises:
         InputError: there is none that can be read.
     """
-    from inhand.learning.report import Compared
-
     config, content = saved(folder, MARK, EvaluateConfig, engine=UNTOLD)
     entries = checked("trials", content.get("trials"), list[dict[str, Any]])
     order = {(entry.get("direction"), entry.get("trial")): place for place, entry in enumerate(entries)}
 
-    def place(trial: Trial) -> int:
+    def place(trial: AnyTrial) -> int:
         return order.get((trial.passport.primitive, trial.passport.trial), len(order))
 
     policy, expert = (
-        _evaluation(tuple(sorted(load_trials(each), key=place)), config.trials) for each in (folder, folder / EXPERT)
+        _evaluation(tuple(sorted(load_all(each), key=place)), config.trials) for each in (folder, folder / EXPERT)
     )
     trained = checked("policy", content.get("policy"), dict[str, Any])
     passport = policy.trials[0].passport
     known = {"hand": passport.hand.name, "object": passport.object.name} | trained
     test = _test(config, policy.name, known)
     notes: tuple[str, ...] = checked("notes", content.get("notes", ()), tuple[str, ...])
-    return Compared(config, test, policy, expert, trained, people_of(test).trials, notes, _learned(config.run))
+    people = () if is_spatial_hand(test.hand) else people_of(test).trials
+    return _compared(config, test, (policy, expert), trained, people=people, notes=notes)
 
 
 def name_of(config: EvaluateConfig) -> str:
@@ -157,23 +179,25 @@ def name_of(config: EvaluateConfig) -> str:
     """
     if not config.last:
         return config.run
-    if config.run in SHIPPED or not (Path(config.run) / "last").is_dir():
+    if config.run in {*SHIPPED, *SHIPPED_IN_SPACE} or not (Path(config.run) / "last").is_dir():
         raise InputError(f"--last: {config.run} holds no last policy; give the folder of a run of `inhand train`")
     return str(Path(config.run) / "last")
 
 
 def _test(config: EvaluateConfig, name: str, trained: dict[str, Any]) -> AsteriskConfig:
     """Return the run of the Asterisk Test that evaluates a policy, by default with what it was trained with."""
-    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "disturb", "out")
+    same = ("engine", "human", "trials", "seed", "noise_mm", "noise_deg", "disturb", "gravity", "out")
+    hand = config.hand or trained["hand"]
     return AsteriskConfig(
-        hand=config.hand or trained["hand"],
+        hand=hand,
         object=config.object or trained["object"],
         controller=name,
+        directions=",".join(each.name for each in (*SEEN, *TESTED)) if is_spatial_hand(hand) else "all",
         **{field: getattr(config, field) for field in same},
     )
 
 
-def _evaluation(trials: tuple[Trial, ...], shown: int) -> ControllerTrials:
+def _evaluation(trials: tuple[AnyTrial, ...], shown: int) -> ControllerTrials:
     return ControllerTrials(trials[0].passport.controller, trials, tuple(map(result_of_trial, trials)), shown)
 
 

@@ -10,7 +10,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from inhand.asterisk_test.beside import Beside
-from inhand.asterisk_test.comparison import GROUPS, ControllerTrials, lost, rows
+from inhand.asterisk_test.browser import views
+from inhand.asterisk_test.comparison import GROUPS, AnyPrimitive, ControllerTrials, lost, rows
 from inhand.asterisk_test.comparison import HEADER as BOTH
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.failures import MOST_FAILURES, failure_of, failures_figure
@@ -23,6 +24,7 @@ from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
 from inhand.pages import Part, Picture, again, listed, options, page_of, table_of
+from inhand.plots.page.views import View
 from inhand.plots.save import save_picture
 from inhand.repeats import write_repeat
 from inhand.shown import HTML, Shown, frame
@@ -60,6 +62,16 @@ class Compared(Shown):
         """Return a row for each trial of both: controller, direction, outcome, every metric."""
         both = (self.policy, self.expert)
         return frame([{"controller": each.name} | as_entry(result) for each in both for result in each.results])
+
+    @property
+    def groups(self) -> Sequence[tuple[str, Sequence[AnyPrimitive]]]:
+        """What the tables tell apart, each with its title."""
+        return GROUPS
+
+    @property
+    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+        """Title, heading and rows of a table for each group."""
+        return [(title, BOTH, rows(self.policy, self.expert, self.people, group)) for title, group in self.groups]
 
     def figure(self) -> Figure:
         """Return people, expert and policy side by side."""
@@ -102,7 +114,15 @@ class Compared(Shown):
         both = [(self.expert, "from the same starts"), (self.policy, "the policy")]
         shown = [Beside(each.name, *each.first, told=text) for each, text in both]
         replayed = [Beside(each.name, *each.shown_or_failed) for each, _ in both]
-        return evaluation_page(parts(self, []), shown, replayed, (self.people, self.learned), self.config)
+        return evaluation_page(parts(self, []), self.views(shown, replayed), self.learned, self.config)
+
+    def views(self, shown: Sequence[Beside], replayed: Sequence[Beside]) -> list[View]:
+        """Return what a page for a browser draws of means, and the player of trials."""
+        return views(shown, [human for human in self.people if human.twist_deg == 0], replayed)
+
+    def pictures(self, folder: Path) -> list[Picture]:
+        """Draw the figures of the trials into `figures` of a folder."""
+        return [*_asterisks(self, folder), *_failed(self, folder)]
 
     @property
     def run(self) -> Run:
@@ -147,7 +167,7 @@ def curve_pictures(found: Learned, folder: Path, title: str, subtitle: str) -> l
 
 def write_evaluation(found: Compared, folder: Path) -> None:
     """Write figures and `report.md` of an evaluation into its folder."""
-    pictures = [*_asterisks(found, folder), *_failed(found, folder)]
+    pictures = found.pictures(folder)
     if found.learned is not None:
         pictures += curve_pictures(found.learned, folder, f"Training of {found.policy.name}", "")
     (folder / "report.md").write_text(page_of(*parts(found, ["## Figures", *pictures])), encoding="utf-8")
@@ -175,7 +195,7 @@ def parts(found: Compared, pictures: Sequence[Part]) -> list[Part]:
         "Distance is the progress up to the first loss of contact, mean ± SD. Lateral, Turn and Contact (share of steps"
         f" with all fingers touching) are the worst trial's. Cells hold {policy.name}'s value, then"
         f" {found.expert.name}'s.",
-        *(table_of(BOTH, rows(policy, found.expert, found.people, group), title) for title, group in GROUPS),
+        *(table_of(header, cells, title) for title, header, cells in found.tables),
         summary(found),
         listed(failed, "What failed"),
         people_told(found.people),

@@ -8,17 +8,21 @@ from matplotlib.path import Path as Edge
 from numpy.typing import NDArray
 
 import inhand
+from inhand import caches
 from inhand.control import sensed_plan
 from inhand.control.catalogue import CONTROLLERS, learned, rough_grasp
 from inhand.control.controller import Task
 from inhand.control.estimator import WAIT
+from inhand.control.ik_sensed import SENSED_PRIMITIVE
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
 from inhand.control.seen import Seen
+from inhand.control.sensed_plan import Candidate, Carrier
 from inhand.control.trial import LOST_CONTACT, REACHED, STOPPED, Trial
 from inhand.errors import InputError
 from inhand.geometry import Array, planar, way_along
+from inhand.hands.grasp_search import GraspPlan
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.disturbance import FIELD, Camera, Disturbance
@@ -137,6 +141,25 @@ def test_a_tour_is_gripped_for_all_places_that_it_can_go_to(monkeypatch: pytest.
     with pytest.raises(AttributeError):
         follow(HELD, entry, [one], ASIDE[:1], Bench())
     assert gone[0].distance == pytest.approx([rest * way])
+
+
+def test_a_tour_is_held_well_inside_what_friction_carries_as_its_primitives_carry(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = list[tuple[list[float], object]]()
+
+    def tried(_held: object, _paths: object, left: list[Candidate], by: Carrier, _draws: range) -> list[Candidate]:
+        asked.append(([each.reach for each in left], getattr(by.make, "keywords", {}).get("config")))
+        raise InputError("enough")
+
+    found = [Candidate(0, GraspPlan(*np.zeros((3, 2)), reach=1), reach) for reach in (0.4, 0.5)]
+    monkeypatch.setattr(sensed_plan, "candidates", lambda *_: (found, np.array([0.5])))
+    monkeypatch.setattr(sensed_plan, "_tried", tried)
+    monkeypatch.setenv(caches.PLACE, "off")
+    for plan in (find_task("tour").plan(HELD, np.random.default_rng(0)), THREE[0]):
+        with pytest.raises(InputError, match="enough"):
+            follow(HELD, CONTROLLERS["ik-sensed"], [plan], ASIDE[:1], Bench())
+    assert asked == [([0.5], SENSED_PRIMITIVE), ([0.4, 0.5], None)]
 
 
 def test_a_policy_of_a_whole_task_on_senses_is_asked_from_where_it_believes_the_object() -> None:

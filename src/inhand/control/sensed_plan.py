@@ -11,6 +11,7 @@ object.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from inhand.caches import keep, key_of, look_up
 from inhand.control.controller import Task
 from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
-from inhand.control.ik_sensed import IkSensedController
+from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp, graded_grasp
@@ -100,7 +101,14 @@ class Carrier:
     """Worlds in which ways are gone to their end, to see whether the object stays there; without any `STAYS`;"""
     last: int = 1
     """by so many candidates, of which the best is taken."""
+    farthest: bool = False
+    """Whether grasps alone are tried that are predicted to reach as far as any: what goes on for long is pushed often,
+    and kept only well inside what friction carries."""
     engine: str = ENGINE
+
+
+ANYWHERE = Carrier(partial(IkSensedController, config=SENSED_PRIMITIVE), "ik-sensed, anywhere", farthest=True)
+"""Who tries the grasps of ways among places drawn anywhere, as tours: with the law of a sequence's primitives."""
 
 
 def graded(carrier: Carrier) -> Carrier:
@@ -170,6 +178,8 @@ def candidates(held: Held, poses: Array) -> tuple[list[Candidate], Array]:
 def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     """Return opened and closed joints and ways of the best candidate of each path `(P, S, 3)`."""
     left, reach = candidates(held, poses)
+    if by.farthest:
+        left = [each for each in left if each.reach >= reach[each.path] - SAME]
     whole, first = way_along(poses)[:, -1], 0
     for best, worlds in by.rounds or ROUNDS:
         left = [each for path in range(len(poses)) for each in _best(left, path, whole[path], by)[:best]]

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from inhand.control.catalogue import ControllerEntry
+from inhand.control.catalogue import ControllerEntry, Planner
 from inhand.control.controller import Controller, SpatialTask, Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE
@@ -16,6 +16,7 @@ from inhand.control.loop import Bench, simulate
 from inhand.control.recording import cut_trials, passports
 from inhand.control.route_policy import RouteController, SensedRouteController
 from inhand.control.seen import SENSED
+from inhand.control.sensed_plan import ANYWHERE, sensed_grasp
 from inhand.control.spatial_catalogue import SpatialEntry
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.trial import REACHED, STOPPED, AnyTrial, Passport, Trial
@@ -80,6 +81,13 @@ def repertoire_of(entry: ControllerEntry) -> Repertoire:
     }
 
 
+def planner_of(entry: ControllerEntry, plans: Sequence[Plan]) -> Planner:
+    """Return what chooses the grasps of plans, which are all drawings or all go anywhere."""
+    planner = entry.fixed_grasp or entry.grasp
+    anywhere = planner is sensed_grasp and all(plan.around for plan in plans)
+    return partial(sensed_grasp, carrier=ANYWHERE) if anywhere else planner
+
+
 def follow(
     held: Held,
     entry: ControllerEntry,
@@ -102,7 +110,7 @@ def follow(
     poses = stacked([plan.path.poses for plan in plans])
     blind = entry.reads == SENSED
     gripped = stacked([plan.gripped.poses for plan in plans]) if blind else poses
-    grasp = (entry.fixed_grasp or entry.grasp)(hand, spec, gripped, starts, engine=bench.engine)
+    grasp = planner_of(entry, plans)(hand, spec, gripped, starts, engine=bench.engine)
     way = grasp.way
     if blind and way is not None:
         way = np.array([plan.carried(each) for plan, each in zip(plans, way.tolist(), strict=True)])

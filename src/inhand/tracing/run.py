@@ -42,7 +42,7 @@ from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.drawings import SHAPES, find_drawing
 from inhand.tracing.fit import AnyHeld, Carries, carried, check_extent, fit_of, largest, reached, refusal
-from inhand.tracing.follow import Followed, follow, follow_in_space
+from inhand.tracing.follow import Followed, follow, follow_in_space, planner_of
 from inhand.tracing.plan import TOLERANCE, Plan, plan_along
 from inhand.tracing.spatial_drawings import HELIX, PLANES, find_spatial_drawing
 from inhand.tracing.spatial_tasks import SPATIAL_TASKS
@@ -297,7 +297,7 @@ def _planned(config: TraceConfig, entry: ControllerEntry | SpatialEntry) -> Carr
 
     def carries(held: Held, plan: Plan) -> float:
         poses = plan.gripped.poses[None]
-        way = (entry.fixed_grasp or entry.grasp)(*held, poses, poses[:, 0], engine=config.engine).way
+        way = planner_of(entry, [plan])(*held, poses, poses[:, 0], engine=config.engine).way
         return float(plan.way[-1]) if way is None else plan.carried(float(way[0]))
 
     return carries

@@ -264,3 +264,26 @@ def test_a_capsule_without_a_length_is_a_ball_and_knuckles_that_overlap_do_not_p
     assert {"finger_0_0_0", "finger_1_1_0"} not in pairs
     assert {"finger_0_2_0", "finger_1_2_0"} in pairs
     assert made.npair > plain.npair
+
+
+def test_targets_that_lag_arrive_world_by_world_and_nothing_else_differs() -> None:
+    """As if every physics step were asked for alone; a world that diverges is put back, one that is still stays."""
+    lags, still = np.array([0, 2, 4]), np.array([True, True, False])
+    for wild in (False, True):
+        one, other = worlds(), worlds()
+        before = gripped(one, 2)
+        gripped(other, 2)
+        targets = before.targets + 0.02
+        if wild:
+            for each in (one, other):
+                each.push(np.array([1]), np.array([[0.0, 0.0, 1e8]]))
+        one.lag = lags
+        found = one.step(targets, 5, still)
+        for step in range(5):
+            expected = other.step(np.where((lags <= step)[:, None], targets, before.targets), 1, still)
+        rows = [0, 2] if wild else [0, 1, 2]
+        for part in fields(State):
+            a, b = (np.asarray(getattr(each, part.name))[rows] for each in (found, expected))
+            assert a.tobytes() == b.tobytes(), part.name
+        assert found.diverged.tolist() == expected.diverged.tolist() == [False, wild, False]
+        assert found.time[1] == expected.time[1]

@@ -42,6 +42,23 @@ class MujocoWorlds(Simulator):
         self._batch.step(active, nstep=substeps)
         self._forces[active] = self._now[FORCES].reshape(self._forces.shape)[active]
 
+    def _hold(self, targets: Array, substeps: int, active: NDArray[np.bool_]) -> None:
+        """Advance all steps in one call also where targets lag: a call for each step would take a quarter longer."""
+        if not self.lag.any():
+            super()._hold(targets, substeps, active)
+            return
+        arrived = self.lag[:, None] <= np.arange(substeps)
+        told = np.where(arrived[..., None], targets[:, None], self._held[:, None])
+        before = self._now["time"].copy()
+        self._batch.rollout(substeps, told[active], record=(), ids=active)
+        # A world that warns stops there, and goes on step by step.
+        done = np.rint((self._now["time"] - before) / self.timestep)
+        for step in range(int(done[active].min(initial=substeps)), substeps):
+            self._advance(told[:, step], 1, active & (done <= step))
+        self._now["ctrl"][active] = told[active, -1]
+        self._forces[active] = self._now[FORCES].reshape(self._forces.shape)[active]
+        self._held = np.where(active[:, None], targets, self._held)
+
     def _put(self, worlds: NDArray[np.int64], snapshot: Snapshot, rows: NDArray[np.int64]) -> None:
         for name in KEPT:
             self._now[name][worlds] = getattr(snapshot, name)[rows]

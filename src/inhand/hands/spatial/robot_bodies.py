@@ -1,7 +1,7 @@
 """What the rigid parts of a robot file weigh, and the capsules that stand for their collision shapes."""
 
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -90,7 +90,7 @@ def _lines(model: mujoco.MjModel, geom: int) -> list[Line]:
     return lines_of(points, np.array(model.mesh_face[first : first + count]))
 
 
-def lines_of(points: Array, faces: NDArray[np.int_]) -> list[Line]:
+def lines_of(points: Array, faces: NDArray[np.integer[Any]]) -> list[Line]:
     """Return the capsule of a mesh of corners `(N, 3)` and triangles `(T, 3)`, or two where those are much smaller.
 
     The second is of what lies beyond a cut across its longest side.

@@ -152,7 +152,7 @@ def test_a_tour_is_held_well_inside_what_friction_carries_as_its_primitives_carr
         asked.append(([each.reach for each in left], getattr(by.make, "keywords", {}).get("config")))
         raise InputError("enough")
 
-    found = [Candidate(0, GraspPlan(*np.zeros((3, 2)), reach=1), reach) for reach in (0.4, 0.5)]
+    found = [Candidate(0, GraspPlan(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros(4), 1), reach) for reach in (0.4, 0.5)]
     monkeypatch.setattr(sensed_plan, "candidates", lambda *_: (found, np.array([0.5])))
     monkeypatch.setattr(sensed_plan, "_tried", tried)
     monkeypatch.setenv(caches.PLACE, "off")

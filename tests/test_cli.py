@@ -276,6 +276,13 @@ def test_folders_of_recordings_that_cannot_be_used(name: str, text: str, tmp_pat
     assert inhand("metrics", folder)[0] == 2
 
 
+def test_a_path_that_no_file_can_have_is_refused(inhand: Call) -> None:
+    code, _, err = inhand("metrics", "x" * 300)
+    assert code == 2
+    assert err.startswith("inhand: xxx")
+    assert err.endswith("File name too long; give another path\n")
+
+
 def test_metrics_of_nothing_and_of_something_else(run: Path, inhand: Call) -> None:
     code, _, err = inhand("metrics")
     assert (code, err) == (2, "inhand: no files given: give .npz trials, .csv human files, or folders of human files\n")

@@ -327,6 +327,16 @@ def test_a_geom_without_an_outline_is_refused() -> None:
         solid_points(model, data, [0], np.eye(3))
 
 
+@pytest.mark.parametrize("said", ['size="1e200"', 'size="0.1" pos="0 0 -1e180"'])
+def test_a_geom_that_no_hand_can_have_is_refused(said: str) -> None:
+    text = f'<mujoco><worldbody><body><geom name="tip" type="sphere" mass="1" {said}/></body></worldbody></mujoco>'
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    with pytest.raises(InputError, match=r"geom 'tip' is 1e.* m large, or as far away"):
+        solid_points(model, data, [0], np.eye(3))
+
+
 def ring(count: int) -> Array:
     angle = np.arange(count) * 2 * np.pi / count
     return np.stack([0.02 * np.cos(angle), 0.02 * np.sin(angle)], axis=-1)

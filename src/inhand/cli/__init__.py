@@ -8,6 +8,7 @@ that `--help` stays fast.
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -52,8 +53,13 @@ def _done(words: list[str]) -> bool:
 
         return run(asked(words))
     except InputError as error:
-        sys.stderr.write(f"inhand: {shortened(str(error))}\n")
-        sys.exit(2)
+        told = str(error)
+    except OSError as error:
+        if error.errno not in {errno.ENAMETOOLONG, errno.ELOOP}:
+            raise
+        told = f"{error.filename}: {error.strerror}; give another path"
+    sys.stderr.write(f"inhand: {shortened(told)}\n")
+    sys.exit(2)
 
 
 def run(wanted: Asked) -> bool:

@@ -16,6 +16,8 @@ FLATTENING = 1e-5
 """A corner this close to the line between its neighbours is left out [m]; meshes have hundreds of those."""
 DECIMALS = 9
 """Lengths are rounded to nanometres, so that two files of the same hand give the same numbers."""
+LARGEST = 1e6
+"""No geom is so large or far away [m]: beyond, squares of its numbers may be too large to compute with."""
 
 _Kind = mujoco.mjtGeom
 _ROUND = (_Kind.mjGEOM_SPHERE, _Kind.mjGEOM_ELLIPSOID, _Kind.mjGEOM_CAPSULE, _Kind.mjGEOM_CYLINDER)
@@ -35,8 +37,15 @@ def solid_points(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int
     The robot's kinematics are computed. Rows of `axes` `(3, 3)` are the wanted frame's, about the world's origin.
 
     Raises:
-        InputError: a geom has no outline, such as a height field.
+        InputError: a geom has no outline, such as a height field, or is too large to be of any hand.
     """
+    geoms = list(geoms)
+    for geom in geoms:
+        largest = np.abs([model.geom_size[geom], data.geom_xpos[geom]]).max()
+        if not largest < LARGEST:
+            raise InputError(
+                f"geom {model.geom(geom).name!r} is {largest:g} m large, or as far away: check its numbers"
+            )
     points = [_geom_points(model, data, geom, axes) for geom in geoms]
     return np.concatenate(points) @ axes.T
 

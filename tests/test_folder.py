@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from inhand.errors import InputError
-from inhand.folders import MARK, check_folder, run_folder
+from inhand.folders import MARK, check_folder, is_file, run_folder
 
 
 def a_run(out: Path, text: str = "old") -> None:
@@ -177,7 +177,7 @@ import asyncio
 import errno
 import sys
 from pathlib import Path
-from inhand.folders import run_folder
+from inhand.folders import run_folder, is_file
 with run_folder(Path(sys.argv[1]), overwrite=True):
     print("ready", flush=True)
     time.sleep(60)
@@ -200,3 +200,9 @@ def test_a_second_run_is_refused_while_the_first_lives_and_not_after(tmp_path: P
     asyncio.run(first())
     written_to(tmp_path / "run", "second")
     assert everything(tmp_path) == {f"run/{MARK}": "second"}
+
+
+def test_no_file_has_a_name_too_long_or_with_a_nul(tmp_path: Path) -> None:
+    (tmp_path / "there").touch()
+    assert is_file(tmp_path / "there")
+    assert not any(is_file(tmp_path / name) for name in ("elsewhere", "x" * 300, "a\0b"))

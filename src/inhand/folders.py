@@ -151,6 +151,14 @@ def place_of(out: Path) -> Path:
     return place
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is such a file; no file has a name too long, or with a NUL."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def clear(folder: Path) -> None:
     """Remove everything in a folder, and keep the folder."""
     for each in folder.iterdir():

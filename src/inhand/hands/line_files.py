@@ -8,6 +8,7 @@ import numpy as np
 
 from inhand.columns import Columns, Header, read_columns
 from inhand.errors import InputError
+from inhand.folders import is_file
 from inhand.geometry import Array
 from inhand.hands.dxf import dxf_lines
 from inhand.hands.polylines import CLOSE, MOST, UNITS, joined
@@ -43,7 +44,7 @@ def read_polyline(path: Path, what: str, close: float = CLOSE) -> Polyline:
         InputError: the file cannot be used, or its lines do not meet.
     """
     kind = path.suffix.lower()
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{what}: there is no such file; give the path of a {kind} file that is there")
     try:
         lines, unit = _reader(kind)(path, close)

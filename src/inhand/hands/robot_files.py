@@ -18,6 +18,7 @@ import mujoco
 import numpy as np
 
 from inhand.errors import InputError
+from inhand.folders import is_file
 from inhand.geometry import Array, rotate, wrap_angle
 from inhand.hands.hand import FINGER_NAMES, Corners, FingerSpec, HandSpec
 from inhand.hands.robot_chains import Chain, Parts, RobotNames, find_parts
@@ -108,7 +109,7 @@ def load_model(path: Path, joints: tuple[str, ...]) -> tuple[mujoco.MjModel, tup
     Raises:
         InputError: no such file, or none that the engine reads.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"no robot file {path}: robot names a URDF or MJCF file, seen from the hand file's folder")
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"robot file {path}: unknown ending {path.suffix!r}; allowed are {', '.join(SUFFIXES)}")

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from inhand.errors import InputError
+from inhand.folders import is_file
 from inhand.hands.robot_text import MESHES, left_out
 
 _Kind = mujoco.mjtGeom
@@ -52,7 +53,7 @@ def _unreadable(spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, path: Path) -> str:
             " (for example in Blender or MeshLab), or give boxes and cylinders"
         )
     places = [path.parent / spec.meshdir / file, path.parent / spec.meshdir / file.name]
-    if any(place.is_file() for place in places):
+    if any(is_file(place) for place in places):
         return ""
     return f"{mesh.file!r} is not there, looked for as {places[0]}: put it there"
 

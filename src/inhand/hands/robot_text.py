@@ -13,6 +13,7 @@ from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers.expat import ExpatError, ParserCreate
 
 from inhand.errors import InputError
+from inhand.folders import is_file
 
 BODIES = 1000
 """Bodies and shapes that a robot file may have, counted with their replicas."""
@@ -140,7 +141,7 @@ def _count(xml: _Xml, depth: int) -> int:
         found += times if element.tag in {*_COUNTED, "replicate", "composite", "flexcomp"} else 0
         other = element.get("file", "") if element.tag in {"include", "model"} else ""
         beside = xml.path.parent / other
-        if other and beside.suffix.lower() != ".urdf" and _is_file(beside):
+        if other and beside.suffix.lower() != ".urdf" and is_file(beside):
             if depth == PARENTS:
                 raise xml.wrong(element, f"is the file in {depth} files that include each other: put them into one")
             found += times * _count(_parse(beside), depth + 1)
@@ -215,7 +216,7 @@ def _mesh(xml: _Xml, mesh: Element, number: int) -> tuple[str, bytes]:
             " example in Blender or MeshLab), or give boxes and cylinders as <collision>",
         )
     places = list(_places(xml, named))
-    found = next((place for place in places if _is_file(place)), None)
+    found = next((place for place in places if is_file(place)), None)
     if found is None:
         looked = ", ".join(dict.fromkeys(str(place) for place in places))
         raise xml.wrong(
@@ -246,10 +247,3 @@ def _places(xml: _Xml, named: str) -> Iterator[Path]:
         yield base / package / inner_name
     for base in (*above[:2], *(base for base in listed if base.name == package)):
         yield base / inner_name
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name too long, or with a NUL
-        return False

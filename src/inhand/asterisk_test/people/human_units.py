@@ -65,7 +65,8 @@ def check_unit(file_name: str, rows: Columns, unit: Unit) -> None:
         InputError: a position or rotation too large for any hand, a negative size of rotation, or a path in mm
             that never leaves the jitter.
     """
-    place = np.max(np.abs(np.column_stack([rows.columns["x"], rows.columns["y"]]) * unit.to_mm), axis=1)
+    with np.errstate(over="ignore"):  # what overflows is refused below
+        place = np.max(np.abs(np.column_stack([rows.columns["x"], rows.columns["y"]]) * unit.to_mm), axis=1)
     _refuse_above(file_name, rows, place, LARGEST_MM, f"mm from the start, read as {unit.text}")
     if unit.rotation_usable:
         turn = np.abs(rows.columns["rmag"])

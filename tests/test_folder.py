@@ -177,7 +177,7 @@ import asyncio
 import errno
 import sys
 from pathlib import Path
-from inhand.folders import run_folder, is_file
+from inhand.folders import run_folder
 with run_folder(Path(sys.argv[1]), overwrite=True):
     print("ready", flush=True)
     time.sleep(60)

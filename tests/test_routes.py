@@ -100,7 +100,7 @@ def test_a_teacher_goes_through_a_whole_route_and_what_is_sensed_is_asked_from_w
     seen: Starts,
 ) -> None:
     recording = Recording(*HELD, (), Recipe(push=0.0, expert="mild-teacher"), SENSED, Noise(), seed=0)
-    episodes, _ = recorded(recording, seen, np.random.default_rng(0))
+    episodes = recorded(recording, seen, np.random.default_rng(0))
     assert not episodes.terminated.any()
     assert seen.routes is not None
     assert (episodes.distance >= seen.routes.way[:, -1] - 0.002).all()
@@ -117,7 +117,7 @@ def test_a_teacher_goes_through_a_whole_route_and_what_is_sensed_is_asked_from_w
 def test_the_expert_goes_through_a_whole_route_in_worlds(starts: Starts, layout: str) -> None:
     interface = Interface(layout, "steps", "progress", horizon=190)
     recording = Recording(*HELD, (), Recipe(push=0.0), interface, Noise(), seed=0)
-    episodes, _ = recorded(recording, starts, np.random.default_rng(0))
+    episodes = recorded(recording, starts, np.random.default_rng(0))
     assert not episodes.terminated.any()
     assert starts.routes is not None
     assert (episodes.distance >= starts.routes.way[:, -1] - 0.002).all()

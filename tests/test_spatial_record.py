@@ -199,7 +199,7 @@ def test_the_expert_demonstrates_too_under_the_gravity_that_is_asked_for() -> No
     pool = pool_of(recording, plans, 5, np.random.default_rng(11))
     np.testing.assert_allclose(pool.asked_in_space.gravity, np.tile([0.0, 0.0, 9.81], (len(pool), 1)))
     pool = replace(pool, distance=np.full(len(pool), 0.006))
-    shown, _ = demonstrations.recorded(recording, pool, np.random.default_rng(12))
+    shown = demonstrations.recorded(recording, pool, np.random.default_rng(12))
     assert not shown.terminated.any()
     np.testing.assert_allclose(shown.distance, 0.006, atol=2e-3)
     np.testing.assert_array_equal(shown.actions, shown.wanted)

@@ -365,7 +365,7 @@ def test_what_comes_after_a_drop_is_not_valid() -> None:
 def test_an_unpushed_expert_does_what_it_wants() -> None:
     starts = replace(pool(), distance=np.full(8, 0.01))
     recording = Recording(*HELD, (), Recipe(push=0.0), replace(STEPS, horizon=60), Noise(), seed=0)
-    episodes, _ = recorded(recording, starts, np.random.default_rng(0))
+    episodes = recorded(recording, starts, np.random.default_rng(0))
     np.testing.assert_array_equal(episodes.actions, episodes.wanted)
     np.testing.assert_allclose(episodes.distance, 0.01, atol=1e-3)
     assert not episodes.terminated.any()
@@ -397,7 +397,8 @@ def test_a_part_of_the_episodes_starts_midway(monkeypatch: pytest.MonkeyPatch) -
 
 def test_too_short_a_horizon_leaves_nothing_midway() -> None:
     recording = Recording(*HELD, (), Recipe(), replace(STEPS, horizon=5), Noise(), seed=0)
-    episodes, midway = recorded(recording, pool(), np.random.default_rng(0))
+    episodes = recorded(recording, pool(), np.random.default_rng(0))
+    midway = episodes.midway
     assert episodes.valid.all()
     assert len(midway) == 0
 
@@ -439,4 +440,4 @@ def test_only_states_in_which_the_object_is_held_start_other_episodes(monkeypatc
     monkeypatch.setattr(made_of, "EARLIEST", 0)
     for tolerance, count in ((measuring.CONTACT_TOLERANCE, len(starts)), (-1.0, 0)):  # nothing touches then
         monkeypatch.setattr(measuring, "CONTACT_TOLERANCE", tolerance)
-        assert len(recorded(recording, starts, np.random.default_rng(0))[1]) == count
+        assert len(recorded(recording, starts, np.random.default_rng(0)).midway) == count

@@ -121,7 +121,8 @@ def demonstrations(
             )
         if empty:
             continue
-        episodes, kept = recorded(recording, starts, rng)
+        episodes = recorded(recording, starts, rng)
+        kept = episodes.midway
         done, lost = done + len(starts), lost + int(episodes.terminated.sum())
         yield episodes
         told(f"recording demonstrations{f', {lost} lost' if lost else ''}", done, total)
@@ -264,8 +265,8 @@ def route_starts(
 
 def recorded(
     recording: AnyRecording, starts: Starts, rng: np.random.Generator, actor: Callable[[Array], Array] | None = None
-) -> tuple[Episodes, Starts]:
-    """Return one episode from each of B starts, and a state on the way of each that was under way long enough.
+) -> Episodes:
+    """Return one episode from each of B starts, with a state on the way of each that was under way long enough.
 
     With an `actor` the expert tells at each of its decisions what it would do, and steers some episodes itself.
     """
@@ -300,7 +301,7 @@ def recorded(
     stacks: dict[str, NDArray[Any]] = {name: np.stack(values) for name, values in rows.items()}
     ends = {"terminated": terminated, "angle_deg": starts.angle_deg, "distance": distance}
     midway = joined(parts) if parts else starts.take(np.arange(0), np.zeros(0))
-    return Episodes(np.stack(seen), starts=starts, midway=midway, **stacks, **ends), midway
+    return Episodes(np.stack(seen), starts=starts, midway=midway, **stacks, **ends)
 
 
 def _doing(

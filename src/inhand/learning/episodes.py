@@ -33,7 +33,7 @@ class Episodes:
     """Way along the direction at its end, of a turn its arc `(B,)` [m]."""
     starts: Starts
     """Where they started, in which direction and how far they were to go."""
-    midway: Starts | None = None
+    midway: Starts
     """States on the way of them, from which others may start."""
 
     def apart(self) -> Iterator[DatasetEpisode]:

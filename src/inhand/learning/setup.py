@@ -103,7 +103,7 @@ def make_ready(config: Training, folder: Path, told: Told) -> Ready:
     held, columns = recording.held, columns_of(config, recording.hand)
     replay, starts = _demonstrated(config, given, folder / EXPERT, told)
     told("measuring the expert", 0, len(tests))
-    shown, _ = recorded(replace(recording, recipe=replace(config.recipe, push=0.0)), tests, test_rng)
+    shown = recorded(replace(recording, recipe=replace(config.recipe, push=0.0)), tests, test_rng)
     total = (shown.rewards * shown.valid).sum(axis=0)
     return Ready(held, columns, (starts,), (tests,), limit, total, shown.distance / limit, replay.written)
 
@@ -123,16 +123,16 @@ def _ready_of_pools(config: Training, folder: Path, told: Told) -> Ready:
         replay, starts = ReplayBuffer(folder / EXPERT, columns, most, 0), []
     for pool in () if config.demonstrations else pools:
         told("recording demonstrations", sum(map(len, starts)), most // config.interface.horizon)
-        episodes, kept = recorded(shows, pool, rng)
+        episodes = recorded(shows, pool, rng)
         _add(config, columns, replay, episodes.apart())
-        again = begun_midway(kept, round(config.recipe.midway * len(pool)), rng)
+        again = begun_midway(episodes.midway, round(config.recipe.midway * len(pool)), rng)
         starts += [pool, again]
         if len(again):
-            _add(config, columns, replay, recorded(shows, again, rng)[0].apart())
+            _add(config, columns, replay, recorded(shows, again, rng).apart())
     replay.flush()
     quiet = replace(config, recipe=replace(config.recipe, push=0.0)).shows
     told("measuring the expert", 0, sum(map(len, tests)))
-    shown = [recorded(quiet, each, rng)[0] for each in tests]
+    shown = [recorded(quiet, each, rng) for each in tests]
     reward = np.concatenate([(each.rewards * each.valid).sum(axis=0) for each in shown])
     limit, came = (np.concatenate([each.distance for each in group]) for group in (tests, shown))
     agent = tuple(by_form(starts) if config.pairs else [joined(starts)])

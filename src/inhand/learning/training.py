@@ -193,7 +193,7 @@ class Trainer:
         for pool in ready.starts:
             rows = rng.choice(len(pool), min(config.relabelled * len(pool) // total, len(pool)), replace=False)
             actor_now = policy_of(config, self._contract, actor)
-            episodes, _ = recorded(config.shows, pool.rows(rows), rng, actor_now)
+            episodes = recorded(config.shows, pool.rows(rows), rng, actor_now)
             for shown in episodes.apart():
                 episode = shown.observations, shown.actions, shown.wanted, shown.rewards
                 self._expert.add(rows_of(ready.columns, episode, looking, terminated=shown.terminated))

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,8 +109,7 @@ def brute_reach(hand: HandSpec, width: float, friction: float, way: Array, grid:
     Returns:
         The way of the last pose reached, -1 where no grip holds the box at the start.
     """
-    box = width / 2 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    fingers = (Finger(hand, hand.left, box, grid), Finger(hand, hand.right, box, grid))
+    fingers = _fingers(hand, width, grid)
     held: Held | None = None
     end = -1.0
     for step, count in ((grid.step, 400), (grid.last_step, round(grid.step / grid.last_step))):
@@ -122,6 +122,13 @@ def brute_reach(hand: HandSpec, width: float, friction: float, way: Array, grid:
         if held is None:
             break
     return end
+
+
+@lru_cache(maxsize=2)
+def _fingers(hand: HandSpec, width: float, grid: Grid) -> tuple[Finger, Finger]:
+    """Return both fingers with their tables for an upright square box."""
+    box = width / 2 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    return Finger(hand, hand.left, box, grid), Finger(hand, hand.right, box, grid)
 
 
 def _sides(hand: HandSpec, fingers: tuple[Finger, Finger], moved: Array) -> Iterator[tuple[Array, Array]]:

@@ -19,13 +19,18 @@ def versions() -> dict[str, str]:
     names the last one.
     """
     found = {"python": platform.python_version(), "source": source()}
-    for name in PACKAGES:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = "not installed"
+    found |= {name: version_of(name) for name in PACKAGES}
     commit = commit_of(REPOSITORY)
     return found if commit is None else found | {"commit": commit}
+
+
+@cache
+def version_of(package: str) -> str:
+    """Return the version of an installed package, or that it is not installed."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"
 
 
 @cache

@@ -33,7 +33,7 @@ def hand_positions(hand: HandSpec, joint_angles: Array) -> Array:
 
 def point_jacobian(joints: Array, point: Array) -> Array:
     """Return how a point `(..., 2)` [m] of the last link moves with the joints at `(..., n, 2)` [m]: `(..., 2, n)`."""
-    return np.moveaxis(perpendicular(point[..., None, :] - joints), -1, -2)
+    return perpendicular(point[..., None, :] - joints).swapaxes(-1, -2)
 
 
 def link_jacobian(joints: Array, point: Array, link: NDArray[np.int64]) -> Array:

@@ -2,19 +2,21 @@
 
 import numpy as np
 
-from inhand.geometry import Array
+from inhand.geometry import Array, pair
 
 
 def is_box(corners: Array) -> bool:
     """Return whether an outline `(K, 2)` is a rectangle along x and y."""
+    if len(corners) != 4:
+        return False
     low, high = corners.min(axis=0), corners.max(axis=0)
-    return len(corners) == 4 and bool((np.isclose(corners, low) | np.isclose(corners, high)).all())
+    return bool((np.isclose(corners, low) | np.isclose(corners, high)).all())
 
 
 def edge_normals(corners: Array) -> Array:
     """Return the outward unit normals `(..., K, 2)` of the edges that start at each corner `(..., K, 2)`."""
     edge = np.roll(corners, -1, axis=-2) - corners
-    normal = np.stack([edge[..., 1], -edge[..., 0]], axis=-1)
+    normal = pair(edge[..., 1], -edge[..., 0])
     return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
 
 

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -46,8 +47,7 @@ class MujocoSimulator(MujocoWorlds):
         """
         super().__init__(hand, objects, scenes, kinds)
         _check_alike(objects, [scene for _, _, scene in self._kinds])
-        models = {kind: (build_model(*kind), build_measuring_model(*kind)) for kind in set(self._kinds)}
-        self._models = [models[kind] for kind in self._kinds]
+        self._models = [_models_of(*kind) for kind in self._kinds]
         threads = min(threads or os.cpu_count() or 1, self.n_worlds)
         self._batch, self._meter = (model_batch([*own], threads) for own in self._models_now())
         self._bind()
@@ -85,6 +85,12 @@ class MujocoSimulator(MujocoWorlds):
         del worlds
         for batch, models in zip((self._batch, self._meter), self._models_now(), strict=True):
             batch.set_models([*models])
+
+
+@lru_cache(maxsize=64)
+def _models_of(hand: HandSpec, spec: ObjectSpec, scene: SceneSpec) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+    """Return the models for stepping and for measuring, which nothing changes: compiling them takes 10 ms."""
+    return build_model(hand, spec, scene), build_measuring_model(hand, spec, scene)
 
 
 def _check_alike(objects: Sequence[ObjectSpec], scenes: Sequence[SceneSpec]) -> None:

@@ -45,7 +45,7 @@ NOISE = 1e-3, float(np.deg2rad(1.0))
 class SpaceConfig:
     """Set a policy of a hand in space beside the expert."""
 
-    controller: str = "rl"
+    controller: str = "rl-privileged"
     """The policy: rl, or the folder of a run."""
     hand: str = "3f_60.60_40_10"
     """Hand in space."""

@@ -9,6 +9,7 @@ import pytest
 
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.spatial.run import prepare_in_space, simulate_asterisk_in_space
+from inhand.caches import PLACE
 from inhand.control import loop, spatial_sensed_plan
 from inhand.control.controller import SpatialTask
 from inhand.control.looking import Looking
@@ -157,7 +158,7 @@ def test_a_way_is_planned_in_worlds_of_field_and_kept_there(
 
     monkeypatch.setattr(spatial_sensed_plan, "searched", lambda *_: {"Right": [worse, grasps[0]]})
     monkeypatch.setattr(spatial_sensed_plan, "simulate", watched)
-    monkeypatch.setattr(spatial_sensed_plan, "cached", lambda *given: given[-1]())
+    monkeypatch.setenv(PLACE, "off")
     brief, where = replace(CARRIER, rounds=((2, 3), (1, 1))), (PATHS[:1] * 2, np.tile(DOWN, (2, 1)), BOTH)
     plan = vars(sensed_in_space(HAND, CUBE, *where, bench=loop.Bench("mujoco"), carrier=brief))
     assert tried == [(6, 3), (1, 1)]

@@ -201,8 +201,11 @@ def test_pools_are_joined_and_taken_with_what_is_asked(starts: Starts) -> None:
 
 def test_what_is_never_shown_is_never_drawn() -> None:
     rng = np.random.default_rng(0)
-    pulls = gravities(rng, 4000) / GRAVITY
+    pulls = gravities(rng, 4000, 0.25) / GRAVITY
     np.testing.assert_allclose(np.linalg.norm(pulls, axis=-1), 1.0)
+    for share in (0.25, 0.6):
+        palms = np.isin(np.abs(gravities(rng, 4000, share) / GRAVITY), (0.0, 1.0)).all(axis=-1)
+        assert palms.mean() == pytest.approx(share, abs=0.03)
     nearest = np.rad2deg(np.arccos((pulls @ (np.array(NEVER) / np.sqrt(3)).T).max(axis=-1)))
     assert NEVER_DEG < nearest.min() < NEVER_DEG + 2
     assert all((np.abs(pulls - palm).max(axis=-1) == 0).any() for palm in PALMS.values())

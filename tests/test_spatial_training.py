@@ -137,7 +137,7 @@ def test_a_policy_of_a_hand_in_space_is_a_controller_of_the_test(policy: tuple[P
 
 
 def test_the_policy_of_the_package_carries_objects_as_far_as_it_is_told() -> None:
-    entry, way = find_spatial_controller("rl"), np.full(len(ASKED), 0.01)
+    entry, way = find_spatial_controller("rl-privileged"), np.full(len(ASKED), 0.01)
     assert entry.policy is not None
     assert entry.policy.space == contract_in_space(HELD)
     paths = stacked_paths([spatial_path_of(each) for each in ASKED])
@@ -171,7 +171,7 @@ def test_a_policys_grasps_are_the_experts_with_less_far_to_go(monkeypatch: pytes
     worlds = np.tile(PULLS[0], (count, 1)), np.tile(HAND.start_pose, (count, 1))
     expert, mine = (
         find_spatial_controller(name).grasp(HAND, CUBE, paths, *worlds, bench=Bench(SPATIAL), shared=True)
-        for name in ("ik", "rl")
+        for name in ("ik", "rl-privileged")
     )
     assert expert.way is not None
     assert mine.way is not None

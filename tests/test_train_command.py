@@ -297,7 +297,7 @@ def test_training_is_an_extra(tmp_path: Path, inhand: Call, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (("--episodes", "0"), "episodes 0: give at least 1"),
+        (("--preset", "thesis", "--episodes", "0"), "episodes 0: give at least 1"),
         (("--hand", "2v2"), "2v2"),
         (("--seed=-1",), "--seed -1: a seed is 0 or more"),
         (("--resume",), "no training run in"),

@@ -121,6 +121,13 @@ def test_a_seed_gives_the_same_bytes_and_another_gives_others(prepared: Path, wh
     assert actors[0] != actors[2]
 
 
+def test_a_run_without_episodes_of_its_own_imitates_alone(prepared: Path, tmp_path: Path) -> None:
+    best = _trainer(prepared, tmp_path / "run", replace(SMALL, episodes=0, warm_up=0)).run()
+    arrays = {(tmp_path / "run" / place / ACTOR).read_bytes() for place in ("best", "last", "imitated")}
+    assert (len(arrays), best.name) == (1, "best")
+    assert (tmp_path / "run" / "metrics.jsonl").read_text().count('"kind": "evaluation"') == 1
+
+
 @pytest.mark.parametrize(("config", "done"), [(SMALL, 14), (SMALL, 0), (SENSED, 14)])
 def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, config: Training, done: int
@@ -376,7 +383,8 @@ def test_a_finished_run_is_not_gone_on_with(tmp_path: Path) -> None:
     ("config", "text"),
     [
         (replace(SMALL, hand="nonsense"), "nonsense"),
-        (replace(SMALL, episodes=0), "episodes 0: give at least 1"),
+        (replace(SMALL, episodes=0, imitate=0), "episodes 0: give at least 1"),
+        (replace(SMALL, episodes=-1), "episodes -1: give at least 0"),
         (replace(SMALL, seed=-1), "--seed -1"),
         (replace(SMALL, learning=replace(SMALL.learning, discount=1.5)), "discount 1.5"),
         (replace(SMALL, interface=replace(SMALL.interface, observation="grap")), "unknown observation 'grap'"),

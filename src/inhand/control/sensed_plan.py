@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from inhand.caches import keep, key_of, look_up
 from inhand.control.controller import Task
 from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
@@ -24,7 +23,7 @@ from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp, graded_grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
-from inhand.control.shipped_plans import path_keys, shipped
+from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.control.watched import Carries, Watched
 from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
@@ -135,16 +134,9 @@ def sensed_grasp(
         return graded_grasp([sensed_grasp(hand, spec, poses, carrier=own, engine=engine) for own in each])
     distinct, index = np.unique(poses, axis=0, return_inverse=True)
     held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
-    known, keys = shipped(), plan_keys(held, distinct, by)
-    files = [key_of("sensed-plan", key, by.module) for key in keys]
-    plans = [known.get(key) or look_up(file) or {} for key, file in zip(keys, files, strict=True)]
-    waiting = [k for k, plan in enumerate(plans) if not plan]
-    for rows in (waiting[first : first + PATHS] for first in range(0, len(waiting), PATHS)):
-        found = _planned(held, distinct[rows], by)
-        for k, row in enumerate(rows):
-            plans[row] = {name: found[name][k] for name in PLAN}
-            keep(files[row], plans[row])
-    whole = {name: np.stack([each[name] for each in plans])[index] for name in PLAN}
+    keys = plan_keys(held, distinct, by)
+    plans = plans_of("sensed-plan", keys, by.module, lambda rows: _planned(held, distinct[rows], by), at_once=PATHS)
+    whole = {name: plans[name][index] for name in PLAN}
     ways = whole.pop("ways").T
     usual = Grasp(**whole)
     return graded_grasp([replace(usual, way=way) for way in ways]) if len(ways) > 1 else usual

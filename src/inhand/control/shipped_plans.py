@@ -4,20 +4,48 @@ They are looked up by all that is told of a plan: hand, object, path, who carrie
 `studies/plans.py` makes them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
-from inhand.caches import Arrays, name_of
+from inhand.caches import Arrays, keep, key_of, look_up, name_of
 
 PLACE = "plans"
 """Folder of the plans, beside the policies."""
 
 
+def plans_of(
+    kind: str,
+    keys: Sequence[str],
+    module: str,
+    planned: Callable[[list[int]], Mapping[str, np.ndarray]],
+    *,
+    at_once: int,
+) -> dict[str, np.ndarray]:
+    """Return plans of paths, `(P, ...)` by name: those that ship, that are kept on disk, or that are made and kept now.
+
+    Args:
+        kind: what they are called on disk.
+        keys: what each is looked up by.
+        module: that makes them; see `inhand.caches.cached`.
+        planned: makes those of some paths, told by their numbers.
+        at_once: paths that are planned at a time, which bounds memory.
+    """
+    known, files = shipped(), [key_of(kind, key, module) for key in keys]
+    plans = [known.get(key) or look_up(file) or {} for key, file in zip(keys, files, strict=True)]
+    waiting = [k for k, plan in enumerate(plans) if not plan]
+    for rows in (waiting[first : first + at_once] for first in range(0, len(waiting), at_once)):
+        found = planned(rows)
+        for k, row in enumerate(rows):
+            plans[row] = {name: array[k] for name, array in found.items()}
+            keep(files[row], plans[row])
+    return {name: np.stack([each[name] for each in plans]) for name in plans[0]}
+
+
 def path_keys(told: object, paths: np.ndarray) -> list[str]:
-    """Return what plans of paths `(P, S, 3)` are looked up by, which follows from all that is told of them.
+    """Return what plans of paths `(P, S, n)` are looked up by, which follows from all that is told of them.
 
     The last bits of a path do not count, nor does how often its last pose is repeated.
     """

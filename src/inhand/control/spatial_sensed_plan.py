@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from inhand.caches import Arrays, cached
+from inhand.caches import Arrays
 from inhand.control.controller import SpatialTask
 from inhand.control.grades import STRAIGHT, Grade, told_way
 from inhand.control.looking import slopes
@@ -21,6 +21,7 @@ from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
 from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, Carrier
+from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at, longest_of, searched
 from inhand.control.spatial_sensed_policy import SpatialSensedPolicyController
@@ -95,16 +96,23 @@ def sensed_in_space(
     del starts, fixed, shared
     by, gravities, names = carrier or CARRIER, np.unique(gravity, axis=0), [path.name for path in paths]
     firsts = list({path.name: path for path in reversed(paths)}.values())
-    plans: dict[str, Arrays] = {}
-    for first in range(0, len(firsts), PATHS):
-        part = firsts[first : first + PATHS]
-        key = [array for path in part for array in (path.moves, path.turns, np.array(path.hold))]
-        law, tried = (SENSED_SPATIAL_IK, SOFT, SQUEEZE, LOOKED), (by.digest, by.grades, by.rounds)
-        inputs = (hand, spec, *key, gravities, *law, *tried)
-        plan = partial(_planned, ((hand, spec), by), part, gravities, bench)
-        found = cached("sensed-plan-in-space", inputs, by.module, plan)
-        plans |= {path.name: {name: rows[k] for name, rows in found.items()} for k, path in enumerate(part)}
-    return Grasp(**{name: np.stack([plans[each][name] for each in names]) for name in plans[names[0]]})
+    rows = {path.name: row for row, path in enumerate(firsts)}
+
+    def plan(some: list[int]) -> Arrays:
+        return _planned(((hand, spec), by), [firsts[row] for row in some], gravities, bench)
+
+    keys = plan_keys_in_space((hand, spec), firsts, gravities, by)
+    plans = plans_of("sensed-plan-in-space", keys, by.module, plan, at_once=PATHS)
+    mine = [rows[name] for name in names]
+    return Grasp(**{name: array[mine] for name, array in plans.items()})
+
+
+def plan_keys_in_space(pair: Pair, paths: Sequence[SpatialReference], gravities: Array, by: Carrier) -> list[str]:
+    """Return what the plans of paths under gravities `(G, 3)` [m/s^2] are looked up by among those that ship."""
+    law, tried = (SENSED_SPATIAL_IK, SOFT, SQUEEZE, LOOKED, ASTRAY), (by.digest, by.grades, by.rounds)
+    told = (*pair, gravities, law, tried)
+    both = [(path.hold, np.hstack([path.moves, path.turns])[None]) for path in paths]
+    return [path_keys((*told, hold), poses)[0] for hold, poses in both]
 
 
 def following(hand: SpatialHand, grasps: Sequence[SpatialGrasp]) -> Grasp:

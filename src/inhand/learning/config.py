@@ -23,8 +23,7 @@ class Learning(Config):
     hidden: tuple[int, ...] = (128, 128)
     """Units of the hidden layers of actor and critic."""
     network: NetworkKind = "plain"
-    """Form of the actor: plain, of all numbers in their order; or joints, a graph network over the joints of any hand,
-    which sees layout joints."""
+    """Form of the actor: plain, or joints, a graph network over the joints of any hand, which sees layout joints."""
     critics: int = 1
     """Number of critics; the smallest of their values is the target."""
     actor_rate: float = 1e-4
@@ -113,7 +112,7 @@ class Training(Config):
     warm_up: int = 0
     """Updates of the critic on the demonstrations before the actor moves."""
     episodes: int = 20000
-    """Episodes of the agent after which training ends (thesis 3.3.4)."""
+    """Episodes of the agent after which training ends (thesis 3.3.4); 0 to imitate alone."""
     agent_episodes: int = 10000
     """Episodes of the agent that the replay keeps at least (thesis 3.3.4)."""
     worlds: int = 100
@@ -254,11 +253,12 @@ def privileged_family() -> Training:
 
 
 def spatial() -> Training:
-    """Return the training of one controller on real senses for a hand in space, in worlds that differ."""
-    base = privileged_spatial()
+    """Return the training of one controller on real senses for a hand in space, by imitation (docs/spatial.md)."""
+    base = replace(privileged_spatial(), preset="spatial", disturb="field", imitate=12000, rounds=4)
     senses = replace(base.interface, observation="space-senses", truth="space-truth")
-    recipe = replace(base.recipe, push=0.012, grasp="sensed")
-    return replace(base, preset="spatial", disturb="field", interface=senses, recipe=recipe, imitate=10000, rounds=4)
+    recipe = replace(base.recipe, push=0.012, grasp="sensed", palms=0.6)
+    wide = replace(base.learning, hidden=(256, 256))
+    return replace(base, interface=senses, recipe=recipe, learning=wide, warm_up=0, episodes=0)
 
 
 def privileged_spatial() -> Training:

@@ -76,7 +76,7 @@ def write_policy(policy: str, out: Path, results: Path | None = None, *, overwri
 def card(name: str, policy: Policy, cost: dict[str, Any], found: Compared | None) -> str:
     """Return the card of a policy: what it is, what it saw, what it cost, what it reached."""
     layout, layers = find_layout(policy.observation), [*map(len, policy.weights), len(policy.biases[-1])]
-    contract = policy.contract
+    contract = policy.contract or policy.space
     parts = [[part.name, str(part.fixed), str(part.for_joint), str(part.for_finger)] for part in layout.parts]
     trained = [f"{key}: {value}" for key, value in policy.trained.items() if not isinstance(value, dict) and value]
     made = [f"{key}: {value}" for key, value in dict(policy.trained.get("versions") or {}).items()]

@@ -48,6 +48,8 @@ class Recipe(Config):
     """Share of the episodes that turn the object on the spot instead (the teacher's)."""
     legs: float = 0.0
     """Share of the episodes in which primitive follows primitive, as in a sequence (the teacher's)."""
+    palms: float = 0.25
+    """Share of the gravities that are those of the palms, up, down and sideways; the others are drawn (in space)."""
     steered: float = 0.15
     """Share of the episodes that the expert steers where it labels those of an actor."""
 

@@ -99,15 +99,15 @@ def check(config: Training) -> None:
     check_memory(f"worlds={config.worlds}", config.worlds, WORLD_BYTES[config.engine])
     check_episodes(config.recipe.episodes, f"demonstrations {config.recipe.episodes}")
     least = {
-        "episodes": config.episodes,
-        "worlds": config.worlds,
-        "batch": config.learning.batch,
-        "look_ahead": config.learning.look_ahead,
-        "horizon": config.interface.horizon,
+        "episodes": (config.episodes, 0 if config.imitate else 1),
+        "worlds": (config.worlds, 1),
+        "batch": (config.learning.batch, 1),
+        "look_ahead": (config.learning.look_ahead, 1),
+        "horizon": (config.interface.horizon, 1),
     }
-    for name, value in least.items():
-        if value < 1:
-            raise InputError(f"{name} {value}: give at least 1")
+    for name, (value, lowest) in least.items():
+        if value < lowest:
+            raise InputError(f"{name} {value}: give at least {lowest}")
     _check_pairs(config)
     if config.seed < 0:
         raise InputError(f"--seed {config.seed}: a seed is 0 or more")

@@ -83,12 +83,12 @@ def unseen_directions() -> Array:
     return np.array([each.direction for each in UNSEEN])
 
 
-def gravities(rng: np.random.Generator, count: int) -> Array:
-    """Return gravities `(count, 3)` [m/s^2] that may be shown: a quarter those of the palms, the others anywhere."""
+def gravities(rng: np.random.Generator, count: int, share: float) -> Array:
+    """Return gravities `(count, 3)` [m/s^2] that may be shown: a share those of the palms, the others anywhere."""
     never = np.array(NEVER) / np.sqrt(3)
     anywhere = drawn_vectors(rng, count, never, NEVER_DEG)
     palms = np.array(list(PALMS.values()))[rng.integers(len(PALMS), size=count)]
-    return GRAVITY * np.where(rng.random((count, 1)) < 0.25, palms, anywhere)
+    return GRAVITY * np.where(rng.random((count, 1)) < share, palms, anywhere)
 
 
 def planned(recording: SpatialRecording, told: Told) -> Planned:
@@ -117,7 +117,9 @@ def planned(recording: SpatialRecording, told: Told) -> Planned:
 
 def pulls_of(recording: SpatialRecording, rng: np.random.Generator, count: int) -> Array:
     """Return the gravities `(count, 3)` [m/s^2] of a recording: its own, or drawn ones that may be shown."""
-    return gravities(rng, count) if recording.gravity is None else np.tile(recording.gravity, (count, 1))
+    if recording.gravity is not None:
+        return np.tile(recording.gravity, (count, 1))
+    return gravities(rng, count, recording.recipe.palms)
 
 
 def searched(
@@ -164,7 +166,7 @@ def tests_of(recording: SpatialRecording, trials: int, told: Told) -> Starts:
     """
     held = recording.held
     rng, tell = np.random.default_rng((recording.seed, 6)), partial(told, "planning grasps to test with")
-    found = searched(held, SEEN, gravities(rng, len(SEEN)), tell) * trials
+    found = searched(held, SEEN, gravities(rng, len(SEEN), recording.recipe.palms), tell) * trials
     found += searched(held, TESTED, never(len(TESTED)), tell)
     whole = zip((*SEEN * trials, *TESTED), found, strict=True)
     kept = [(primitive, group[0], pull) for primitive, (group, pull) in whole if group]

@@ -81,7 +81,7 @@ def prepare_in_space(config: AsteriskConfig) -> SpatialSetup:
     if config.one_grasp and entry.reads == SENSED:
         raise InputError(
             f"--one-grasp with --controller {entry.name}, whose grasps are planned path by path: leave it out, or use"
-            " ik"
+            " ik or rl-privileged"
         )
     if config.one_grasp:
         entry = entry.whole or entry

@@ -13,6 +13,7 @@ from inhand.asterisk_test.design.config import MARK as DESIGN
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.run import DesignRun, read_design
 from inhand.asterisk_test.reach import load_reach
+from inhand.asterisk_test.regrasped import NAME, PLAIN
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness import run as robust
@@ -129,7 +130,8 @@ def _one(path: Path) -> Run | SpatialRun:
     config = AsteriskConfig(
         hand=passport.hand.name,
         object=passport.object.name,
-        controller=passport.controller,
+        controller=PLAIN if (anew := passport.controller == NAME) else passport.controller,
+        regrasp=anew,
         directions=passport.primitive,
         trials=1,
         seed=passport.seed,

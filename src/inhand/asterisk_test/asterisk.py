@@ -132,6 +132,11 @@ def setup_of(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> AnySe
         InputError: anything in the configuration that cannot be run.
     """
     if is_spatial_hand(config.hand):
+        if config.regrasp:
+            raise InputError(
+                f"--regrasp with {config.hand}, a hand in space, which has no floor on which an object rests meanwhile:"
+                " leave it out, or use a hand in the plane (2v2_50.50_50.50_1.1_53)"
+            )
         return prepare_in_space(config)
     refuse_of_space(config.hand, config.gravity)
     if config.one_grasp:

@@ -48,6 +48,9 @@ class AsteriskConfig(TrialsConfig, GravityConfig, HeldConfig):
     """Metrics of yours to measure too: registered names, or FILE.py:NAME (docs/extend.md)."""
     one_grasp: bool = False
     """One grasp of a hand in space for all directions and turns, instead of one for each."""
+    regrasp: bool = False
+    """Let fingers be placed anew while the object rests on the floor (ik alone, undisturbed, in the plane); what that
+    reaches stands in a table of its own, as the test forbids to let go."""
     phases: tuple[str, ...] = ()
     """Phases of yours between grip and manipulation, in their order: registered names, or FILE.py:NAME."""
     out: Path = Path("results/asterisk")

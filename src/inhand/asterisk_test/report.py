@@ -4,10 +4,12 @@ import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
 from inhand.aside import Aside, here
+from inhand.asterisk_test import regrasped
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.people.human_trial import HumanTrial
@@ -63,6 +65,16 @@ class Run(Tested):
         """Draw figures and a replay into `figures` of a folder, some aside, and return their parts of the page."""
         return _drawn(self, folder, aside)
 
+    @property
+    def apart(self) -> list[dict[str, Any]]:
+        """What each trial reached that is no part of the test, where fingers may be placed anew."""
+        return regrasped.apart(self.trials) if self.config.regrasp else []
+
+    @property
+    def apart_rows(self) -> list[tuple[str, ...]]:
+        """The same as people read it, a direction each."""
+        return regrasped.rows_of(self.apart, self.results) if self.config.regrasp else []
+
     def html(self) -> str:
         """Return its page for a browser."""
         from inhand.asterisk_test.browser import run_page
@@ -107,6 +119,7 @@ def _parts(run: Run, pictures: Sequence[Part]) -> list[Part]:
         " without), Force (largest of a finger on the object, N) and Overlap (deepest of a link and the object, mm) are"
         " the worst trial's; Eff. is the mean efficiency. Outcome is the worst, and how many trials had it.",
         table_of(*with_beside(*table, run.name, run.beside)),
+        table_of(regrasped.HEADER, run.apart_rows, regrasped.TITLE) if run.apart_rows else "",
         beside_told(run.beside),
         endings(run.results),
         listed([*failures(run.results), *metric_faults(run.results)], "What failed"),

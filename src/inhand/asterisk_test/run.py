@@ -1,7 +1,8 @@
 """Run the Asterisk Test in simulation: one batch of worlds, one world for each direction and trial."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,9 +10,10 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.endings import ended
 from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.people.paths import human_path
+from inhand.asterisk_test.regrasped import farthest, regrasping
 from inhand.control import loop
 from inhand.control.catalogue import ControllerEntry, check_known, find_controller
-from inhand.control.controller import Task
+from inhand.control.controller import Controller, Task
 from inhand.control.draws import check_count, check_draws, check_worlds, disturbed_worlds, keys_of, start_noise
 from inhand.control.loop import Told
 from inhand.control.phases import PHASES
@@ -65,6 +67,7 @@ def prepare(config: AsteriskConfig, people: Sequence[HumanTrial] = ()) -> Setup:
     check_draws(config)
     hand, spec = load_hand(config.hand), load_object(config.object)
     entry = find_controller(config.controller, Held(hand, spec))
+    entry = regrasping(entry, config) if config.regrasp else entry
     primitives = parse_directions(config.directions, config.twist)
     count = config.trials * len(primitives)
     check_count(count, f"--trials {config.trials} in each of {len(primitives)} directions")
@@ -100,18 +103,23 @@ def simulate(config: AsteriskConfig, setup: Setup, progress: Told | None = None,
     # What was planned is the whole way; a twist before the path has its part of it.
     way = None if grasp.way is None else np.maximum(grasp.way - (Path(whole).length - path.length), 0.0)
     task = Task(hand, (setup.object,) * len(assignments), path, distance=way)
-    _, recording = loop.simulate(
-        task,
-        grasp,
-        start,
-        setup.controller.manipulate,
-        loop.Bench(config.engine, threads=threads, progress=progress),
-        twists=Path(stacked([twist_poses(each.path) for each in assignments])),
-        between=[PHASES.known(name) for name in config.phases],
-        disturbed=disturbed,
-    )
     found = _passports(config, setup, reach, disturbed or [None] * len(whose))
-    return tuple(ended(trial) for trial in cut_trials(Trial, recording, found, task.path.poses))
+
+    def carry(manipulate: Callable[[Task], Controller], **how: Any) -> tuple[Trial, ...]:
+        _, recording = loop.simulate(
+            task,
+            grasp,
+            start,
+            manipulate,
+            loop.Bench(config.engine, threads=threads, progress=progress),
+            twists=Path(stacked([twist_poses(each.path) for each in assignments])),
+            between=[PHASES.known(name) for name in config.phases],
+            disturbed=disturbed,
+            **how,
+        )
+        return tuple(ended(trial) for trial in cut_trials(Trial, recording, found, task.path.poses))
+
+    return farthest(carry) if config.regrasp else carry(setup.controller.manipulate)
 
 
 def _passports(

@@ -73,6 +73,16 @@ class Tested(Shown):
         same = self.settings | {"reads": self.trials[0].passport.reads}
         return tidy(same | as_entry(result) for result in self.results)
 
+    @property
+    def apart(self) -> list[dict[str, Any]]:
+        """What each trial reached that is no part of the test, where fingers may be placed anew."""
+        return []
+
+    @property
+    def apart_rows(self) -> list[tuple[str, ...]]:
+        """The same as people read it, under `inhand.asterisk_test.regrasped.HEADER`, a direction each."""
+        return []
+
     def write(self, folder: Path, aside: Aside = here) -> None:
         """Write everything into a folder that is there; pictures may be drawn aside."""
         write_trials(self.trials, folder)
@@ -87,6 +97,7 @@ class Tested(Shown):
             "seed": self.config.seed,
             "reads": self.trials[0].passport.reads,
             "disturbed": [trial.passport.disturbed for trial in self.trials],
+            **({"regrasped": self.apart} if self.apart else {}),
         }
         write_json(content, folder / "metrics.json")
         self.table().to_csv(folder / "trials.csv", index=False)

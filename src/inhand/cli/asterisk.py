@@ -3,6 +3,7 @@
 from inhand.aside import second_process
 from inhand.asterisk_test.asterisk import finish, ready, run_setup
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.regrasped import HEADER, TITLE
 from inhand.asterisk_test.run import Setup
 from inhand.asterisk_test.spatial.run import SpatialSetup
 from inhand.asterisk_test.table import failures, shown_columns, with_beside
@@ -29,7 +30,10 @@ def run_asterisk(config: AsteriskConfig) -> Answer:
         run.write(folder, aside)
     header, rows = with_beside(*shown_columns(run.rows), run.name, run.beside)
     sentences = (*failures(run.results), *run.notes, f"Report: {config.out / 'report.html'}")
-    return of_run(run, config.out, [Listing(run.subject, header, rows, spare=SPARE)], sentences)
+    tables = [Listing(run.subject, header, rows, spare=SPARE)]
+    if run.apart_rows:
+        tables.append(Listing(TITLE, HEADER, run.apart_rows))
+    return of_run(run, config.out, tables, sentences)
 
 
 def simulated(config: AsteriskConfig, setup: Setup | SpatialSetup) -> tuple[AnyTrial, ...]:

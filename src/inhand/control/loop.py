@@ -140,15 +140,15 @@ def simulate(
     between: Sequence[Phase] = (),
     disturbed: Sequence[Disturbed] | None = None,
     holds: Callable[[Any], Controller] | None = None,
+    keeps: bool = True,
 ) -> tuple[Simulator, Recording]:
     """Place objects in worlds of their own, grip them and manipulate; return the worlds and what they left.
 
     Trials, traces, rehearsals and the starts of training and environments all begin here.
-
     Objects stand at `starts` `(B, 3)`, or in space are held at `(B, 7)` until fingers hold them. Once they are gripped
-    the phases `between` follow, and `twists` turn them. What `manipulate` makes carries them, until `longest` [s] at
-    most; None leaves them held. In space what `holds` makes lifts them, or else that too. Where worlds are `disturbed`
-    they are not as the task has them, objects do not stand quite at `starts`, and controllers are not told.
+    the phases `between` follow, and `twists` turn them. What `manipulate` makes carries them for `longest` [s] at most,
+    never without contact if it `keeps` it; None leaves them held. In space what `holds` makes lifts them, or else that.
+    Where worlds are `disturbed`, also off `starts`, controllers are not told.
     """
     hand: Any
     objects: Any
@@ -164,7 +164,7 @@ def simulate(
     simulator = make_simulator(bench.engine, hand, objects, scenes, bench.threads)
     start = simulator.reset(starts, joints)
     phases = standard_phases(
-        grasp, manipulate, twists, longest, between, held=isinstance(task, SpatialTask), holds=holds
+        grasp, manipulate, twists, longest, between, held=isinstance(task, SpatialTask), holds=holds, keeps=keeps
     )
     way = None if disturbed is None else stand_between(disturbed, start, task.timestep, task.substeps)
     return simulator, run_episodes(simulator, task, phases, start, bench.progress, between=way)

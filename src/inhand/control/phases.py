@@ -103,12 +103,14 @@ def standard_phases(
     *,
     held: bool = False,
     holds: Callable[[Any], Controller] | None = None,
+    keeps: bool = True,
 ) -> tuple[Phase, ...]:
     """Return the thesis's three phases, place, grasp, manipulate (thesis 3.4), with others before the last if asked.
 
     `manipulate` makes the controller of the last, and of the twist, which follows paths on the spot after the phases
     `between`; None ends with the object gripped. Where worlds have `held` their objects, as in space, it presses on
-    them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s].
+    them, and holds them alone, after the grasp, or what `holds` makes does. Manipulation ends after `longest` [s], and
+    with the contact where that is to be kept (`keeps`).
     """
     looked, last = list[Looking](), list[Controller]()
     phases = _closed(grasp, looked, held=held)
@@ -129,7 +131,7 @@ def standard_phases(
     if twists is not None and twists.length.any():
         phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
     carry = _as_far_as_seen(go_on, grasp, looked)
-    return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=True))
+    return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=keeps))
 
 
 def _along(make: Callable[[Any], Controller], path: AnyPath) -> Callable[[Any], Controller]:

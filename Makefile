@@ -75,7 +75,9 @@ learn: .venv/.dev
 ship: .venv/.dev
 	$(BIN)/inhand train --out results/ship --overwrite
 	cp results/ship/best/actor.json results/ship/best/actor.safetensors results/ship/config.json src/inhand/policies/default
+	rm -f src/inhand/policies/default/risk.safetensors  # of the policy before
 	$(BIN)/python studies/plans.py
+	$(BIN)/python studies/feel.py --out src/inhand/policies/default
 	$(BIN)/inhand train --preset privileged --seed 1 --out results/privileged --overwrite
 	cp results/privileged/best/actor.json results/privileged/best/actor.safetensors results/privileged/config.json src/inhand/policies/privileged
 	$(BIN)/inhand train --preset family --out results/ship-family --overwrite

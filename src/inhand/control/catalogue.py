@@ -15,18 +15,12 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.contract import Contract
 from inhand.control.controller import Controller, SpatialTask, Task
+from inhand.control.feeling import FeelingController
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.knowing import FAMILY, LEARNED, check_held
 from inhand.control.phases import Grasp
-from inhand.control.policy import (
-    Policy,
-    PolicyController,
-    aims_of,
-    load_policy,
-    parts_of,
-    straight_angles,
-)
+from inhand.control.policy import Policy, PolicyController, aims_of, load_policy, parts_of, straight_angles
 from inhand.control.policy_arrays import ACTOR
 from inhand.control.rehearsal import closing_joints, rehearsed
 from inhand.control.route_policy import RouteController, SensedRouteController
@@ -260,7 +254,8 @@ def learned(name: str, policy: Policy) -> ControllerEntry:
         if policy.task:
             whole = partial(SensedRouteController, policy=policy)
             return ControllerEntry(name, summary, sensed_grasp, whole, policy, SENSED)
-        made, primitive = partial(SensedPolicyController, policy=policy), partial(PolicyPrimitive, policy=policy)
+        kind = SensedPolicyController if policy.risk is None else FeelingController
+        made, primitive = partial(kind, policy=policy), partial(PolicyPrimitive, policy=policy)
         return ControllerEntry(name, summary, grip, made, policy, SENSED, sensed_grasp, primitive)
     controller = RouteController if policy.task else PolicyController
     return ControllerEntry(name, summary, grip, partial(controller, policy=policy), policy)

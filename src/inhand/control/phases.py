@@ -128,9 +128,10 @@ def standard_phases(
     if manipulate is None:
         return phases
     go_on, phases = _taking_over(last, manipulate), (*phases, *between)
-    if twists is not None and twists.length.any():
+    twisted = twists is not None and bool(twists.length.any())
+    if twists is not None and twisted:
         phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
-    carry = _as_far_as_seen(go_on, grasp, looked)
+    carry = _as_far_as_seen(go_on, grasp, looked, twisted=twisted)
     return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=keeps))
 
 
@@ -154,16 +155,20 @@ def _taking_over(last: list[Controller], make: Callable[[Any], Controller]) -> C
 
 
 def _as_far_as_seen(
-    make: Callable[[Any], Controller], grasp: Grasp, looked: Sequence[Looking]
+    make: Callable[[Any], Controller], grasp: Grasp, looked: Sequence[Looking], *, twisted: bool
 ) -> Callable[[Any], Controller]:
-    """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed."""
+    """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed.
+
+    They are told the grade, by which some go on beyond such a way, but of objects that are `twisted` before.
+    """
 
     def made(task: AnyTask) -> Controller:
         graded = _graded(grasp)
         if not graded or grasp.way is None or task.distance is None:
             return make(task)
-        way = looked[0].of_grade([each.way for each in graded if each.way is not None])
-        return make(replace(task, distance=np.maximum(task.distance + way - grasp.way, 0.0)))
+        ways, looking = [each.way for each in graded if each.way is not None], looked[0]
+        distance = np.maximum(task.distance + looking.of_grade(ways) - grasp.way, 0.0)
+        return make(replace(task, distance=distance, grade=None if twisted else looking.grade(len(ways))))
 
     return made
 

@@ -1,7 +1,7 @@
 """A learned policy in plain NumPy: its file, the function it is, and the controller it makes."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +17,7 @@ from inhand.control.ik import IkConfig
 from inhand.control.joint_network import NetworkKind, actions_of_joints
 from inhand.control.knowing import check_task
 from inhand.control.policy_arrays import ACTOR, PARTS, layers_of
+from inhand.control.risk import RISK, Risk, load_risk
 from inhand.control.user_policy import UserPolicy
 from inhand.errors import InputError
 from inhand.folders import in_place
@@ -90,6 +91,8 @@ class Policy:
     """Hands and objects that it is for; None of one that learned with one pair."""
     space: SpatialContract | None = None
     """Hand in space, object, joints and rate that it learned with, in the place of `contract`."""
+    risk: Risk | None = None
+    """What stops it where it goes on beyond a planned way; None of one that ends there."""
 
     @property
     def task(self) -> str:
@@ -165,7 +168,8 @@ def load_policy(folder: Path) -> Policy:
     except (KeyError, TypeError, ValueError, OSError, SafetensorError) as error:
         raise InputError(f"the policy in {folder} cannot be used: {error}; train it again") from error
     how = card.observation, card.actions, card.grasp, card.trained, card.contract
-    return Policy(weights, biases, *how, card.cost, card.network, card.family, card.space)
+    found = Policy(weights, biases, *how, card.cost, card.network, card.family, card.space)
+    return replace(found, risk=load_risk(found.digest, folder)) if (folder / RISK).is_file() else found
 
 
 class PolicyController:

@@ -1,10 +1,11 @@
-"""Stopping by feel: how far the policy that ships goes where a learned risk stops it, not its told way alone.
+"""Teaches the risk that `rl` stops by beyond its planned way, and tells what going on by feel is worth.
 
-It is told to go farther than was planned, in worlds of its own, until it has lost the object or turned it by more than
-6 deg. A network learns from what it senses whether either comes within ten decisions (0.2 s). Then it goes the planned
-way and, from there on, farther until the risk passes a threshold, where commands stay as they are; beside it one whose
-network knows direction and way alone, and one that is told ways so much longer. Grasps are those that ship.
-Run: python benchmarks/feel.py --trials 63 --seed 11
+The policy is told to go farther than was planned, in worlds of its own, until it has lost the object or turned it by
+more than 6 deg. A network learns from what it senses whether either comes within ten decisions (0.2 s). `--out`
+writes it into the policy's folder. `--levels` tests who goes by it: the planned way and, from there on, farther until
+the risk passes a threshold, beside the policy that ends where it was planned to, and where it is told ways so much
+longer. Grasps are those that ship.
+Run: python studies/feel.py --out src/inhand/policies/default
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,59 +28,32 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness.summary import retention, wilson
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.cli.terminal import say
 from inhand.control.catalogue import ControllerEntry, Planner, find_controller
 from inhand.control.controller import Task
+from inhand.control.feeling import SOON, TOLD, FeelingController
 from inhand.control.grades import GRADES
 from inhand.control.phases import GradedGrasp, Grasp, graded_grasp
 from inhand.control.policy import Policy, load_policy
-from inhand.control.seen import Seen
+from inhand.control.risk import Risk, save_risk
 from inhand.control.sensed_policy import SensedPolicyController
 from inhand.control.trial import LOST, Trial
-from inhand.control.underway import ARRIVED
 from inhand.geometry import Array
 from inhand.learning.networks import Network, forward, new_network
 from inhand.sim.disturbance import name_of
 from inhand.tasks.layouts import find_layout
-from inhand.tasks.observations import Scene, observe
-from timing import environment
 
-SHIPPED = Path(inhand.policies.__file__).parent / "default"
-SOON = 10
-"""Decisions within which a loss or a turn is told."""
-FARTHER = 1.3
-"""What is told in the place of a planned way, in planned ways."""
 BENT_DEG, BENT_MM = 6.0, 3.0
 """What is turned or off its line by more is spoilt."""
 LETTING_GO = 5
 """Decisions by which contact is gone before an object counts as lost."""
 LATE = 0.35
 """Share of the planned way from which on the network learns."""
-BACK = (12, 30)
-"""Decisions back with which what is sensed now is compared; and with when the hand had waited for frames."""
-TOLD = 5
-"""Numbers of direction and way, which come first."""
 HIDDEN, STEPS, BATCH, RATE = (96, 64), 2500, 512, 1e-3
 TRAINED = 7001
 """Seed of the worlds that are learned in."""
 WORLDS = {"well": 96, "field": 96, "hard": 48, "none": 16}
 """Trials of each direction that are learned from, in worlds of the grades of a camera and in undisturbed ones."""
-
-
-@dataclass(frozen=True)
-class Risk:
-    """The chance that an object is soon lost or turned."""
-
-    network: Network
-    middle: Array
-    half: Array
-
-    def __call__(self, felt: Array) -> Array:
-        """Return it for what is felt `(B, d)`."""
-        found = (felt[:, : len(self.middle)] - self.middle) / self.half
-        for number, (weight, bias) in enumerate(self.network):
-            found = np.maximum(found, 0.0) if number else found
-            found = found @ np.asarray(weight) + np.asarray(bias)
-        return np.asarray(1 / (1 + np.exp(-found[:, 0])))
 
 
 @dataclass
@@ -90,71 +65,19 @@ class Felt:
     """Whether each world had come far enough to learn from `(B,)`."""
 
 
-class Feeling(SensedPolicyController):
-    """Goes the planned way, then on until the risk passes a threshold, or while it only keeps what it feels."""
+class Keeping(FeelingController):
+    """Goes as far as it may, and keeps what it feels."""
 
-    def __init__(self, task: Task, policy: Policy, threshold: float, risk: Risk | None, kept: Felt | None) -> None:
-        """Follow the task's paths with a policy; `kept` takes what is felt."""
+    def __init__(self, task: Task, policy: Policy, kept: list[Felt]) -> None:
+        """Follow the task's paths with a policy."""
         super().__init__(task, policy)
-        self._view = find_layout(policy.observation), Scene(task.hand, task.objects)
-        self._threshold, self._risk, self._kept = threshold, risk, kept
+        self._risk, self._kept = self._keep, Felt()
+        kept.append(self._kept)
 
-    def begin(self, seen: Seen) -> None:
-        """Start a primitive where the object is now."""
-        super().begin(seen)
-        self._history = list[Array]()
-        self._first: Array | None = None
-
-    def _way(self, seen: Seen) -> Array:
-        self._planned = super()._way(seen)
-        return np.asarray(np.minimum(FARTHER * self._planned, self._task.path.length))
-
-    def act(self, seen: Seen) -> Array:
-        """Return joint targets `(B, n_joints)` [rad]."""
-        targets, felt = super().act(seen), self._feel()
-        if self._risk is not None:
-            beyond = ~self._past.waiting & (self.progress >= self._planned - ARRIVED)
-            self._arrived |= beyond & (self._risk(felt) >= self._threshold)
-        if self._kept is not None:
-            self._kept.rows.append(felt.astype(np.float32))
-            self._kept.late.append(~self._past.waiting & (self.progress > LATE * self._planned))
-        return np.where(self._arrived[:, None], seen.targets, targets)
-
-    def _feel(self) -> Array:
-        """Return what is told of direction and way, what the policy sees, and how that has changed of late."""
-        past, aim, (layout, scene) = self._past, self._aim, self._view
-        now = np.concatenate(
-            [
-                10 * past.joint_angles,
-                15 * (past.targets - past.joint_angles),
-                aim.shift(past.frames[0]) * (10, 100, 5),
-                past.shift(aim) * (10, 100, 5),
-                125 * past.points.reshape(past.n_worlds, -1),
-                6 * past.askew,
-            ],
-            axis=-1,
-        )
-        if self._first is None:
-            self._first = now
-        self._first = np.where(past.waiting[:, None], now, self._first)
-        self._history.append(now)
-        lagged = [3 * (now - self._history[max(len(self._history) - 1 - lag, 0)]) for lag in BACK]
-        come, planned = self.progress[:, None], self._planned[:, None]
-        told = np.concatenate([aim.heading, 50 * (come - planned), come / planned, 10 * planned], axis=-1)
-        changed = [np.clip(each, -3, 3) for each in (now - self._first, *lagged)]
-        return np.concatenate([told, observe(layout, past, aim, scene), *changed], axis=-1)
-
-
-def feeling(entry: ControllerEntry, threshold: float, risk: Risk | None, kept: list[Felt] | None) -> ControllerEntry:
-    """Return the controller of a policy that goes beyond its way; `kept` takes what each batch feels."""
-
-    def made(task: Task) -> Feeling:
-        mine = None
-        if kept is not None:
-            kept.append(mine := Felt())
-        return Feeling(task, load_policy(SHIPPED), threshold, risk, mine)
-
-    return replace(entry, manipulate=made)
+    def _keep(self, felt: Array) -> Array:
+        self._kept.rows.append(felt.astype(np.float32))
+        self._kept.late.append(~self._past.waiting & (self.progress > LATE * self._planned))
+        return np.zeros(len(felt))
 
 
 def spoilt_at(trial: Trial) -> int:
@@ -173,13 +96,19 @@ def disturb_of(name: str) -> str:
     return name_of(replace(GRADES[0].worlds, name="well")) if name == "well" else name
 
 
+def shipped() -> Policy:
+    """Return the policy that ships."""
+    return load_policy(Path(inhand.policies.__file__).parent / "default")
+
+
 def learned_from(entry: ControllerEntry) -> tuple[Array, Array]:
     """Return what is felt `(N, d)` in worlds to learn in, every fourth decision, and what comes soon `(N,)`."""
     rows, soon = list[Array](), list[Array]()
     for name, count in WORLDS.items():
         config = AsteriskConfig(controller="rl", trials=count, seed=TRAINED, disturb=disturb_of(name))
         kept = list[Felt]()
-        setup = replace(prepare(config), controller=feeling(entry, 1.0, None, kept))
+        made = partial(Keeping, policy=shipped(), kept=kept)
+        setup = replace(prepare(config), controller=replace(entry, manipulate=made))
         trials = simulate(config, setup)
         felt, late = np.stack(kept[-1].rows), np.stack(kept[-1].late)
         ends = np.array([spoilt_at(trial) for trial in trials])
@@ -191,7 +120,7 @@ def learned_from(entry: ControllerEntry) -> tuple[Array, Array]:
         rows.append(felt.reshape(-1, felt.shape[-1])[taken])
         soon.append(near.ravel()[taken].astype(np.float32))
         lost = sum(trial.outcome in LOST for trial in trials)
-        print(f"{name}: {lost} of {len(trials)} lost beyond their ways, {len(taken)} decisions", flush=True)
+        say(f"{name}: {lost} of {len(trials)} lost beyond their ways, {len(taken)} decisions")
     return np.concatenate(rows), np.concatenate(soon)
 
 
@@ -216,15 +145,13 @@ def fitted(felt: Array, soon: Array, seed: int) -> Risk:
     for _ in range(STEPS):
         drawn = rng.integers(len(felt), size=BATCH)
         network, moments = step(network, moments, jnp.asarray((felt[drawn] - middle) / half), jnp.asarray(soon[drawn]))
-    return Risk(jax.device_get(network), middle, half)
+    return Risk(tuple(jax.device_get(network)), middle, half)
 
 
 def telling(risk: Risk, felt: Array, soon: Array) -> dict[str, float]:
     """Return the cross-entropy of what comes soon, and with parts of what is felt shuffled between decisions."""
-    waited, size = (
-        TOLD + find_layout(load_policy(SHIPPED).observation).size(prepare(AsteriskConfig()).hand),
-        felt.shape[1],
-    )
+    size = felt.shape[1]
+    waited = TOLD + find_layout(shipped().observation).size(prepare(AsteriskConfig()).hand)
     lagged = (size - waited) // 3
     parts = {
         "nothing": (0, 0),
@@ -255,7 +182,7 @@ def longer(planner: Planner, share: float) -> Callable[..., Grasp]:
 
 def tested(entries: Sequence[ControllerEntry], levels: Sequence[str], trials: int, seed: int) -> None:
     """Run controllers at levels, and print share, objects lost and turn of each with 95 % intervals."""
-    print("| level | controller | share | 95 % | lost | 95 % | turn [deg] | beyond 6 deg |\n" + "|---" * 8 + "|")
+    say("| level | controller | share | 95 % | lost | 95 % | turn [deg] | beyond 6 deg |\n" + "|---" * 8 + "|")
     for level in levels:
         for entry in entries:
             config = AsteriskConfig(controller="rl", trials=trials, seed=seed, disturb=disturb_of(level))
@@ -267,30 +194,29 @@ def tested(entries: Sequence[ControllerEntry], levels: Sequence[str], trials: in
             ends = " to ".join(f"{100 * end:.1f}" for end in wilson(int(gone.sum()), len(found)))
             told = f"{share:.3f} | {low:.3f} to {high:.3f} | {gone.sum()} of {len(found)} | {ends} %"
             turn = f"{np.quantile(turned, 0.95):.1f} | {100 * (turned > BENT_DEG).mean():.1f} %"
-            print(f"| {level} | {entry.name} | {told} | {turn} |", flush=True)
+            say(f"| {level} | {entry.name} | {told} | {turn} |")
 
 
 def main() -> None:
     """Learn the risks, and test who goes by them."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--levels", nargs="+", default=["none", "bench", "field", "hard"])
+    parser.add_argument("--out", type=Path, help="the policy's folder, in which the first network is written")
+    parser.add_argument("--levels", nargs="*", default=[], help="what to test at: none, bench, well, field, hard")
     parser.add_argument("--trials", type=int, default=63, help="of each of 16 directions at each level")
     parser.add_argument("--seed", type=int, default=11, help="of the worlds that are tested in")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0], help="of the networks")
-    parser.add_argument("--threshold", type=float, default=0.03, help="risk that is not taken")
     parser.add_argument("--longer", type=float, default=1.05, help="what planned ways are made longer by")
     given = parser.parse_args()
-    print(environment())
-    entry = find_controller("rl")
+    entry = replace(find_controller("rl"), manipulate=partial(SensedPolicyController, policy=shipped()))
     felt, soon = learned_from(entry)
     entries = [entry, replace(entry, name=f"told-{given.longer:g}", grasp=longer(entry.grasp, given.longer))]
     for seed in given.seeds:
-        feels, blind = fitted(felt, soon, seed), fitted(felt[:, :TOLD], soon, seed)
-        print(f"seed {seed}, shuffled: {telling(feels, felt, soon)}", flush=True)
-        entries += [
-            replace(feeling(entry, given.threshold, risk, None), name=f"{name}-{seed}")
-            for name, risk in (("feel", feels), ("way-alone", blind))
-        ]
+        risk = fitted(felt, soon, seed)
+        say(f"seed {seed}, shuffled: {telling(risk, felt, soon)}")
+        if given.out is not None and seed == given.seeds[0]:
+            save_risk(risk, shipped().digest, given.out)
+        made = partial(FeelingController, policy=replace(shipped(), risk=risk))
+        entries.append(replace(entry, name=f"feel-{seed}", manipulate=made))
     tested(entries, given.levels, given.trials, given.seed)
 
 

@@ -1,0 +1,88 @@
+"""Going on by feel: beyond its planned way a policy goes until a learned risk stops it.
+
+A planned way ends where few objects are lost of all that a camera of its grade may mean. Beyond it a network tells from
+what is sensed, and from how that has changed of late, the chance that the object is lost, turned or off its line within
+the next decisions (`SOON`); where that passes a threshold commands stay as they are. `studies/feel.py` teaches it.
+"""
+
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+
+from inhand.control.controller import Task
+from inhand.control.policy import Policy
+from inhand.control.seen import Seen
+from inhand.control.sensed_policy import SensedPolicyController
+from inhand.control.underway import ARRIVED
+from inhand.geometry import Array
+from inhand.tasks.layouts import find_layout
+from inhand.tasks.observations import Scene, observe
+
+SOON = 10
+"""Decisions within which a loss or a turn is told."""
+FARTHER = 1.3
+"""Where it is stopped at the latest, in planned ways."""
+THRESHOLDS = (0.1, 0.03, 0.03)
+"""Risk that is not taken, by the grade of a camera: who sees well is warned."""
+BACK = (12, 30)
+"""Decisions back with which what is sensed now is compared; and with when the hand had waited for frames."""
+TOLD = 5
+"""Numbers of direction and way, which come first."""
+
+
+class FeelingController(SensedPolicyController):
+    """Goes the planned way, and where that was planned by grades on from there, until the risk passes a threshold."""
+
+    _first: Array | None
+    """What was sensed when the wait ended `(B, d)`."""
+
+    def __init__(self, task: Task, policy: Policy) -> None:
+        """Follow the task's paths with a policy that has a risk."""
+        super().__init__(task, policy)
+        self._risk: Callable[[Array], Array] | None = policy.risk
+        self._view = find_layout(policy.observation), Scene(task.hand, task.objects)
+
+    def begin(self, seen: Seen) -> None:
+        """Start a primitive where the object is now."""
+        super().begin(seen)
+        self._history, self._first = deque[Array](maxlen=max(BACK) + 1), None
+
+    def act(self, seen: Seen) -> Array:
+        """Return joint targets `(B, n_joints)` [rad]."""
+        targets = super().act(seen)
+        if self._risk is None or np.isinf(self._threshold).all():
+            return targets
+        beyond = ~self._past.waiting & (self.progress >= self._planned - ARRIVED)
+        self._arrived |= (self._risk(self._feel()) >= self._threshold) & beyond
+        return np.where(self._arrived[:, None], seen.targets, targets)
+
+    def _way(self, seen: Seen) -> Array:
+        """Return how far to go at most `(B,)` [m]: beyond the planned way where nothing turns."""
+        self._planned, grade = super()._way(seen), self._task.grade
+        feels = (self._turned == 0) & (grade is not None)
+        self._threshold = np.where(feels, np.array(THRESHOLDS)[0 if grade is None else grade], np.inf)
+        return np.asarray(np.minimum(np.where(feels, FARTHER, 1.0) * self._planned, self._task.path.length))
+
+    def _feel(self) -> Array:
+        """Return direction and way, what the policy sees, and how that has changed of late `(B, d)`."""
+        past, aim, (layout, scene) = self._past, self._aim, self._view
+        now = np.concatenate(
+            [
+                10 * past.joint_angles,
+                15 * (past.targets - past.joint_angles),
+                aim.shift(past.frames[0]) * (10, 100, 5),
+                past.shift(aim) * (10, 100, 5),
+                125 * past.points.reshape(past.n_worlds, -1),
+                6 * past.askew,
+            ],
+            axis=-1,
+        )
+        self._first = now if self._first is None else np.where(past.waiting[:, None], now, self._first)
+        self._history.append(now)
+        lagged = [3 * (now - self._history[max(len(self._history) - 1 - lag, 0)]) for lag in BACK]
+        come, planned = self.progress[:, None], self._planned[:, None]
+        ahead = 50 * (come - planned), come / np.maximum(planned, ARRIVED), 10 * planned
+        told = np.concatenate([aim.heading, *ahead], axis=-1)
+        changed = [np.clip(each, -3, 3) for each in (now - self._first, *lagged)]
+        return np.concatenate([told, observe(layout, past, aim, scene), *changed], axis=-1)

@@ -76,8 +76,6 @@ ship: .venv/.dev
 	$(BIN)/inhand train --out results/ship --overwrite
 	cp results/ship/best/actor.json results/ship/best/actor.safetensors results/ship/config.json src/inhand/policies/default
 	rm -f src/inhand/policies/default/risk.safetensors  # of the policy before
-	$(BIN)/python studies/plans.py
-	$(BIN)/python studies/feel.py --out src/inhand/policies/default
 	$(BIN)/inhand train --preset privileged --seed 1 --out results/privileged --overwrite
 	cp results/privileged/best/actor.json results/privileged/best/actor.safetensors results/privileged/config.json src/inhand/policies/privileged
 	$(BIN)/inhand train --preset family --out results/ship-family --overwrite
@@ -86,6 +84,10 @@ ship: .venv/.dev
 	cp results/family-privileged/best/actor.json results/family-privileged/best/actor.safetensors results/family-privileged/config.json src/inhand/policies/family-privileged
 	$(BIN)/inhand train --preset spatial-privileged --out results/space-privileged --overwrite
 	cp results/space-privileged/best/actor.json results/space-privileged/best/actor.safetensors results/space-privileged/config.json src/inhand/policies/spatial-privileged
+	$(BIN)/inhand train --preset spatial --out results/space --overwrite
+	cp results/space/best/actor.json results/space/best/actor.safetensors results/space/config.json src/inhand/policies/spatial
+	$(BIN)/python studies/plans.py
+	$(BIN)/python studies/feel.py --out src/inhand/policies/default
 
 study: .venv/.run
 	$(BIN)/python benchmarks/expert.py

@@ -14,10 +14,10 @@ from commands import Call
 from inhand.control.contract import contract_in_space
 from inhand.control.onnx_export import CARD, NAMES, OPSET, ModelCard, card_of, model_of
 from inhand.control.policy import Policy, save_policy
+from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.hands.spatial.files import load_solid, load_spatial_hand
-from inhand.hands.spatial.pair import SpatialPair
+from inhand.hands.spatial.pair import SpatialPair, load_held
 from inhand.records import read_json, read_record
 from inhand.sim.disturbance import FIELD
 from inhand.tasks.layouts import LAYOUTS, find_layout
@@ -103,19 +103,23 @@ def test_a_card_tells_every_number_of_an_observation() -> None:
     assert card.contract.joints == ("left 0", "left 1", "right 0", "right 1")
 
 
-def test_a_policy_of_a_hand_in_space_tells_its_own_contract(tmp_path: Path) -> None:
-    held = SpatialPair(load_spatial_hand("3f_60.60_40_10"), load_solid("cube_50"))
-    contract, size = contract_in_space(held, FIELD), find_layout("space-senses").size(held.hand)
-    arrays = (np.full((size, 9), 0.01),), (np.linspace(-0.5, 0.5, 9),)
-    policy = Policy(*arrays, "space-senses", "steps", "sensed", {"hand": held.hand.name}, space=contract)
+def test_the_policy_for_a_hand_in_space_tells_its_own_contract(tmp_path: Path) -> None:
+    policy = find_spatial_controller("rl").policy
+    assert policy is not None
+    held, size = load_held(policy.trained["hand"], policy.trained["object"]), len(policy.weights[0])
+    assert isinstance(held, SpatialPair)
+    contract = contract_in_space(held, FIELD)
     save_policy(policy, tmp_path / "mine")
     front.export(tmp_path / "mine", tmp_path / "policy.onnx")
     card = card_of(policy)
     assert (card.contract, card.space, card.lags) == (None, contract, LAGS)
     assert contract.observed[:3] == tuple(f"{name} 0" for name in held.hand.finger_names)
     assert sum(part.count for part in card.inputs) == size
-    found = ran((tmp_path / "policy.onnx").read_bytes(), np.zeros((1, size)))
-    np.testing.assert_allclose(found, policy(np.zeros((1, size))), atol=1e-6)
+    scale = [(np.array(part.middle), np.array(part.half)) for part in card.inputs]
+    middle, half = (np.concatenate(each) for each in zip(*scale, strict=True))
+    scaled = np.random.default_rng(6).uniform(-1.0, 1.0, (MANY, size))
+    found = ran((tmp_path / "policy.onnx").read_bytes(), middle + half * scaled)
+    np.testing.assert_allclose(found, policy(scaled), atol=1e-4)
 
 
 def test_the_command_writes_a_model_and_refuses_to_replace_one(inhand: Call, tmp_path: Path) -> None:

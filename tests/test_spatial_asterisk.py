@@ -276,6 +276,7 @@ def test_what_is_no_trial_in_space_is_refused(run: SpatialRun, tmp_path: Path) -
     [
         ({"controller": "thesis-ik"}, "controller 'thesis-ik' with a hand in space; allowed are ik, ik-sensed, rl, "),
         ({"controller": "ik-sensed", "one_grasp": True}, "--one-grasp with --controller ik-sensed, whose grasps"),
+        ({"controller": "rl", "one_grasp": True}, "path by path: leave it out, or use ik or rl-privileged"),
         ({"disturb": "feild"}, "unknown disturbance 'feild'; did you mean field?"),
         ({"paths": "human"}, "--paths human with 3f_60.60_40_10, a hand in space"),
         ({"phases": ("mine",), "compatible": True}, "--compatible and --phases with 3f_60.60_40_10"),

@@ -64,6 +64,8 @@ def test_both_start_from_the_same_places(found: tuple[SpatialCompared, Path]) ->
     assert [result.direction for result in made.policy.results] == ["Out", "turn+z", TESTED[0].name, "Out"]
     assert len(made.table()) == 8
     assert not any(result.lost for each in (made.policy, made.expert) for result in each.results)
+    assert {trial.passport.reads for trial in made.policy.trials} == {"sensed"}
+    assert min(result.metrics.max_distance_mm for result in made.policy.results if result.direction == "Out") > 18.0
     for one, other in zip(made.policy.trials, made.expert.trials, strict=True):
         assert isinstance(one, SpatialTrial)
         assert one.object_pose[0].tobytes() == other.object_pose[0].tobytes()
@@ -83,7 +85,7 @@ def test_directions_turns_and_those_never_shown_are_told_apart(found: tuple[Spat
     assert {each.name for each in (folder / "figures").iterdir()} == {"policy.png", "expert.png", "replay.gif"}
     assert (folder / "run.toml").read_text().count('gravity = "down"') == 1
     report = (folder / "report.md").read_text()
-    for text in ("gravity down", "Directions never shown", "The expert closes the fingers and lifts the object"):
+    for text in ("gravity down", "Directions never shown", "ik-sensed closes the fingers and lifts the object"):
         assert text in report
     assert json.loads((folder / "metrics.json").read_text())["failed"] == {"policy": [], "expert": []}
     assert "Directions never shown" in (folder / "report.html").read_text()

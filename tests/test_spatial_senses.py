@@ -22,19 +22,22 @@ from inhand.control.loop import Bench, simulate
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy
 from inhand.control.seen import SENSED, Seen, exact
-from inhand.control.spatial_catalogue import learned_in_space, notes_in_space
+from inhand.control.shipped_plans import shipped
+from inhand.control.spatial_catalogue import find_spatial_controller, learned_in_space, notes_in_space
 from inhand.control.spatial_ik_sensed import SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at
-from inhand.control.spatial_sensed_plan import CARRIER, sensed_in_space
+from inhand.control.spatial_sensed_plan import CARRIER, carrier_in_space, plan_keys_in_space, sensed_in_space
 from inhand.control.spatial_sensed_policy import SpatialSensedPolicyController
 from inhand.control.spatial_teacher import SpatialTeacher
 from inhand.control.trial import REACHED
 from inhand.control.underway import SETTLE
 from inhand.geometry import Array
+from inhand.hands.spatial.gravity import PALMS, gravity_of
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning import space_pools
 from inhand.learning.config import spatial
 from inhand.learning.experts import taught_reach
+from inhand.learning.recipe import SEEN
 from inhand.learning.run_cards import check
 from inhand.learning.setup import load_ready, make_ready, save_ready
 from inhand.learning.space import space_of
@@ -275,3 +278,22 @@ def test_a_policy_on_senses_holds_what_ik_sensed_has_lifted(policy: Policy, monk
     assert [type(each) for each in asked] == [SpatialSensedPolicyController, SpatialIkSensedController]
     assert prices == [6.0, 4.0]
     assert CARRIER.grades[0].worlds == FIELD
+
+
+def test_the_standard_pair_is_planned_under_every_palm(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry, known = find_spatial_controller("rl"), shipped()
+    assert entry.policy is not None
+    by, paths = carrier_in_space(entry.policy), [spatial_path_of(each) for each in SEEN]
+    starts = np.tile(HAND.start_pose, (len(paths), 1))
+    monkeypatch.setattr(spatial_sensed_plan, "_planned", lambda *_: pytest.fail("planned"))
+    for palm in PALMS:
+        gravity = np.array([gravity_of(palm)])
+        keys = plan_keys_in_space((HAND, CUBE), paths, gravity, by)
+        missing = [path.name for path, key in zip(paths, keys, strict=True) if key not in known]
+        assert not missing, "run `python studies/plans.py`: the policy or a number of planning has changed"
+        pulls = np.repeat(gravity, len(paths), axis=0)
+        grasp = entry.grasp(HAND, CUBE, paths, pulls, starts, bench=Bench("mujoco"))
+        assert grasp.way is not None
+        assert grasp.way.min() > 0.01
+    dearer = replace(by, grades=(replace(by.grades[0], price=8.0),))
+    assert not set(plan_keys_in_space((HAND, CUBE), paths, gravity, dearer)) & set(known)

@@ -89,7 +89,7 @@ CONTROLLERS = {
 """Controllers of hands in space."""
 
 
-SHIPPED = {"rl": "spatial-privileged", "rl-privileged": "spatial-privileged"}
+SHIPPED = {"rl": "spatial", "rl-privileged": "spatial-privileged"}
 """Policies of the package for a hand in space by name, each with the preset that trained it, which is its folder."""
 
 

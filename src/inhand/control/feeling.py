@@ -24,7 +24,7 @@ SOON = 10
 FARTHER = 1.3
 """Where it is stopped at the latest, in planned ways."""
 THRESHOLDS = (0.1, 0.03, 0.03)
-"""Risk that is not taken, by the grade of a camera: who sees well is warned."""
+"""Risk that is not taken, by the grade of a camera, the best first: it is told best where a camera sees well."""
 BACK = (12, 30)
 """Decisions back with which what is sensed now is compared; and with when the hand had waited for frames."""
 TOLD = 5

@@ -63,7 +63,10 @@ def load_risk(digest: str, folder: Path) -> Risk:
     except (InputError, OSError, KeyError, TypeError, ValueError, SafetensorError) as error:
         raise InputError(f"what tells the risk, {folder / RISK}, cannot be used: {error}") from error
     if learned_with != digest:
-        raise InputError(f"{folder / RISK} was learned with policy {learned_with}, and {digest} lies beside it")
+        raise InputError(
+            f"{folder / RISK} was learned with policy {learned_with}, and {digest} lies beside it: remove it, and the"
+            " policy ends where it was planned to"
+        )
     arrays = {name: array.astype(float) for name, array in arrays.items()}
     layers = tuple((arrays[f"{k}.weight"], arrays[f"{k}.bias"]) for k in range(count))
     return Risk(layers, arrays["middle"], arrays["half"])

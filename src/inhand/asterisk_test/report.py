@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -65,12 +66,12 @@ class Run(Tested):
         """Draw figures and a replay into `figures` of a folder, some aside, and return their parts of the page."""
         return _drawn(self, folder, aside)
 
-    @property
+    @cached_property
     def apart(self) -> list[dict[str, Any]]:
         """What each trial reached that is no part of the test, where fingers may be placed anew."""
         return regrasped.apart(self.trials) if self.config.regrasp else []
 
-    @property
+    @cached_property
     def apart_rows(self) -> list[tuple[str, ...]]:
         """The same as people read it, a direction each."""
         return regrasped.rows_of(self.apart, self.results) if self.config.regrasp else []

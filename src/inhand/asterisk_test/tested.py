@@ -73,12 +73,12 @@ class Tested(Shown):
         same = self.settings | {"reads": self.trials[0].passport.reads}
         return tidy(same | as_entry(result) for result in self.results)
 
-    @property
+    @cached_property
     def apart(self) -> list[dict[str, Any]]:
         """What each trial reached that is no part of the test, where fingers may be placed anew."""
         return []
 
-    @property
+    @cached_property
     def apart_rows(self) -> list[tuple[str, ...]]:
         """The same as people read it, under `inhand.asterisk_test.regrasped.HEADER`, a direction each."""
         return []

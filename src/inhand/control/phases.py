@@ -128,10 +128,10 @@ def standard_phases(
     if manipulate is None:
         return phases
     go_on, phases = _taking_over(last, manipulate), (*phases, *between)
-    twisted = twists is not None and bool(twists.length.any())
-    if twists is not None and twisted:
-        phases = (*phases, Phase(TWIST, _along(go_on, twists), longest=3.0, keep_contact=True))
-    carry = _as_far_as_seen(go_on, grasp, looked, twisted=twisted)
+    twist = twists if twists is not None and twists.length.any() else None
+    if twist is not None:
+        phases = (*phases, Phase(TWIST, _along(go_on, twist), longest=3.0, keep_contact=True))
+    carry = _as_far_as_seen(go_on, grasp, looked, twisted=twist is not None)
     return (*phases, Phase(MANIPULATE, carry, longest=longest, keep_contact=keeps))
 
 

@@ -64,14 +64,19 @@ def layers_of(
     return weights, biases
 
 
+def plain_shapes(count: int) -> dict[str, tuple[str | int, ...]]:
+    """Return the sizes of the arrays of so many layers, each of which takes what the one before gives, by letters."""
+    shapes: dict[str, tuple[str | int, ...]] = {}
+    for k in range(count):
+        shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
+    return shapes
+
+
 def _check_plain(
     arrays: Mapping[str, Array], count: int, seen: tuple[InterfaceCard, int], *, joints: int | None
 ) -> None:
     interface, fingers = seen
-    shapes: dict[str, tuple[str | int, ...]] = {}
-    for k in range(count):
-        shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
-    check_shapes(arrays, shapes, {} if joints is None else {f"{count}": joints})
+    check_shapes(arrays, plain_shapes(count), {} if joints is None else {f"{count}": joints})
     inputs, outputs = len(arrays["0.weight"]), len(arrays[f"{count - 1}.bias"])
     needed = interface.size(outputs, fingers)
     if needed != inputs:

@@ -8,6 +8,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from inhand.archives import check_shapes
+from inhand.control.policy_arrays import plain_shapes
 from inhand.errors import InputError
 from inhand.folders import in_place
 from inhand.geometry import Array
@@ -55,11 +56,8 @@ def load_risk(digest: str, folder: Path) -> Risk:
         with safe_open(folder / RISK, "numpy") as file:
             names = file.keys()
             learned_with, arrays = file.metadata()["policy"], {name: file.get_tensor(name) for name in names}
-        shapes: dict[str, tuple[str | int, ...]] = {"middle": ("0",), "half": ("0",)}
         count = (len(arrays) - 2) // 2
-        for k in range(count):
-            shapes |= {f"{k}.weight": (f"{k}", f"{k + 1}"), f"{k}.bias": (f"{k + 1}",)}
-        check_shapes(arrays, shapes, {f"{count}": 1})
+        check_shapes(arrays, {"middle": ("0",), "half": ("0",)} | plain_shapes(count), {f"{count}": 1})
     except (InputError, OSError, KeyError, TypeError, ValueError, SafetensorError) as error:
         raise InputError(f"what tells the risk, {folder / RISK}, cannot be used: {error}") from error
     if learned_with != digest:

@@ -47,7 +47,8 @@ class MujocoSimulator(MujocoWorlds):
         """
         super().__init__(hand, objects, scenes, kinds)
         _check_alike(objects, [scene for _, _, scene in self._kinds])
-        self._models = [_models_of(*kind) for kind in self._kinds]
+        models = {kind: _models_of(*kind) for kind in set(self._kinds)}
+        self._models = [models[kind] for kind in self._kinds]
         threads = min(threads or os.cpu_count() or 1, self.n_worlds)
         self._batch, self._meter = (model_batch([*own], threads) for own in self._models_now())
         self._bind()

@@ -17,12 +17,12 @@ from inhand.hands.hand import HandSpec, lab_limits
 from inhand.hands.names import parse_hand_name
 from inhand.hands.objects import ObjectSpec, convex_pieces, parse_object_name, polygon
 from inhand.hands.polygons import edge_normals, separation
+from inhand.hands.reach import limits as reach_limits
 from inhand.hands.reach.bundles import cells, knots
 from inhand.hands.reach.fingers import touching_postures
-from inhand.hands.reach.flood import spread
-from inhand.hands.reach.limits import Farthest, ReachConfig, body_of, farthest, why_none
-from inhand.hands.reach.pairs import neighbours, pairs_of, reach_from
-from inhand.hands.reach.parts import ASKED, NONE, REACHED, UNKNOWN, Chain, Postures, chain_of
+from inhand.hands.reach.limits import Farthest, Place, ReachConfig, body_of, farthest, scene_of, why_none
+from inhand.hands.reach.pairs import grips_of, neighbours, pairs_of
+from inhand.hands.reach.parts import NONE, REACHED, UNKNOWN, Chain, Grips, Postures, chain_of
 from inhand.hands.shapes import link_outline, link_polygons, palm_outline
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
@@ -304,8 +304,11 @@ def test_grips_of_fingers_that_keep_apart_are_those_of_force_closure() -> None:
     left, right = sides
     for friction in (0.3, 1.0):
         expected = force_closure(friction, (left.points[:, None], left.normals[:, None]), (right.points, right.normals))
-        pairs = pairs_of(straight_fingers(), left, right, n_cells=40)
-        assert reach_from(straight_fingers(), pairs, np.cos(np.arctan(friction)), None)
+        pairs = pairs_of((left, right), None, n_cells=40)
+        found = grips_of(pairs, straight_fingers(), np.cos(np.arctan(friction)), None)
+        assert found is not None
+        assert (found.sides[0].cell == np.flatnonzero(expected.any(axis=1))).all()
+        assert (found.held == expected[expected.any(axis=1)][:, expected.any(axis=0)]).all()
         assert ((pairs.known == REACHED) == expected).all()
 
 
@@ -317,8 +320,8 @@ def test_pairs_of_fingers_that_meet_are_no_grips() -> None:
         postures(sign * 0.02 * facing, sign * facing, np.stack([0 * bent, sign * bent], axis=-1)) for sign in (1, -1)
     )
     left, right = (side._replace(joints=-side.joints) for side in (left, right))
-    pairs = pairs_of(straight_fingers(), left, right, n_cells=16)
-    reach_from(straight_fingers(), pairs, 0.5, None)
+    pairs = pairs_of((left, right), None, n_cells=16)
+    grips_of(pairs, straight_fingers(), 0.5, None)
     links = [link_polygons(hand, finger, side.joints) for finger, side in zip(hand.fingers, (left, right), strict=True)]
     gaps = np.stack([separation(ours[:, None], theirs) for ours in links[0] for theirs in links[1]]).min(axis=0)
     assert ((pairs.known == REACHED) == (gaps > -2e-5)).all()
@@ -349,10 +352,12 @@ def test_slides_connect_grips_beside_each_other() -> None:
     grips = np.array([[1, 1, 0, 0], [0, 1, 0, 1], [0, 0, 0, 1], [1, 0, 0, 0]], dtype=bool)
     facing = np.tile([-1.0, 0.0], (4, 1))
     left, right = (postures(sign * 0.02 * facing, sign * facing, np.zeros((4, 2))) for sign in (1, -1))
-    pairs = pairs_of(straight_fingers(), left, right, n_cells=9)
+    before = Grips((left.only(slice(1)), right.only(slice(1))), np.ones((1, 1), dtype=bool))
+    pairs = pairs_of((left, right), before, n_cells=9)
     pairs.known[:] = np.where(grips, UNKNOWN, NONE)
-    pairs.known[0, 0] = ASKED
-    assert spread(pairs, straight_fingers(), 0.9, np.zeros(16, dtype=np.int64), 1) == 3
+    found = grips_of(pairs, straight_fingers(), 0.9, before, hop=0)
+    assert found is not None
+    assert found.held.astype(int).tolist() == [[1, 1], [0, 1]]
     assert (pairs.known == REACHED).astype(int).tolist() == [
         [1, 1, 0, 0],
         [0, 1, 0, 0],
@@ -386,6 +391,29 @@ def test_freedom_to_rotate_is_worth_as_much_on_either_side(direction: str) -> No
     assert way(HAND, "rectangle_46x15", direction, config) == pytest.approx(
         way(HAND, "rectangle_46x15", direction.replace("Right", "Left"), config), abs=2e-3
     )
+
+
+def test_grips_are_looked_for_near_those_before_and_none_is_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    hand = parse_hand_name(HAND)
+    scene = scene_of(hand, parse_object_name("triangle"), ReachConfig())
+    everywhere = np.ones(len(scene.body.cells), dtype=bool)
+    place = Place(scene, (everywhere, everywhere), hand.start_pose[None], everywhere[:1])
+    every = place.grips(0, None)
+    assert every is not None
+    one, other = (int(rows[0]) for rows in np.nonzero(every.held))
+    first = Grips(
+        (every.sides[0].only(slice(one, one + 1)), every.sides[1].only(slice(other, other + 1))), everywhere[None, :1]
+    )
+    found = []
+    for ahead in (0, 1000):  # cell by cell, and all at once
+        monkeypatch.setattr(reach_limits, "AHEAD", ahead)
+        found.append(place.grips(0, first))
+    near, far = found
+    assert near is not None
+    assert far is not None
+    assert near.held.sum() > 100
+    assert (near.held == far.held).all()
+    assert all((ours.joints == theirs.joints).all() for ours, theirs in zip(near.sides, far.sides, strict=True))
 
 
 def test_a_limit_is_known_again_by_what_it_depends_on_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

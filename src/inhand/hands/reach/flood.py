@@ -6,20 +6,19 @@ import math
 
 import numpy as np
 
-from inhand.compiled import inner, kernel
+from inhand.compiled import inner, kernel, leaf
 from inhand.hands.reach.apart import FAR, keep_apart, seen_from
 from inhand.hands.reach.parts import (
     ASKED,
+    BITS,
     NONE,
     REACHED,
     UNKNOWN,
     Beside,
     Chain,
-    Flags,
-    Indices,
+    Grips,
     Pairs,
     Postures,
-    Sources,
     Stances,
 )
 
@@ -32,7 +31,40 @@ LARGEST_TURN = 0.3
 
 
 @kernel
-def find_beside(first: Postures, second: Postures, hop: int, by_cell: tuple[Indices, Indices], beside: Beside) -> None:
+def flood(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, before: Grips, hop: int) -> int:
+    """Find the grips that others lead to, and all that slides connect with them; return how many there are.
+
+    Args:
+        pairs: pairs at a pose; what is known of them is written here.
+        fingers: both fingers.
+        cone: cosine of the friction cones' half angle.
+        before: grips at a pose beside it.
+        hop: by how many cells they may lead; below 0 all pairs are asked for instead.
+    """
+    left, right = pairs.sides
+    _stand(left, fingers[0], pairs.stances[0])
+    _stand(right, fingers[1], pairs.stances[1])
+    _find_beside(left, left, 1, pairs.slides[0])
+    _find_beside(right, right, 1, pairs.slides[1])
+    if hop < 0:
+        count = len(pairs.stack)
+        for k in range(count):
+            pairs.known[k // pairs.known.shape[1], k % pairs.known.shape[1]], pairs.stack[k] = ASKED, k
+    else:
+        _find_beside(before.sides[0], pairs.seen[0], hop, pairs.led[0])
+        _find_beside(before.sides[1], pairs.seen[1], hop, pairs.led[1])
+        count = _ask(pairs, before)
+    return _spread(pairs, fingers, cone, count)
+
+
+@kernel
+def find_beside(first: Postures, second: Postures, hop: int, beside: Beside) -> None:
+    """Write which postures of a second set are neighbours of each of a first; see `_find_beside`."""
+    _find_beside(first, second, hop, beside)
+
+
+@leaf
+def _find_beside(first: Postures, second: Postures, hop: int, beside: Beside) -> None:
     """Write which postures of a second set are neighbours of each of a first: cells near, joints nearly alike.
 
     Cells may differ by `hop`. Where the first link touches, which has no room to slide, the cell does not matter: as
@@ -43,10 +75,9 @@ def find_beside(first: Postures, second: Postures, hop: int, by_cell: tuple[Indi
         first: N postures.
         second: M postures.
         hop: by how many the numbers of neighbouring cells differ at most.
-        by_cell: room for where each of the U cells begins in an order of the second set `(U + 2,)`, and that `(M,)`.
         beside: room for the neighbours.
     """
-    starts, order = by_cell
+    starts, order = beside.cells, beside.order
     cells = len(starts) - 2
     starts[:] = 0
     for j in range(len(second.cell)):
@@ -89,8 +120,8 @@ def _alike(first: Postures, i: int, second: Postures, j: int) -> bool:
     return alike
 
 
-@kernel
-def stand(found: Postures, finger: Chain, stances: Stances) -> None:
+@leaf
+def _stand(found: Postures, finger: Chain, stances: Stances) -> None:
     """Write where the links of postures are, and how the boxes around them look from the side."""
     links, n = finger.outlines, len(finger.links)
     for k in range(len(found.cell)):
@@ -112,47 +143,47 @@ def stand(found: Postures, finger: Chain, stances: Stances) -> None:
             x, y = x - sin * finger.links[i], y + cos * finger.links[i]
 
 
-@kernel
-def ask(pairs: Pairs, sources: Sources, marked: Flags, stack: Indices) -> int:
-    """Ask for the unknown pairs that are beside grips of a source; write them on a stack, and return how many.
-
-    Args:
-        pairs: the pairs `(L, R)`.
-        sources: the grips `(K, M)`.
-        marked: room `(L, M)`.
-        stack: room for all pairs.
-    """
-    left, right, held, known, count = sources.left, sources.right, sources.held, pairs.known, 0
-    # A grip is beside another if both its contacts are: first the left one is moved, then the right one.
-    marked[:] = False
+@leaf
+def _ask(pairs: Pairs, before: Grips) -> int:
+    """Ask for the unknown pairs that are beside grips; write them on the stack, and return how many."""
+    (left, right), known, count = pairs.led, pairs.known, 0
+    held, marked, leads = pairs.held, pairs.marked, pairs.leads
+    # A grip is beside another if both its contacts are: first the left one is moved, then the right one. What is true
+    # of each right posture of those before is a bit.
+    held[:], marked[:], leads[:] = 0, 0, 0
+    for b in range(before.held.shape[1]):
+        word, bit = b // BITS, np.uint64(1) << np.uint64(b % BITS)
+        for a in range(len(held)):
+            if before.held[a, b]:
+                held[a, word] |= bit
+        for k in range(right.start[b], right.start[b + 1]):
+            leads[right.neighbours[k], word] |= bit
     for a in range(len(held)):
         for k in range(left.start[a], left.start[a + 1]):
-            i = left.neighbours[k]
-            for b in range(held.shape[1]):
-                marked[i, b] |= held[a, b]
+            for word in range(held.shape[1]):
+                marked[left.neighbours[k], word] |= held[a, word]
     for i in range(len(known)):
-        for b in range(held.shape[1]):
-            if marked[i, b]:
-                for k in range(right.start[b], right.start[b + 1]):
-                    j = right.neighbours[k]
-                    if known[i, j] == UNKNOWN:
-                        known[i, j], stack[count] = ASKED, i * known.shape[1] + j
-                        count += 1
+        for j in range(known.shape[1]):
+            asked = np.uint64(0)
+            for word in range(held.shape[1]):
+                asked |= marked[i, word] & leads[j, word]
+            if asked != 0 and known[i, j] == UNKNOWN:
+                known[i, j], pairs.stack[count] = ASKED, i * known.shape[1] + j
+                count += 1
     return count
 
 
-@kernel
-def spread(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, stack: Indices, count: int) -> int:
-    """Look at the pairs on a stack and at all that slides of one contact connect with grips; return how many are grips.
+@leaf
+def _spread(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, count: int) -> int:
+    """Look at the pairs on the stack and at all that slides of one contact connect with grips; return how many are.
 
     Args:
         pairs: the pairs `(L, R)`.
         fingers: both fingers.
         cone: cosine of the friction cone's half angle.
-        stack: pairs that are asked for, with room for all.
-        count: how many there are.
+        count: how many there are on the stack.
     """
-    left, right = pairs.slides
+    (left, right), stack = pairs.slides, pairs.stack
     known, grips, width = pairs.known, 0, pairs.known.shape[1]
     while count > 0:
         count -= 1

@@ -7,7 +7,7 @@ Coulomb friction alone: no controller, no torque, no speed.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
@@ -22,8 +22,8 @@ from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
 from inhand.hands.polygons import separation
 from inhand.hands.reach.bundles import cells
 from inhand.hands.reach.fingers import Body, touched
-from inhand.hands.reach.pairs import pairs_of, reach_from, sources_of
-from inhand.hands.reach.parts import OVERLAP, REACHED, Chain, Flags, Indices, Pairs, Toucher, toucher
+from inhand.hands.reach.pairs import grips_of, merged, pairs_of
+from inhand.hands.reach.parts import OVERLAP, Chain, Flags, Grips, Indices, Pairs, Toucher, toucher
 from inhand.hands.shapes import palm_outline
 
 OFF_CENTRE = 2.0
@@ -38,6 +38,8 @@ FINEST, COARSEST = 0.0005, 0.01
 """Finest and coarsest step [m]."""
 FINEST_S = 8.0
 """What all directions take of one core at the finest step, measured with the default hand and object [s]."""
+AHEAD = 3
+"""Cells beyond those that a step leads to, at which grips are looked for first: slides hardly ever lead farther."""
 BACK = 3
 """Steps before the end of the coarse search from which the fine one starts."""
 
@@ -83,7 +85,7 @@ class Farthest:
 
 
 @dataclass(frozen=True, eq=False)
-class _Scene:
+class Scene:
     """A hand and an object, prepared."""
 
     hand: HandSpec
@@ -107,7 +109,7 @@ class _Scene:
         return float(np.cos(np.arctan(self.friction))) if self.friction > 0 else np.inf
 
 
-_Column: TypeAlias = list[Pairs | None]
+_Column: TypeAlias = list[Grips | None]
 """What is reached at one place of the path, for every rotation away from it."""
 
 
@@ -129,7 +131,7 @@ def farthest(
     [m] up to which it has been followed.
     """
     config = config or ReachConfig()
-    scene = _scene(hand, spec, config)
+    scene = scene_of(hand, spec, config)
     way = way_along(path)
     count = int(np.ceil(way[-1] / config.resolution - 1e-9))
     steps = np.minimum(np.arange(count + 1) * config.resolution, way[-1])
@@ -143,7 +145,7 @@ def farthest(
     end, column = float(steps[done - 1]), last[-1]
     if done <= count:
         # It ends within the path: from some steps back the grips are followed in finer cells, then in finer steps too.
-        finer = _scene(hand, spec, config, finer=True)
+        finer = scene_of(hand, spec, config, finer=True)
         start = max(done - 1 - BACK, 0)
         refined = _refined(scene, finer, interpolate(steps[start : start + 1], way, path), last[0])
         known = float(steps[start]), refined
@@ -163,7 +165,7 @@ def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig |
     Takes what `farthest` takes, and less time where the path cannot be followed: its end is not found any finer.
     """
     config = config or ReachConfig()
-    scene, way = _scene(hand, spec, config), way_along(path)
+    scene, way = scene_of(hand, spec, config), way_along(path)
     count = int(np.ceil(way[-1] / config.resolution - 1e-9))
     steps = np.minimum(np.arange(count + 1) * config.resolution, way[-1])
     return sum(1 for _ in _walk(scene, interpolate(steps, way, path), None)) > count
@@ -171,7 +173,7 @@ def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig |
 
 def why_none(hand: HandSpec, spec: ObjectSpec, pose: Array, config: ReachConfig | None = None) -> str:
     """Return which constraint keeps every grip from holding an object at a pose `(1, 3)`."""
-    scene = _scene(hand, spec, config or ReachConfig())
+    scene = scene_of(hand, spec, config or ReachConfig())
     left, right = (touched(each, np.arange(len(scene.body.cells)), pose) for each in scene.touchers)
     for side, found in zip(FINGER_NAMES, (left, right), strict=True):
         if len(found.pose) == 0:
@@ -183,20 +185,20 @@ def why_none(hand: HandSpec, spec: ObjectSpec, pose: Array, config: ReachConfig 
 
 
 @lru_cache(maxsize=8)
-def _scene(hand: HandSpec, spec: ObjectSpec, config: ReachConfig, *, finer: bool = False) -> _Scene:
+def scene_of(hand: HandSpec, spec: ObjectSpec, config: ReachConfig, *, finer: bool = False) -> Scene:
     """Return a hand and an object as all paths have them in common, with the outline in coarse or finer cells."""
     parts = FINE_CELLS if finer else 1
     body = body_of(spec, config.resolution / parts, config.fan / parts)
     friction = hand.friction * spec.friction if config.friction is None else config.friction
     count = int(np.ceil(config.rotation * TURN_ARM / config.resolution - 1e-9))
     turns = np.linspace(-config.rotation, config.rotation, 2 * count + 1)
-    coarser = _scene(hand, spec, config).body if finer else body
+    coarser = scene_of(hand, spec, config).body if finer else body
     coarse = coarser.nearest(body.cells.points, body.cells.normals)
     left, right = (toucher(hand, finger, body.cells, body.pieces) for finger in hand.fingers)
-    return _Scene(hand, body, (left, right), friction, turns, parts, coarse)
+    return Scene(hand, body, (left, right), friction, turns, parts, coarse)
 
 
-def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | None = None) -> Iterator[_Column]:
+def _walk(scene: Scene, poses: Array, column: _Column | None, around: int | None = None) -> Iterator[_Column]:
     """Give what is reached at each pose `(P, 3)` in turn, from what was reached before the first, until nothing is.
 
     None before the first starts with every grip of it. Only cells `around` the last grips are looked at, or all.
@@ -205,12 +207,11 @@ def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | Non
     free, palm = np.ones(turned.shape[:-1], dtype=bool), palm_outline(scene.hand)
     for piece in scene.body.pieces:
         free &= separation(palm, transform(turned[..., None, :], piece)) > -OVERLAP
-    chosen = (np.arange(len(scene.body.cells)),) * 2
+    chosen = (np.ones(len(scene.body.cells), dtype=bool),) * 2
     for k, here in enumerate(turned):
         if around is not None and column is not None and k % (FINE // 2) == 0:
-            left, right = (_beside(scene.body, cells, around) for cells in _used(column))
-            chosen = left, right
-        place = _Place(scene, chosen, here, free[k])
+            chosen = _around(scene.body, column, around)
+        place = Place(scene, chosen, here, free[k])
         column = _first(place) if column is None else _next(place, column)
         if not any(column):
             return
@@ -218,93 +219,101 @@ def _walk(scene: _Scene, poses: Array, column: _Column | None, around: int | Non
 
 
 @dataclass(frozen=True, eq=False)
-class _Place:
+class Place:
     """A place on the path, at every rotation away from it."""
 
-    scene: _Scene
-    chosen: tuple[Indices, Indices]
-    """Cells that each finger's outer links are looked for at."""
+    scene: Scene
+    chosen: tuple[Flags, Flags]
+    """Cells that each finger's outer links may be looked for at `(U,)`."""
     poses: Array
     """The object's poses `(T, 3)`."""
     free: Flags
     """Where object and palm keep apart `(T,)`."""
 
-    def pairs(self, turn: int) -> Pairs | None:
-        """Return the pairs of postures at one rotation, None where there are none."""
+    def grips(self, turn: int, before: Grips | None, coarser: Scene | None = None) -> Grips | None:
+        """Return the grips at one rotation that others lead to, all of them if None; looked for near the others.
+
+        Nothing is missed: as long as a grip lies beside chosen cells that were not looked at, these are looked at, too.
+        The others may be of a scene of coarser cells.
+        """
         if not self.free[turn]:
             return None
+        scene, near = self.scene, list(self.chosen)
+        if before and coarser:
+            near = [_near(coarser.body, side.cell, coarser.hop)[scene.coarse] for side in before.sides]
+        elif before:
+            near = [_near(scene.body, side.cell, scene.hop + AHEAD) for side in before.sides]
+        while True:
+            pairs = self._pairs(turn, near, before, coarser)
+            found = pairs and grips_of(pairs, scene.chains, scene.cone, before, (coarser or scene).hop)
+            if not found:
+                return None
+            beside = [_near(scene.body, side.cell, 1) for side in found.sides]
+            if not any((led & ~own & all_).any() for led, own, all_ in zip(beside, near, self.chosen, strict=True)):
+                return found
+            near = [own | _near(scene.body, side.cell, 1 + AHEAD) for own, side in zip(near, found.sides, strict=True)]
+
+    def _pairs(self, turn: int, near: Sequence[Flags], before: Grips | None, coarser: Scene | None) -> Pairs | None:
+        """Return the pairs of postures at one rotation, the outer links at chosen cells that are near."""
         scene, pose = self.scene, self.poses[turn : turn + 1]
-        left, right = (touched(by, cells, pose) for by, cells in zip(scene.touchers, self.chosen, strict=True))
-        return (
-            pairs_of(scene.chains, left, right, len(scene.body.cells)) if len(left.cell) and len(right.cell) else None
-        )
+        cells = [np.flatnonzero(own & chosen) for own, chosen in zip(near, self.chosen, strict=True)]
+        left, right = (touched(by, chosen, pose) for by, chosen in zip(scene.touchers, cells, strict=True))
+        if not (len(left.cell) and len(right.cell)):
+            return None
+        seen = None
+        if coarser:
+            one, other = (side._replace(cell=scene.coarse[side.cell]) for side in (left, right))
+            seen = (one, other), len(coarser.body.cells)
+        return pairs_of((left, right), before, len(scene.body.cells), seen)
 
 
-def _used(column: _Column) -> tuple[Indices, Indices]:
-    """Return the cells that the left and the right finger touch in any grip of a column."""
-    held = [(each.sides, each.known == REACHED) for each in column if each is not None]
-    left = np.concatenate([sides[0].cell[grips.any(axis=1)] for sides, grips in held])
-    right = np.concatenate([sides[1].cell[grips.any(axis=0)] for sides, grips in held])
-    return np.unique(left), np.unique(right)
+def _near(body: Body, used: Indices, around: int) -> Flags:
+    """Return which cells are at most `around` cells from some `(U,)`."""
+    near = np.zeros(len(body.cells), dtype=bool)
+    near[(used[:, None] + np.arange(-around, around + 1)) % len(near)] = True
+    return near
 
 
-def _beside(body: Body, used: Indices, around: int) -> Indices:
-    """Return the cells that are at most `around` cells from some."""
-    beside = used[:, None] + np.arange(-around, around + 1)
-    return np.unique(beside % len(body.cells))
+def _around(body: Body, column: _Column, around: int) -> tuple[Flags, Flags]:
+    """Return which cells are at most `around` cells from those of each finger in any grip of a column `(U,)`."""
+    left, right = (np.concatenate([each.sides[k].cell for each in column if each is not None]) for k in range(2))
+    return _near(body, left, around), _near(body, right, around)
 
 
-def _first(place: _Place) -> _Column:
+def _first(place: Place) -> _Column:
     """Return every grip at the start, without rotation."""
-    scene, middle = place.scene, len(place.poses) // 2
-    column: _Column = [None] * len(place.poses)
-    pairs = place.pairs(middle)
-    if pairs is not None and reach_from(scene.chains, pairs, scene.cone, None):
-        column[middle] = pairs
-    return column
+    middle = len(place.poses) // 2
+    return [place.grips(t, None) if t == middle else None for t in range(len(place.poses))]
 
 
-def _refined(scene: _Scene, fine: _Scene, pose: Array, column: _Column) -> _Column:
+def _refined(scene: Scene, fine: Scene, pose: Array, column: _Column) -> _Column:
     """Return what is reached at a pose `(1, 3)` in finer cells, from what is in coarser ones."""
-    coarse = fine.coarse
-    looked_at = [_beside(scene.body, cells, AROUND) for cells in _used(column)]
-    first, second = (np.flatnonzero(np.isin(coarse, cells)) for cells in looked_at)
+    left, right = (looked_at[fine.coarse] for looked_at in _around(scene.body, column, AROUND))
     poses = pose + fine.turns[:, None] * np.array([0.0, 0.0, 1.0])
-    place = _Place(fine, (first, second), poses, np.array([held is not None for held in column]))
-    refined: _Column = [None] * len(column)
-    for t, held in enumerate(column):
-        pairs = place.pairs(t)
-        if pairs is not None and held is not None:
-            left, right = (side._replace(cell=coarse[side.cell]) for side in pairs.sides)
-            sources = sources_of(held, (left, right), len(scene.body.cells), scene.hop)
-            refined[t] = pairs if reach_from(fine.chains, pairs, fine.cone, sources) else None
-    return refined
+    place = Place(fine, (left, right), poses, np.array([held is not None for held in column]))
+    return [place.grips(t, held, scene) for t, held in enumerate(column)]
 
 
-def _next(place: _Place, before: _Column) -> _Column:
+def _next(place: Place, before: _Column) -> _Column:
     """Return what is reached at a place from the one before, and from there by turning the object."""
-    scene, here = place.scene, dict[int, Pairs | None]()
     column: _Column = [None] * len(place.poses)
-    waiting = [(t, held) for t, held in enumerate(before) if held is not None]
+    waiting = [t for t, held in enumerate(before) if held is not None]
     while waiting:
-        t, source = waiting.pop(0)
-        if t not in here:
-            here[t] = place.pairs(t)
-        pairs = here[t]
-        if pairs is None:
-            continue
-        sources = sources_of(source, pairs.sides, len(scene.body.cells), scene.hop)
-        if reach_from(scene.chains, pairs, scene.cone, sources):
-            column[t] = pairs
-            waiting += [(beside, pairs) for beside in (t - 1, t + 1) if 0 <= beside < len(column)]
+        t = waiting.pop(0)
+        sides = [s for s in (t - 1, t + 1) if 0 <= s < len(column)]
+        found = place.grips(t, merged([each for each in (before[t], *(column[s] for s in sides)) if each is not None]))
+        known = column[t]
+        if found is not None and (known is None or found.held.sum() > known.held.sum()):
+            column[t] = found
+            waiting += [s for s in sides if s not in waiting]
     return column
 
 
-def _described(scene: _Scene, pose: Array, way: float, column: _Column) -> Farthest:
+def _described(scene: Scene, pose: Array, way: float, column: _Column) -> Farthest:
     """Return, of the grips left at the end, one well inside the friction cones and near the object's middle."""
     held = [(abs(turn), t, each) for t, (turn, each) in enumerate(zip(scene.turns, column, strict=True)) if each]
     _, t, last = min(held, key=lambda each: each[:2])
-    first, second = (side.only(rows) for side, rows in zip(last.sides, np.nonzero(last.known == REACHED), strict=True))
+    first, second = (side.only(rows) for side, rows in zip(last.sides, np.nonzero(last.held), strict=True))
     line = second.points - first.points
     line /= np.linalg.norm(line, axis=-1, keepdims=True)
     inside = np.minimum(-(line * first.normals).sum(-1), (line * second.normals).sum(-1))

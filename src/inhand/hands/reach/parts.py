@@ -19,10 +19,13 @@ from inhand.hands.shapes import link_outline, palm_outline
 
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Words = NDArray[np.uint64]
 
 UNKNOWN, ASKED, NONE, REACHED = 0, 1, 2, 3
 """What is known of a pair of postures: nothing, that it is to be looked at, that it is no grip, that it is one and a
 chain of grips leads to it."""
+BITS = 64
+"""Truths in a word."""
 OVERLAP = 2e-5
 """Overlap of two outlines that still counts as touching [m]."""
 NORMAL_ARM = 0.01
@@ -171,36 +174,53 @@ class Stances(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """For each of N postures its neighbours among others."""
+    """For each of N postures its neighbours among M others."""
 
     start: Indices
     """Where each posture's neighbours begin, and where the last one's end `(N + 1,)`."""
     neighbours: Indices
-    """The neighbours of one posture after the other's."""
+    """The neighbours of one posture after the other's, in room for those of each."""
+    cells: Indices
+    """Where each of the U cells begins in an order of the others by their cells `(U + 2,)`."""
+    order: Indices
+    """That order `(M,)`."""
 
 
-class Sources(NamedTuple):
-    """Grips that lead to others at another pose."""
-
-    left: Beside
-    """For each of their left postures its neighbours among those of the pairs that they may lead to."""
-    right: Beside
-    """For each of their right postures."""
-    held: Flags
-    """Which pairs of their postures are grips `(K, M)`."""
-
-
-class Pairs(NamedTuple):
-    """Pairs of postures at one pose, L of the left finger and R of the right, and what is known of them."""
+class Grips(NamedTuple):
+    """Grips at one pose: pairs of postures, K of the left finger and M of the right, each in one of them at least."""
 
     sides: tuple[Postures, Postures]
     """The postures of both fingers."""
-    stances: tuple[Stances, Stances]
-    """What they come to."""
-    slides: tuple[Beside, Beside]
-    """The neighbours of each among those of its finger."""
+    held: Flags
+    """Which pairs of them are grips `(K, M)`."""
+
+
+class Pairs(NamedTuple):
+    """Pairs of postures at one pose, L of the left finger and R of the right, and room to see which are grips.
+
+    Grips that lead to them have K and M postures.
+    """
+
+    sides: tuple[Postures, Postures]
+    """The postures of both fingers."""
     known: NDArray[np.uint8]
     """What is known of each pair `(L, R)`; `UNKNOWN` to `REACHED`."""
+    stances: tuple[Stances, Stances]
+    """What the postures come to."""
+    slides: tuple[Beside, Beside]
+    """The neighbours of each among those of its finger."""
+    seen: tuple[Postures, Postures]
+    """The same with the cells as those number them that lead to them."""
+    led: tuple[Beside, Beside]
+    """For each posture that leads to them its neighbours among those."""
+    held: Words
+    """With which right postures each left one holds among the grips that lead to them `(K, M / BITS)`."""
+    marked: Words
+    """With which of those right postures such a grip leads to each left posture `(L, M / BITS)`."""
+    leads: Words
+    """Which of those right postures lead to each right posture `(R, M / BITS)`."""
+    stack: Indices
+    """Pairs that wait to be looked at `(L * R,)`."""
 
 
 def outlines(polygons: Sequence[Array]) -> Outlines:

@@ -39,10 +39,12 @@ def pytest_collection_finish() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep results where no run before has left any; compiled code stays where it is."""
+    """Keep results where no run before has left any, and both workers find them; compiled code stays where it is."""
+    place = tmp_path_factory.getbasetemp()
+    shared = (place.parent if "PYTEST_XDIST_WORKER" in os.environ else place) / "results"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("NUMBA_CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR") or str(caches.base() / "compiled"))
-        patch.setenv(caches.PLACE, str(tmp_path_factory.mktemp("cache")))
+        patch.setenv(caches.PLACE, str(shared))
         yield
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, QhullError
 
 from inhand.geometry import Array, cross, rotate
-from inhand.hands.polygons import contact, edge_normals, separation
+from inhand.hands.polygons import MANY, contact, edge_normals, separation
 
 COORDINATE = st.floats(-0.05, 0.05)
 POINTS = st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=12)
@@ -160,3 +160,16 @@ def test_leading_axes_broadcast() -> None:
             np.testing.assert_allclose(part[i, j], alone, atol=1e-15)
     many = second + rng.uniform(-0.05, 0.05, (4, 3, 1, 2))
     np.testing.assert_allclose(contact(first, many)[0][2, 1], contact(first[2, 1], many[2, 1])[0], atol=1e-15)
+
+
+@settings(deadline=None, max_examples=30)
+@given(pairs())
+def test_many_cases_have_the_bytes_of_one(pair: tuple[Array, Array]) -> None:
+    """Compiled code finds the contacts of a batch, NumPy those of a real hand."""
+    first, second = pair
+    shifts = 0.01 * np.stack([np.cos(np.arange(MANY)), np.sin(np.arange(MANY))], axis=-1)
+    together = contact(first + shifts[:, None], second)
+    for k, shift in enumerate(shifts):
+        for batch, alone in zip(together, contact(first + shift, second), strict=True):
+            assert batch[k].tobytes() == alone.tobytes()
+    assert np.isnan(contact(first + shifts[:, None] * np.nan, second)[0]).all()

@@ -95,6 +95,8 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 Actor = Callable[[np.ndarray], np.ndarray]
+Whole = tuple[Path, Trainer]
+"""The folder of a run that nothing cut short, and who trained in it."""
 
 
 def _trainer(
@@ -106,19 +108,27 @@ def _trainer(
 
 
 @pytest.fixture(scope="module")
-def whole(prepared: Path) -> Path:
-    """Return the folder of a small run that nothing cut short."""
-    _trainer(prepared, prepared.with_name("whole")).run()
-    return prepared.with_name("whole")
+def whole(prepared: Path) -> Whole:
+    """Return a small run."""
+    return _whole(prepared, SMALL)
 
 
-def test_a_seed_gives_the_same_bytes_and_another_gives_others(prepared: Path, whole: Path, tmp_path: Path) -> None:
-    actors = [(whole / "last" / ACTOR).read_bytes()]
-    for name, seed in (("b", 0), ("c", 1)):
-        _trainer(prepared, tmp_path / name, replace(SMALL, seed=seed)).run()
-        actors.append((tmp_path / name / "last" / ACTOR).read_bytes())
-    assert actors[0] == actors[1]
-    assert actors[0] != actors[2]
+@pytest.fixture(scope="module")
+def whole_sensed(sensed: Path) -> Whole:
+    """Return such a run on real senses."""
+    return _whole(sensed, SENSED)
+
+
+def _whole(prepared: Path, config: Training) -> Whole:
+    folder = prepared.with_name(f"{prepared.name}-whole")
+    trainer = _trainer(prepared, folder, config)
+    trainer.run()
+    return folder, trainer
+
+
+def test_another_seed_gives_other_bytes(prepared: Path, whole: Whole, tmp_path: Path) -> None:
+    _trainer(prepared, tmp_path / "run", replace(SMALL, seed=1)).run()
+    assert (tmp_path / "run" / "last" / ACTOR).read_bytes() != (whole[0] / "last" / ACTOR).read_bytes()
 
 
 def test_a_run_without_episodes_of_its_own_imitates_alone(prepared: Path, tmp_path: Path) -> None:
@@ -134,11 +144,7 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
 ) -> None:
     """Killed while the agent acts: before its first decision, and beside updates and an evaluation later."""
     prepared: Path = request.getfixturevalue("sensed" if config is SENSED else "prepared")
-    if config is SMALL:
-        whole: Path = request.getfixturevalue("whole")
-    else:
-        whole = tmp_path / "whole"
-        _trainer(prepared, whole, config).run()
+    whole, _ = request.getfixturevalue("whole_sensed" if config is SENSED else "whole")
     rounds = 0
     collect = Collector.collect
 
@@ -165,23 +171,21 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     assert told[0] == told[1]
 
 
-def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(sensed: Path, tmp_path: Path) -> None:
-    shutil.copytree(sensed, tmp_path / "run")
-    ready = load_ready(SENSED, tmp_path / "run" / "ready.npz")
-    trainer = Trainer(SENSED, ready, tmp_path / "run", lambda _: None)
-    trainer.run()
-    cost, counters = load_policy(tmp_path / "run" / "best").cost, trainer.counters
+def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(whole_sensed: Whole) -> None:
+    run, trainer = whole_sensed
+    ready = load_ready(SENSED, run / "ready.npz")
+    cost, counters = load_policy(run / "best").cost, trainer.counters
     assert cost is not None
-    assert cost == load_policy(tmp_path / "run" / "last").cost
+    assert cost == load_policy(run / "last").cost
     assert cost.episodes == 16 + 2 * 8 + counters.episodes
     assert cost.decisions > ready.expert_rows + counters.decisions  # what was relabelled too
     assert cost.updates == 2 * SENSED.imitate + SENSED.refit + SENSED.warm_up + counters.updates
     assert 0 < cost.cpu_s < 600
-    imitated = load_policy(tmp_path / "run" / "imitated")
+    imitated = load_policy(run / "imitated")
     assert imitated.cost is not None
     assert (imitated.cost.updates, imitated.cost.episodes) == (2 * SENSED.imitate + SENSED.refit, 16 + 2 * 8)
-    assert not np.array_equal(imitated.weights[0], load_policy(tmp_path / "run" / "last").weights[0])
-    rows = ReplayBuffer(tmp_path / "run" / "expert.rows", ready.columns, ready.expert_rows + 400, 0)
+    assert not np.array_equal(imitated.weights[0], load_policy(run / "last").weights[0])
+    rows = ReplayBuffer(run / "expert.rows", ready.columns, ready.expert_rows + 400, 0)
     parts = ready.columns.parts()
     assert parts["truth"].stop - parts["truth"].start == find_layout("truth").size(ready.held.hand)
     shown, own = (
@@ -195,10 +199,9 @@ def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(sensed
     assert away[1] > 1.5 * away[0] > 0.0
 
 
-def test_nothing_depends_on_whether_updates_or_what_runs_beside_them_is_faster(
-    prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_seed_gives_the_same_bytes_whether_updates_or_what_runs_beside_them_is_faster(
+    prepared: Path, whole: Whole, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _trainer(prepared, tmp_path / "beside").run()
     order: list[str] = []
 
     def waited(*given: Any, **more: Any) -> tuple[Learner, Report]:
@@ -212,10 +215,10 @@ def test_nothing_depends_on_whether_updates_or_what_runs_beside_them_is_faster(
 
     monkeypatch.setattr("inhand.learning.training.update_many", waited)
     _trainer(prepared, tmp_path / "after", told=told).run()
-    beside, after = (tmp_path / name / "metrics.jsonl" for name in ("beside", "after"))
-    assert _timeless(beside.read_text()) == _timeless(after.read_text())
+    beside, after = whole[0], tmp_path / "after"
+    assert _timeless((beside / "metrics.jsonl").read_text()) == _timeless((after / "metrics.jsonl").read_text())
     for kind in ("last", "best"):
-        assert (tmp_path / "beside" / kind / ACTOR).read_bytes() == (tmp_path / "after" / kind / ACTOR).read_bytes()
+        assert (beside / kind / ACTOR).read_bytes() == (after / kind / ACTOR).read_bytes()
     # Told when the next is due, and the first when the critic is fitted: updates go on meanwhile.
     assert order.index("evaluation") == SMALL.warm_up // SMALL.updates
     assert order.count("evaluation") >= 3

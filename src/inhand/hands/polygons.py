@@ -1,8 +1,13 @@
 """Contact and overlap of convex polygons, vectorised over any leading axes; corners counter-clockwise."""
 
+import math
+
 import numpy as np
 
 from inhand.geometry import Array, pair
+
+MANY = 8
+"""Cases from which on contacts are found by compiled code."""
 
 
 def is_box(corners: Array) -> bool:
@@ -31,8 +36,13 @@ def contact(first: Array, second: Array) -> tuple[Array, Array, Array]:
 
     By separating axes over the edges of both: the separation is negative where they overlap and, where a gap is
     bridged corner to corner, a lower bound. The contact is the other polygon's corner nearest to the separating
-    edge; the normal points from the second polygon to the first.
+    edge; the normal points from the second polygon to the first. Of many cases it is compiled, to the same bytes: a
+    real hand, which is one, needs NumPy alone.
     """
+    if math.prod(np.broadcast_shapes(first.shape[:-2], second.shape[:-2])) >= MANY:
+        from inhand.hands.contact_kernels import met
+
+        return met(first, second)
     batch, one, other = _lanes(first, second)
     from_second, corner_first, normal_second = _deepest(other, one)
     from_first, corner_second, normal_first = _deepest(one, other)

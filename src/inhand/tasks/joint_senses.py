@@ -16,7 +16,7 @@ from inhand.sim.state import State, believed
 from inhand.tasks.hand_arrays import SLOTS, slots_of, slotted
 from inhand.tasks.joint_rows import COLUMNS, JOINTS, ROWS, joint_rows
 from inhand.tasks.observations import Aim, Layout, Part, Scene
-from inhand.tasks.past import LAGS, SENSES, Past, of_believed, speeds_of
+from inhand.tasks.past import LAGS, SENSES, Past, of_believed, once, speeds_of
 
 MOVED, AHEAD = 1 / 30, 0.2
 """What becomes 1 of how far joints have moved since a lag, and of how far commands were ahead of them [rad]."""
@@ -24,6 +24,7 @@ BEFORE = (*[f"moved since {lag} decisions" for lag in LAGS[1:]], *[f"command ahe
 """What a row has besides, each [rad]."""
 
 
+@once
 def believed_state(past: Past, scene: Scene) -> State:
     """Return what is believed of the worlds as a state: each finger touches with its last link."""
     joints, speed = past.joint_angles, speeds_of(past)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import wraps
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ LAGS = (0, 1, 2, 4, 8)
 """Decisions back that are remembered, the present one first: 160 ms, in which a camera of 30 Hz takes five frames."""
 
 A = TypeVar("A", Aim, SpatialAim)
+S = TypeVar("S", bound=State)
 LAGGED = ("joints", "commands", "frames", "ages")
 """What a `Past` has of each of them."""
 
@@ -95,6 +97,21 @@ def of_believed(
 ) -> Callable[[Past, AnyAim, Scene], Array]:
     """Return what gives numbers of a state for the state that is believed, with what is asked from where that began."""
     return lambda past, aim, scene: values(believed(past, scene), replace(aim, start=past.believed), scene)
+
+
+def once(believed: Callable[[Past, Scene], S]) -> Callable[[Past, Scene], S]:
+    """Return the same, computed once for all parts of a layout that ask it of the same past one after the other."""
+    last: tuple[Past, Scene, S] | None = None
+
+    @wraps(believed)
+    def kept(past: Past, scene: Scene) -> S:
+        nonlocal last
+        known = last  # threads may ask beside each other
+        if known is None or known[0] is not past or known[1] is not scene:
+            last = known = past, scene, believed(past, scene)
+        return known[2]
+
+    return kept
 
 
 def speeds_of(past: Past) -> Array:

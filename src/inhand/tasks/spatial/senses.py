@@ -14,10 +14,11 @@ from inhand.rotations import placed
 from inhand.sim.scene import DECISION_S
 from inhand.sim.state import SpatialState, believed_in_space
 from inhand.tasks.observations import TRUTH, AnyAim, Layout, Scene
-from inhand.tasks.past import SENSES, Past, of_believed, speeds_of
+from inhand.tasks.past import SENSES, Past, of_believed, once, speeds_of
 from inhand.tasks.spatial.rows import SPACE
 
 
+@once
 def believed_now(past: Past, scene: Scene) -> SpatialState:
     """Return what is believed of the worlds as a state: each finger touches with its tip."""
     last = np.tile([len(finger.links) - 1 for finger in scene.hand.fingers], (past.n_worlds, 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,17 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
+from inhand.asterisk_test.sweep import tables
+from inhand.asterisk_test.sweep.config import SweepConfig
+from inhand.asterisk_test.sweep.page import ANEW, map_of, parts
+from inhand.asterisk_test.sweep.run import run_sweep
+from inhand.asterisk_test.sweep.sweep import plan
 from inhand.control.episode import SHAPES
+from inhand.control.ik import IkController
 from inhand.control.trial import GRIP_END, LOST_CONTACT, Trial
 from inhand.errors import InputError
 from inhand.loading import load
+from inhand.pages import page_of
 from inhand.records import read_json_file
 
 ASKED = AsteriskConfig(object="trapezoid", directions="In,In'-Left',cw", trials=1)
@@ -97,3 +105,60 @@ def test_letting_go_is_taken_only_where_it_gains_and_ends_straight(run: Run) -> 
 def test_where_fingers_are_not_placed_anew_it_is_refused_by_name(settings: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError, match=told):
         ready(replace(AsteriskConfig(regrasp=True), **settings))
+
+
+@pytest.mark.parametrize(("rounds", "carried"), [(0, 2), (1, 2), (2, 3)])
+def test_trials_are_carried_a_third_time_only_where_fingers_let_go_twice(run: Run, rounds: int, carried: int) -> None:
+    carries = []
+
+    def carry(manipulate: Callable[[Any], Any], **_: Any) -> tuple[Trial, ...]:
+        carries.append(manipulate)
+        if manipulate is not IkController:
+            manipulate(None).rounds = rounds
+        return run.trials
+
+    regrasped.farthest(carry)
+    assert len(carries) == carried
+
+
+SWEPT = SweepConfig(
+    hands=(ASKED.hand,), objects=("trapezoid",), directions=ASKED.directions, trials=1, regrasp=True, jobs=1
+)
+
+
+def test_a_sweep_tells_what_was_placed_anew_apart_and_takes_no_cells_of_the_test(run: Run, tmp_path: Path) -> None:
+    config = replace(SWEPT, out=tmp_path / "sweep")
+    found = run_sweep(config)
+    table = found.table().set_index("direction")
+    for told in run.apart:
+        row = table.loc[told["direction"]]
+        assert row["regrasped_deg" if "reached_deg" in told else "regrasped_mm"] == pytest.approx(
+            told.get("reached_mm", told.get("reached_deg"))
+        )
+        assert row["placed_anew"] == told["placed_anew"]
+    hands, objects, directions = tables.anew_tables(found.sweep)
+    assert [row[-2:] for row in directions.rows] == [("1 of 1", "0"), ("0 of 1", "0"), ("1 of 1", "0")]
+    assert hands.rows[0][1:] == objects.rows[0][1:]
+    assert float(hands.rows[0][2]) > float(hands.rows[0][5]) + 0.1
+    page = page_of(*parts(config, found.sweep, 1.0, []))
+    assert page.count(regrasped.TITLE) == 4
+    assert map_of(found.sweep, ANEW, "object").values[0, 0] > map_of(found.sweep, "share", "object").values[0, 0] + 0.1
+    assert not plan(config).waiting
+    with pytest.raises(InputError, match=r"cells of other settings.*regrasp is True there and None now"):
+        plan(replace(config, regrasp=False))
+    assert "Fingers may be placed anew" in page
+    assert regrasped.TITLE in found.html()
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"controller": "ik-sensed"}, "--regrasp with --controller ik-sensed: give ik"),
+        ({"controller": "rl"}, "--regrasp with --controller rl: give ik"),
+        ({"disturb": "field"}, "--regrasp with --disturb field: give none"),
+        ({"hands": ("3f_60.60_40_10",), "objects": ("cube_50",)}, "--regrasp with 3f_60.60_40_10, a hand in space"),
+    ],
+)
+def test_a_sweep_refuses_by_name_where_fingers_are_not_placed_anew(settings: dict[str, Any], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        plan(replace(SWEPT, **settings))

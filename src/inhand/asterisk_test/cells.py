@@ -10,10 +10,11 @@ from typing import Any
 
 from inhand.asterisk_test.asterisk import run_setup, setup_of
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.asterisk_test.regrasped import beside
 from inhand.asterisk_test.results import as_entry, result_of_trial
 from inhand.control.run_config import TrialsConfig
 from inhand.control.spatial_catalogue import entry_for
-from inhand.control.trial import LOST, AnyTrial, file_name, save_trial, write_json
+from inhand.control.trial import LOST, AnyTrial, Trial, file_name, save_trial, write_json
 from inhand.errors import InputError
 from inhand.hands.spatial.gravity import USUAL_PALM, gravity_of
 from inhand.hands.spatial.pair import AnyPair, SpatialPair
@@ -55,7 +56,8 @@ class CellFile:
     cpu_seconds: float
     """Processor time it took [s]."""
     trials: list[dict[str, Any]]
-    """Its trials, as `as_entry` gives them, with what was drawn for their worlds where these are disturbed."""
+    """Its trials, as `as_entry` gives them, with what was drawn for their worlds where these are disturbed, and what
+    fingers that were placed anew reached where they may be."""
     settings: dict[str, Any]
 
 
@@ -79,6 +81,8 @@ def job_of(
         "disturb": load_disturbance(config.disturb),
         "versions": dict(versions),
     }
+    if config.regrasp:
+        settings["regrasp"] = True
     if space:
         settings["gravity"] = gravity_of(config.gravity or USUAL_PALM)
     policy = entry_for(config.controller, held).policy
@@ -113,6 +117,9 @@ def compute(job: Job) -> Job:
     try:
         trials = run_setup(job.config, setup_of(job.config), threads=1)
         entries = [as_entry(result_of_trial(trial)) | _drawn(trial) for trial in trials]
+        if job.config.regrasp:
+            planar = [trial for trial in trials if isinstance(trial, Trial)]
+            entries = [entry | told for entry, told in zip(entries, beside(planar), strict=True)]
         _keep_lost(trials, _beside(job.path))
     except (InputError, RuntimeError) as error:  # RuntimeError: the engine itself gave up
         reason = str(error)

@@ -6,7 +6,6 @@ fingers that were placed anew stands in a table of its own.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.metrics import progress
 from inhand.asterisk_test.results import Result, by_direction
 from inhand.control.catalogue import ControllerEntry
+from inhand.control.controller import Controller, Task
 from inhand.control.ik import IkController
 from inhand.control.regrasping import RegraspingController
 from inhand.control.trial import KEPT, LOST, Trial
@@ -67,9 +67,18 @@ def farthest(carry: Carry) -> tuple[Trial, ...]:
 
     All begin alike, so that trying it out before tells what comes of it: the expert knows its world.
     """
-    best = carry(IkController)
-    for allowed in range(1, MOST + 1):
-        tried = carry(partial(RegraspingController, allowed=allowed), longest=LONGEST, keeps=False)
+    best, tries = carry(IkController), list[tuple[Trial, ...]]()
+    for allowed in range(MOST, 0, -1):
+        made: list[RegraspingController] = []
+
+        def manipulate(task: Task, allowed: int = allowed, made: list[RegraspingController] = made) -> Controller:
+            made.append(RegraspingController(task, allowed))
+            return made[-1]
+
+        tries.insert(0, carry(manipulate, longest=LONGEST, keeps=False))
+        if all(controller.rounds < allowed for controller in made):
+            break  # with fewer allowed it would be the same
+    for tried in tries:
         best = tuple(_better(*pair) for pair in zip(best, tried, strict=True))
     return best
 
@@ -116,6 +125,16 @@ def apart(trials: Sequence[Trial]) -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+def beside(trials: Sequence[Trial]) -> list[dict[str, Any]]:
+    """Return the same as columns beside those of the test."""
+    kept = "placed_anew", "direction", "trial"
+    names = {"reached_mm": "regrasped_mm", "reached_deg": "regrasped_deg"}
+    return [
+        {names.get(key, key if key in kept else f"regrasped_{key}"): value for key, value in each.items()}
+        for each in apart(trials)
+    ]
 
 
 def _times(trial: Trial) -> int:

@@ -26,7 +26,8 @@ def run_sweep(config: SweepConfig) -> Answer:
     from inhand.asterisk_test.sweep import tables
 
     found = (make(done.sweep) for make in (tables.hands_table, tables.best_by_direction, tables.best_by_object))
-    listings = [Listing(table.title, table.header, table.rows, spare=SPARE) for table in found]
+    shown_tables = (*found, *tables.anew_tables(done.sweep))
+    listings = [Listing(table.title, table.header, table.rows, spare=SPARE) for table in shown_tables]
     beyond = (f"Beyond the limit: {sentence}" for sentence in tables.beyond(done.sweep))
     told = (*tables.summary(done.sweep), *done.notes, *tables.failures(done.sweep), *beyond)
     return of_run(done, config.out, listings, (*told, f"Report: {config.out / 'report.html'}"))

@@ -47,6 +47,8 @@ class RegraspingController:
     def __init__(self, task: Task, allowed: int) -> None:
         """Carry objects, all of one kind, along the task's paths; fingers are placed anew so often at most."""
         self._task, self._allowed = task, allowed
+        self.rounds = 0
+        """How often fingers have let go of objects."""
 
     def begin(self, state: State) -> None:
         """Start from the grip that holds the object now."""
@@ -55,7 +57,8 @@ class RegraspingController:
         self._expert = IkController(self._task)
         self._expert.begin(state)
         self._over, self._off = np.zeros((2, n), dtype=bool)
-        self._times, self._stop, self._time = 0, 0, 0.0
+        self.rounds = self._times = self._stop = 0
+        self._time = 0.0
         self._plans: dict[int, GraspPlan] = {}
         self._aim(state.joint_angles, state)
 
@@ -93,6 +96,7 @@ class RegraspingController:
                 self._over[world] = True
             else:
                 self._plans[int(world)], self._off[world], goal[world] = plan, True, opened[world]
+                self.rounds = self._times + 1
         self._aim(goal, state)
 
     def _farther(self, world: int) -> GraspPlan | None:

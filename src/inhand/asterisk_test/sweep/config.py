@@ -49,6 +49,8 @@ class SweepConfig(SpreadConfig, TrialsConfig, GravityConfig):
     hands in space the words of `inhand asterisk`."""
     trials: int = 1
     """Trials for each direction, each with its own start noise."""
+    regrasp: bool = False
+    """Let fingers be placed anew, as in `inhand asterisk`; what that reaches has tables and heat maps of its own."""
     jobs: int = 0
     """Hands and objects computed at a time, one on each core; 0 takes every core."""
     out: Path = Path("results/sweep")

@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from inhand.asterisk_test.regrasped import TITLE
 from inhand.asterisk_test.study import command, place_told, write_texts
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.browser import sweep_page
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.summary import Sweep, compared
+from inhand.asterisk_test.sweep.summary import Sweep, compared, placed_anew
 from inhand.asterisk_test.sweep.sweep import CELLS
 from inhand.control.trial import write_json
 from inhand.pages import Part, again, counted, listed, page_of
@@ -30,6 +31,8 @@ KINDS = {
     "share": "Skill of the controller: the share of the limit that it reaches",
 }
 """What a heat map shows: a column of `compared`."""
+ANEW = "regrasped"
+"""The share of the limit with fingers placed anew, which has heat maps of its own."""
 FOUND = (tables.hands_table, tables.best_by_direction, tables.best_by_object, tables.best_of_each)
 """The tables that say which hand is best."""
 
@@ -57,17 +60,24 @@ def write_sweep(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Sequenc
 def heat_maps(config: SweepConfig, sweep: Sweep) -> list[Part]:
     """Draw the heat maps of a sweep into `figures` of its folder, and return them as parts of the page."""
     pictures: list[Part] = []
-    for kind, text in KINDS.items():
+    for kind, text in kinds_of(sweep).items():
         for column, over in OVER.items():
             figure, told = figure_of(config, sweep, kind, column), f"{text}: hands and {column}s, means over the {over}"
             pictures.append(save_picture(figure, config.out, f"{column}s_{kind}.png", told))
     return pictures
 
 
+def kinds_of(sweep: Sweep) -> dict[str, str]:
+    """Return what the heat maps of a sweep show."""
+    return KINDS | ({} if placed_anew(sweep) is None else {ANEW: f"{KINDS['share']}, {TITLE[:1].lower()}{TITLE[1:]}"})
+
+
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
     """Return the heat map of hands and one of `KINDS` in the columns object or direction."""
-    scale = "Share of the limit" if kind == "share" else f"{kind.capitalize()} [{sweep.unit}]"
-    return heatmap_figure(map_of(sweep, kind, column), scale, KINDS[kind], told_of(config, sweep, kind, column))
+    scale = "Share of the limit" if kind in {"share", ANEW} else f"{kind.capitalize()} [{sweep.unit}]"
+    return heatmap_figure(
+        map_of(sweep, kind, column), scale, kinds_of(sweep)[kind], told_of(config, sweep, kind, column)
+    )
 
 
 def map_of(sweep: Sweep, kind: str, column: str) -> HeatMap:
@@ -75,6 +85,9 @@ def map_of(sweep: Sweep, kind: str, column: str) -> HeatMap:
 
     Of the directions it has those whose distances have a common unit.
     """
+    anew = placed_anew(sweep) if kind == ANEW else None
+    if anew is not None:
+        sweep, kind = anew, "share"
     names = sweep.objects if column == "object" else sweep.directions if kind == "share" else sweep.alike
     grid = pd.MultiIndex.from_product([sweep.hands, names])
     found = compared(sweep, ["hand", column]).reindex(grid)
@@ -84,7 +97,7 @@ def map_of(sweep: Sweep, kind: str, column: str) -> HeatMap:
         ran = sweep.cells.set_index(["hand", "object"]).reason.reindex(grid).isna().to_numpy()
         notes = np.where(ran, notes, "cannot run")
     farthest = float(np.fmax(found.distance.max(), found.limit.max()))
-    top = farthest if farthest > 0.0 and kind != "share" else 1.0
+    top = farthest if farthest > 0.0 and kind != "share" else float(np.fmax(found.share.max(), 1.0)) if anew else 1.0
     return HeatMap(sweep.hands, names, found[kind].to_numpy().reshape(shape), notes.reshape(shape).tolist(), top)
 
 
@@ -93,7 +106,7 @@ def told_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> str:
     told = [f"mean over the {OVER[column]}"]
     if kind != "limit":
         told = [config.controller, f"{told[0]}, {_trials(config)}", *["± SD over the trials"] * (config.trials > 1)]
-    told += ["L: finger length"] * (kind != "share" and sweep.unit == "mm")
+    told += ["L: finger length"] * (kind not in {"share", ANEW} and sweep.unit == "mm")
     return "; ".join(told)
 
 
@@ -101,7 +114,7 @@ def page_for_browser(config: SweepConfig, sweep: Sweep, wall_s: float, notes: Se
     """Return the page for a browser."""
     maps = [
         (map_of(sweep, kind, column), f"{text}, by {column}", told_of(config, sweep, kind, column))
-        for kind, text in KINDS.items()
+        for kind, text in kinds_of(sweep).items()
         for column in OVER
     ]
     return sweep_page(parts(config, sweep, wall_s, [], notes), maps, sweep, config, config.out / CELLS)
@@ -116,7 +129,8 @@ def parts(
         f" {counted(len(sweep.directions), 'direction')}",
         f"Controller {config.controller}, {_trials(config)}, start noise"
         f" {config.noise_mm:g} mm and {config.noise_deg:g} deg (standard deviations), seed {config.seed},"
-        f" {place_told(config.hands[0], config.engine, config.gravity)}.",
+        f" {place_told(config.hands[0], config.engine, config.gravity)}."
+        + (" Fingers may be placed anew, once or twice; what that reaches is told apart." if config.regrasp else ""),
         listed([*tables.summary(sweep), *notes, f"This call took {wall_s / 60:.1f} minutes."]),
         "The limit and the distance say which hand is best. The limit is how far the hand itself could carry the"
         " object by geometry and friction, whatever controls it; the distance is the progress along the direction up"
@@ -126,6 +140,7 @@ def parts(
         + (" Values after ± are SDs of such a mean over the trials." if config.trials > 1 else ""),
         *pictures,
         *(make(sweep) for make in FOUND),
+        *tables.anew_tables(sweep),
         listed(tables.failures(sweep), "What failed", "Every case kept the object to its end."),
         listed(tables.poor(sweep), "Kept, but below half of the limit", "None."),
         listed(tables.beyond(sweep), "Beyond the limit", "None."),

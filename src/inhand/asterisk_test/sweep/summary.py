@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -62,6 +62,17 @@ def sweep_of(contents: Iterable[CellFile], directions: Sequence[str]) -> Sweep:
     table = pd.DataFrame(told, columns=["hand", "object", "reason", "seconds", "cpu_seconds"])
     names = tuple(table.hand.unique()), tuple(table.object.unique()), tuple(directions)
     return Sweep(*names, table, trials, _cases(trials))
+
+
+def placed_anew(sweep: Sweep) -> Sweep | None:
+    """Return a sweep as it comes with fingers placed anew, which is no part of the test; None where they may not be."""
+    if "placed_anew" not in sweep.trials:
+        return None
+    ways = sweep.trials.reindex(columns=["regrasped_mm", "regrasped_deg"]).astype(float)
+    reached = ways.regrasped_mm.fillna(ways.regrasped_deg)
+    share = reached / sweep.trials.limit.replace(0.0, np.nan)
+    trials = sweep.trials.assign(reached=reached, fraction_of_limit=share)
+    return replace(sweep, trials=trials, cases=_cases(trials))
 
 
 def _kind(cell: CellFile) -> type[HandSpec | SpatialHand]:

@@ -58,7 +58,7 @@ def _asterisk(config: SweepConfig, *held: str) -> AsteriskConfig:
     """Return the run of a cell, of a hand and an object or of those that are usual."""
     names = [field.name for kind in (TrialsConfig, GravityConfig) for field in fields(kind)]
     shared = {name: getattr(config, name) for name in names} | dict(zip(("hand", "object"), held, strict=False))
-    return AsteriskConfig(directions=config.directions, **shared)
+    return AsteriskConfig(directions=config.directions, regrasp=config.regrasp, **shared)
 
 
 def _jobs(config: SweepConfig, folder: Path) -> list[Job]:

@@ -6,7 +6,8 @@ from typing import Any
 
 import pandas as pd
 
-from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared
+from inhand.asterisk_test.regrasped import TITLE
+from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared, placed_anew
 from inhand.pages import NOTHING, Table, spread
 
 POOR = 0.5
@@ -53,6 +54,32 @@ def best_of_each(sweep: Sweep) -> Table:
     return Table("Best hand for each direction and object", header, tuple(rows))
 
 
+def anew_tables(sweep: Sweep) -> list[Table]:
+    """Return what fingers that were placed anew reach, by hand, object and direction; none where they may not be."""
+    anew = placed_anew(sweep)
+    if anew is None:
+        return []
+    tables = []
+    for key, names in zip(CASE, (sweep.hands, sweep.objects, sweep.directions), strict=True):
+        test, after = (_records(compared(each, [key]).reindex(list(names))) for each in (sweep, anew))
+        trials = anew.trials.assign(times=anew.trials.placed_anew > 0).groupby(key)
+        counts = trials[["times", "regrasped_lost"]].sum().assign(all=trials.size()).reindex(list(names), fill_value=0)
+        rows = [
+            (
+                name,
+                spread(own["distance"]),
+                *(shown(own[column]) for column in ("share", "median", "least")),
+                *(shown(before[column]) for column in ("share", "median")),
+                f"{count['times']} of {count['all']}",
+                f"{count['regrasped_lost']}",
+            )
+            for name, before, own, count in zip(names, test, after, _records(counts), strict=True)
+        ]
+        header = f"Distance [{sweep.unit}]", "Of limit", "Median", "Least", "In the test", "Its median", "Placed anew"
+        tables.append(Table(f"{TITLE}: {key}s", (key.capitalize(), *header, "Lost"), tuple(rows)))
+    return tables
+
+
 def summary(sweep: Sweep) -> list[str]:
     """Return the sweep in a few sentences: how far, how often kept, how fast."""
     cases, cells = sweep.cases, sweep.cells
@@ -67,6 +94,13 @@ def summary(sweep: Sweep) -> list[str]:
     if ran < len(cells):
         every = len(cells) * len(sweep.directions)
         lines[-1] += f" With the others counted as not kept: {kept} of {every} cases ({_percent(kept, every)})."
+    anew = placed_anew(sweep)
+    if anew is not None:
+        times = (anew.trials.placed_anew > 0).sum()
+        lines.append(
+            f"{TITLE}, which forbids to let go: median {shown(anew.cases.share.median())}; mean"
+            f" {shown(anew.cases.share.mean())}. Fingers were placed anew in {times} of {len(anew.trials)} trials."
+        )
     return [*lines, _speed(cells)]
 
 

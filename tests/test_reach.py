@@ -21,8 +21,9 @@ from inhand.hands.reach import limits as reach_limits
 from inhand.hands.reach.bundles import cells, knots
 from inhand.hands.reach.fingers import touching_postures
 from inhand.hands.reach.limits import Farthest, Place, ReachConfig, body_of, farthest, scene_of, why_none
-from inhand.hands.reach.pairs import grips_of, neighbours, pairs_of
-from inhand.hands.reach.parts import NONE, REACHED, UNKNOWN, Chain, Grips, Postures, chain_of
+from inhand.hands.reach.pairs import grips_of, neighbours, room_for_pairs
+from inhand.hands.reach.parts import Chain, Grips, Postures, Sides, Step, chain_of
+from inhand.hands.reach.rooms import Rooms
 from inhand.hands.shapes import link_outline, link_polygons, palm_outline
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import parse_directions
@@ -294,6 +295,12 @@ def straight_fingers() -> tuple[Chain, Chain]:
     return chain_of(hand, hand.left), chain_of(hand, hand.right)
 
 
+def grips_among(sides: Sides, cone: float, n_cells: int, before: Grips | None = None) -> Grips | None:
+    """Return the grips of straight fingers' postures that slides connect, with those before where they are, or all."""
+    room = room_for_pairs(sides, 64, n_cells)
+    return grips_of(room, sides, straight_fingers(), Step(cone, 0, n_cells, n_cells), before)
+
+
 def test_grips_of_fingers_that_keep_apart_are_those_of_force_closure() -> None:
     rng = np.random.default_rng(0)
     sides = []
@@ -304,12 +311,10 @@ def test_grips_of_fingers_that_keep_apart_are_those_of_force_closure() -> None:
     left, right = sides
     for friction in (0.3, 1.0):
         expected = force_closure(friction, (left.points[:, None], left.normals[:, None]), (right.points, right.normals))
-        pairs = pairs_of((left, right), None, n_cells=40)
-        found = grips_of(pairs, straight_fingers(), np.cos(np.arctan(friction)), None)
+        found = grips_among((left, right), np.cos(np.arctan(friction)), 40)
         assert found is not None
         assert (found.sides[0].cell == np.flatnonzero(expected.any(axis=1))).all()
         assert (found.held == expected[expected.any(axis=1)][:, expected.any(axis=0)]).all()
-        assert ((pairs.known == REACHED) == expected).all()
 
 
 def test_pairs_of_fingers_that_meet_are_no_grips() -> None:
@@ -320,11 +325,13 @@ def test_pairs_of_fingers_that_meet_are_no_grips() -> None:
         postures(sign * 0.02 * facing, sign * facing, np.stack([0 * bent, sign * bent], axis=-1)) for sign in (1, -1)
     )
     left, right = (side._replace(joints=-side.joints) for side in (left, right))
-    pairs = pairs_of((left, right), None, n_cells=16)
-    grips_of(pairs, straight_fingers(), 0.5, None)
+    found = grips_among((left, right), 0.5, 16)
+    assert found is not None
+    held = np.zeros((16, 16), dtype=bool)
+    held[np.ix_(*(side.cell for side in found.sides))] = found.held
     links = [link_polygons(hand, finger, side.joints) for finger, side in zip(hand.fingers, (left, right), strict=True)]
     gaps = np.stack([separation(ours[:, None], theirs) for ours in links[0] for theirs in links[1]]).min(axis=0)
-    assert ((pairs.known == REACHED) == (gaps > -2e-5)).all()
+    assert (held == (gaps > -2e-5)).all()
     assert 0.2 < (gaps > 0).mean() < 0.8
 
 
@@ -349,21 +356,15 @@ def test_contacts_of_the_first_link_leap() -> None:
 
 
 def test_slides_connect_grips_beside_each_other() -> None:
-    grips = np.array([[1, 1, 0, 0], [0, 1, 0, 1], [0, 0, 0, 1], [1, 0, 0, 0]], dtype=bool)
     facing = np.tile([-1.0, 0.0], (4, 1))
-    left, right = (postures(sign * 0.02 * facing, sign * facing, np.zeros((4, 2))) for sign in (1, -1))
+    fixed = np.array([0.0, 0.2, 0.6, 0.7])[:, None].repeat(2, axis=1)  # from the second to the third is a leap
+    left, right = postures(0.02 * facing, facing, fixed), postures(-0.02 * facing, -facing, np.zeros((4, 2)))
+    right.normals[2] *= -1  # no grip, and none beyond
     before = Grips((left.only(slice(1)), right.only(slice(1))), np.ones((1, 1), dtype=bool))
-    pairs = pairs_of((left, right), before, n_cells=9)
-    pairs.known[:] = np.where(grips, UNKNOWN, NONE)
-    found = grips_of(pairs, straight_fingers(), 0.9, before, hop=0)
+    found = grips_among((left, right), 0.9, 9, before)
     assert found is not None
-    assert found.held.astype(int).tolist() == [[1, 1], [0, 1]]
-    assert (pairs.known == REACHED).astype(int).tolist() == [
-        [1, 1, 0, 0],
-        [0, 1, 0, 0],
-        [0, 0, 0, 0],
-        [0, 0, 0, 0],
-    ]
+    assert [side.cell.tolist() for side in found.sides] == [[0, 1], [0, 1]]
+    assert found.held.all()
 
 
 def test_a_link_outline_keeps_its_shape_in_places() -> None:
@@ -397,7 +398,7 @@ def test_grips_are_looked_for_near_those_before_and_none_is_missed(monkeypatch: 
     hand = parse_hand_name(HAND)
     scene = scene_of(hand, parse_object_name("triangle"), ReachConfig())
     everywhere = np.ones(len(scene.body.cells), dtype=bool)
-    place = Place(scene, (everywhere, everywhere), hand.start_pose[None], everywhere[:1])
+    place = Place(scene, Rooms(scene.touchers, len(everywhere)), hand.start_pose[None], everywhere[:1])
     every = place.grips(0, None)
     assert every is not None
     one, other = (int(rows[0]) for rows in np.nonzero(every.held))

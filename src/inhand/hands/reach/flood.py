@@ -19,7 +19,9 @@ from inhand.hands.reach.parts import (
     Grips,
     Pairs,
     Postures,
+    Sides,
     Stances,
+    Step,
 )
 
 SIDES = np.stack([np.cos(np.deg2rad(np.arange(0.0, 180.0, 22.5))), np.sin(np.deg2rad(np.arange(0.0, 180.0, 22.5)))], -1)
@@ -31,40 +33,43 @@ LARGEST_TURN = 0.3
 
 
 @kernel
-def flood(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, before: Grips, hop: int) -> int:
+def flood(pairs: Pairs, sides: Sides, seen: Sides, fingers: tuple[Chain, Chain], led: tuple[Grips, Step]) -> int:
     """Find the grips that others lead to, and all that slides connect with them; return how many there are.
 
     Args:
-        pairs: pairs at a pose; what is known of them is written here.
+        pairs: room for the pairs; what is known of them is written here.
+        sides: the postures of both fingers at a pose.
+        seen: the same with the cells as grips before number them.
         fingers: both fingers.
-        cone: cosine of the friction cones' half angle.
-        before: grips at a pose beside it.
-        hop: by how many cells they may lead; below 0 all pairs are asked for instead.
+        led: grips at a pose beside it, and how they lead to others; by less than no cells, and all pairs are asked for.
     """
-    left, right = pairs.sides
+    (before, (cone, hop, cells, others)), (left, right) = led, sides
     _stand(left, fingers[0], pairs.stances[0])
     _stand(right, fingers[1], pairs.stances[1])
-    _find_beside(left, left, 1, pairs.slides[0])
-    _find_beside(right, right, 1, pairs.slides[1])
-    if hop < 0:
-        count = len(pairs.stack)
-        for k in range(count):
-            pairs.known[k // pairs.known.shape[1], k % pairs.known.shape[1]], pairs.stack[k] = ASKED, k
-    else:
-        _find_beside(before.sides[0], pairs.seen[0], hop, pairs.led[0])
-        _find_beside(before.sides[1], pairs.seen[1], hop, pairs.led[1])
-        count = _ask(pairs, before)
-    return _spread(pairs, fingers, cone, count)
+    _find_beside(left, left, (1, cells), pairs.slides[0])
+    _find_beside(right, right, (1, cells), pairs.slides[1])
+    width, count = pairs.known.shape[1], 0
+    for i in range(len(left.cell)):
+        for j in range(len(right.cell)):
+            pairs.known[i, j] = UNKNOWN
+            if hop < 0:
+                pairs.known[i, j], pairs.stack[count] = ASKED, i * width + j
+                count += 1
+    if hop >= 0:
+        _find_beside(before.sides[0], seen[0], (hop, others), pairs.led[0])
+        _find_beside(before.sides[1], seen[1], (hop, others), pairs.led[1])
+        count = _ask(pairs, sides, before)
+    return _spread(pairs, sides, fingers, cone, count)
 
 
 @kernel
-def find_beside(first: Postures, second: Postures, hop: int, beside: Beside) -> None:
+def find_beside(first: Postures, second: Postures, how: tuple[int, int], beside: Beside) -> None:
     """Write which postures of a second set are neighbours of each of a first; see `_find_beside`."""
-    _find_beside(first, second, hop, beside)
+    _find_beside(first, second, how, beside)
 
 
 @leaf
-def _find_beside(first: Postures, second: Postures, hop: int, beside: Beside) -> None:
+def _find_beside(first: Postures, second: Postures, how: tuple[int, int], beside: Beside) -> None:
     """Write which postures of a second set are neighbours of each of a first: cells near, joints nearly alike.
 
     Cells may differ by `hop`. Where the first link touches, which has no room to slide, the cell does not matter: as
@@ -74,12 +79,11 @@ def _find_beside(first: Postures, second: Postures, hop: int, beside: Beside) ->
     Args:
         first: N postures.
         second: M postures.
-        hop: by how many the numbers of neighbouring cells differ at most.
+        how: by how many the numbers of neighbouring cells differ at most, and how many cells there are.
         beside: room for the neighbours.
     """
-    starts, order = beside.cells, beside.order
-    cells = len(starts) - 2
-    starts[:] = 0
+    (hop, cells), starts, order = how, beside.cells, beside.order
+    starts[: cells + 2] = 0
     for j in range(len(second.cell)):
         starts[second.cell[j] + 2] += 1
     for c in range(cells):
@@ -144,41 +148,43 @@ def _stand(found: Postures, finger: Chain, stances: Stances) -> None:
 
 
 @leaf
-def _ask(pairs: Pairs, before: Grips) -> int:
+def _ask(pairs: Pairs, sides: Sides, before: Grips) -> int:
     """Ask for the unknown pairs that are beside grips; write them on the stack, and return how many."""
     (left, right), known, count = pairs.led, pairs.known, 0
     held, marked, leads = pairs.held, pairs.marked, pairs.leads
+    rows, columns, words = len(sides[0].cell), len(sides[1].cell), (before.held.shape[1] + BITS - 1) // BITS
     # A grip is beside another if both its contacts are: first the left one is moved, then the right one. What is true
     # of each right posture of those before is a bit.
-    held[:], marked[:], leads[:] = 0, 0, 0
+    held[: len(before.held), :words], marked[:rows, :words], leads[:columns, :words] = 0, 0, 0
     for b in range(before.held.shape[1]):
         word, bit = b // BITS, np.uint64(1) << np.uint64(b % BITS)
-        for a in range(len(held)):
+        for a in range(len(before.held)):
             if before.held[a, b]:
                 held[a, word] |= bit
         for k in range(right.start[b], right.start[b + 1]):
             leads[right.neighbours[k], word] |= bit
-    for a in range(len(held)):
+    for a in range(len(before.held)):
         for k in range(left.start[a], left.start[a + 1]):
-            for word in range(held.shape[1]):
+            for word in range(words):
                 marked[left.neighbours[k], word] |= held[a, word]
-    for i in range(len(known)):
-        for j in range(known.shape[1]):
+    for i in range(rows):
+        for j in range(columns):
             asked = np.uint64(0)
-            for word in range(held.shape[1]):
+            for word in range(words):
                 asked |= marked[i, word] & leads[j, word]
-            if asked != 0 and known[i, j] == UNKNOWN:
+            if asked != 0:
                 known[i, j], pairs.stack[count] = ASKED, i * known.shape[1] + j
                 count += 1
     return count
 
 
 @leaf
-def _spread(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, count: int) -> int:
+def _spread(pairs: Pairs, sides: Sides, fingers: tuple[Chain, Chain], cone: float, count: int) -> int:
     """Look at the pairs on the stack and at all that slides of one contact connect with grips; return how many are.
 
     Args:
-        pairs: the pairs `(L, R)`.
+        pairs: what is known of the pairs.
+        sides: their postures.
         fingers: both fingers.
         cone: cosine of the friction cone's half angle.
         count: how many there are on the stack.
@@ -188,7 +194,7 @@ def _spread(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, count: int)
     while count > 0:
         count -= 1
         i, j = stack[count] // width, stack[count] % width
-        if not (_closes(pairs, i, j, cone) and _clear(pairs, fingers, i, j)):
+        if not (_closes(pairs, sides, (i, j), cone) and _clear(pairs, fingers, i, j)):
             known[i, j] = NONE
             continue
         known[i, j] = REACHED
@@ -207,9 +213,9 @@ def _spread(pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, count: int)
 
 
 @inner
-def _closes(pairs: Pairs, i: int, j: int, cone: float) -> bool:
+def _closes(pairs: Pairs, sides: Sides, pair: tuple[int, int], cone: float) -> bool:
     """Return whether the line between two contacts lies inside both friction cones; see `force_closure`."""
-    left, right = pairs.sides
+    (left, right), (i, j) = sides, pair
     x, y = right.points[j, 0] - left.points[i, 0], right.points[j, 1] - left.points[i, 1]
     square = x * x + y * y
     least = cone * math.sqrt(square)

@@ -7,7 +7,7 @@ Coulomb friction alone: no controller, no torque, no speed.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
@@ -22,8 +22,9 @@ from inhand.hands.objects import ObjectSpec, convex_pieces, polygon
 from inhand.hands.polygons import separation
 from inhand.hands.reach.bundles import cells
 from inhand.hands.reach.fingers import Body, touched
-from inhand.hands.reach.pairs import grips_of, merged, pairs_of
-from inhand.hands.reach.parts import OVERLAP, Chain, Flags, Grips, Indices, Pairs, Toucher, toucher
+from inhand.hands.reach.pairs import grips_of, merged
+from inhand.hands.reach.parts import OVERLAP, Chain, Flags, Grips, Indices, Sides, Step, Toucher, toucher
+from inhand.hands.reach.rooms import Rooms
 from inhand.hands.shapes import palm_outline
 
 OFF_CENTRE = 2.0
@@ -40,6 +41,8 @@ FINEST_S = 8.0
 """What all directions take of one core at the finest step, measured with the default hand and object [s]."""
 AHEAD = 3
 """Cells beyond those that a step leads to, at which grips are looked for first: slides hardly ever lead farther."""
+NO_CELLS: Indices = np.empty(0, dtype=np.int64)
+"""Cells that none is near."""
 BACK = 3
 """Steps before the end of the coarse search from which the fine one starts."""
 
@@ -207,11 +210,11 @@ def _walk(scene: Scene, poses: Array, column: _Column | None, around: int | None
     free, palm = np.ones(turned.shape[:-1], dtype=bool), palm_outline(scene.hand)
     for piece in scene.body.pieces:
         free &= separation(palm, transform(turned[..., None, :], piece)) > -OVERLAP
-    chosen = (np.ones(len(scene.body.cells), dtype=bool),) * 2
+    rooms = Rooms(scene.touchers, len(scene.body.cells))
     for k, here in enumerate(turned):
         if around is not None and column is not None and k % (FINE // 2) == 0:
-            chosen = _around(scene.body, column, around)
-        place = Place(scene, chosen, here, free[k])
+            rooms.choose(_around(scene.body, column, around))
+        place = Place(scene, rooms, here, free[k])
         column = _first(place) if column is None else _next(place, column)
         if not any(column):
             return
@@ -223,8 +226,7 @@ class Place:
     """A place on the path, at every rotation away from it."""
 
     scene: Scene
-    chosen: tuple[Flags, Flags]
-    """Cells that each finger's outer links may be looked for at `(U,)`."""
+    rooms: Rooms
     poses: Array
     """The object's poses `(T, 3)`."""
     free: Flags
@@ -238,33 +240,26 @@ class Place:
         """
         if not self.free[turn]:
             return None
-        scene, near = self.scene, list(self.chosen)
-        if before and coarser:
-            near = [_near(coarser.body, side.cell, coarser.hop)[scene.coarse] for side in before.sides]
-        elif before:
-            near = [_near(scene.body, side.cell, scene.hop + AHEAD) for side in before.sides]
+        scene, rooms, around = self.scene, self.rooms, self.scene.hop + AHEAD
+        used = (before.sides[0].cell, before.sides[1].cell) if before and not coarser else (NO_CELLS, NO_CELLS)
+        for k, near in enumerate(rooms.near):
+            near.near[:] = before is None
+            if before and coarser:
+                near.near[:] = _near(coarser.body, before.sides[k].cell, coarser.hop)[scene.coarse]
+        step = Step(scene.cone, (coarser or scene).hop, rooms.n_cells, len((coarser or scene).body.cells))
         while True:
-            pairs = self._pairs(turn, near, before, coarser)
-            found = pairs and grips_of(pairs, scene.chains, scene.cone, before, (coarser or scene).hop)
-            if not found:
-                return None
-            beside = [_near(scene.body, side.cell, 1) for side in found.sides]
-            if not any((led & ~own & all_).any() for led, own, all_ in zip(beside, near, self.chosen, strict=True)):
+            sides = rooms.sides(self.poses[turn : turn + 1], used, around)
+            seen = _in_coarse(scene, sides) if coarser else None
+            found = grips_of(rooms.pairs(sides, before), sides, scene.chains, step, before, seen=seen)
+            if found is None or rooms.holds(found):
                 return found
-            near = [own | _near(scene.body, side.cell, 1 + AHEAD) for own, side in zip(near, found.sides, strict=True)]
+            used, around = (found.sides[0].cell, found.sides[1].cell), 1 + AHEAD
 
-    def _pairs(self, turn: int, near: Sequence[Flags], before: Grips | None, coarser: Scene | None) -> Pairs | None:
-        """Return the pairs of postures at one rotation, the outer links at chosen cells that are near."""
-        scene, pose = self.scene, self.poses[turn : turn + 1]
-        cells = [np.flatnonzero(own & chosen) for own, chosen in zip(near, self.chosen, strict=True)]
-        left, right = (touched(by, chosen, pose) for by, chosen in zip(scene.touchers, cells, strict=True))
-        if not (len(left.cell) and len(right.cell)):
-            return None
-        seen = None
-        if coarser:
-            one, other = (side._replace(cell=scene.coarse[side.cell]) for side in (left, right))
-            seen = (one, other), len(coarser.body.cells)
-        return pairs_of((left, right), before, len(scene.body.cells), seen)
+
+def _in_coarse(scene: Scene, sides: Sides) -> Sides:
+    """Return postures with the coarse cells that they touch."""
+    left, right = (side._replace(cell=scene.coarse[side.cell]) for side in sides)
+    return left, right
 
 
 def _near(body: Body, used: Indices, around: int) -> Flags:
@@ -290,7 +285,9 @@ def _refined(scene: Scene, fine: Scene, pose: Array, column: _Column) -> _Column
     """Return what is reached at a pose `(1, 3)` in finer cells, from what is in coarser ones."""
     left, right = (looked_at[fine.coarse] for looked_at in _around(scene.body, column, AROUND))
     poses = pose + fine.turns[:, None] * np.array([0.0, 0.0, 1.0])
-    place = Place(fine, (left, right), poses, np.array([held is not None for held in column]))
+    rooms = Rooms(fine.touchers, len(fine.body.cells))
+    rooms.choose((left, right))
+    place = Place(fine, rooms, poses, np.array([held is not None for held in column]))
     return [place.grips(t, held, scene) for t, held in enumerate(column)]
 
 

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
 
-from inhand.hands.reach.parts import BITS, REACHED, UNKNOWN, Beside, Chain, Flags, Grips, Pairs, Postures, Stances
-
-Sides: TypeAlias = tuple[Postures, Postures]
-"""Postures of the left finger and of the right."""
+from inhand.hands.reach.parts import BITS, REACHED, Beside, Chain, Flags, Grips, Pairs, Postures, Sides, Stances, Step
 
 
 def neighbours(first: Postures, second: Postures, n_cells: int, hop: int = 1) -> Flags:
@@ -20,62 +16,49 @@ def neighbours(first: Postures, second: Postures, n_cells: int, hop: int = 1) ->
     """
     from inhand.hands.reach.flood import find_beside
 
-    beside = _beside(first, second, n_cells)
-    find_beside(first, second, hop, beside)
+    beside = _beside(len(first.cell), len(second.cell), n_cells)
+    find_beside(first, second, (hop, n_cells), beside)
     table = np.zeros((len(first.cell), len(second.cell)), dtype=bool)
     table[np.repeat(np.arange(len(table)), np.diff(beside.start)), beside.neighbours[: beside.start[-1]]] = True
     return table
 
 
-def pairs_of(sides: Sides, before: Grips | None, n_cells: int, seen: tuple[Sides, int] | None = None) -> Pairs:
-    """Return all pairs of two fingers' postures at one pose, of which nothing is known yet.
-
-    Args:
-        sides: the postures.
-        before: grips that may lead to them.
-        n_cells: cells of the outline.
-        seen: the postures with the cells as grips before number them, and the number of those; None if alike.
-    """
-    (left, right), ((seen_left, seen_right), others) = sides, seen or (sides, n_cells)
-    one, other = before.sides if before else sides
-    shape = len(left.cell), len(right.cell)
-    held, marked, leads = (
-        np.empty((count, -(-len(other.cell) // BITS)), dtype=np.uint64) for count in (len(one.cell), *shape)
-    )
-    return Pairs(
-        sides,
-        np.full(shape, UNKNOWN, dtype=np.uint8),
-        (_stances(left), _stances(right)),
-        (_beside(left, left, n_cells), _beside(right, right, n_cells)),
-        (seen_left, seen_right),
-        (_beside(one, seen_left, others), _beside(other, seen_right, others)),
-        held,
-        marked,
-        leads,
-        np.empty(shape[0] * shape[1], dtype=np.int64),
-    )
+def room_for_pairs(sides: Sides, size: int, n_cells: int) -> Pairs:
+    """Return room for pairs of so many postures of each finger, which are like some, on an outline of so many cells."""
+    held, marked, leads = (np.empty((size, -(-size // BITS)), dtype=np.uint64) for _ in range(3))
+    one, other, third, fourth = (_beside(size, size, n_cells) for _ in range(4))
+    left, right = (_stances(size, side.joints.shape[1]) for side in sides)
+    known, stack = np.empty((size, size), dtype=np.uint8), np.empty(size * size, dtype=np.int64)
+    return Pairs(known, (left, right), (one, other), (third, fourth), held, marked, leads, stack)
 
 
 def grips_of(
-    pairs: Pairs, fingers: tuple[Chain, Chain], cone: float, before: Grips | None, hop: int = 1
+    pairs: Pairs,
+    sides: Sides,
+    fingers: tuple[Chain, Chain],
+    step: Step,
+    before: Grips | None,
+    *,
+    seen: Sides | None = None,
 ) -> Grips | None:
-    """Return the pairs that are grips and that others lead to, by slides of one contact among them; None without any.
+    """Return the grips that others lead to, and those that slides of one contact connect with them; None without any.
 
     Args:
-        pairs: the pairs, of which nothing is known.
+        pairs: room for the pairs.
+        sides: the postures of both fingers at a pose.
         fingers: both fingers.
-        cone: cosine of the friction cones' half angle.
+        step: how grips lead to others.
         before: grips at a pose beside it; None asks for all pairs.
-        hop: by how many cells contacts may differ from theirs.
+        seen: the postures with the cells as grips before number them; None if that is alike.
     """
     from inhand.hands.reach.flood import flood
 
-    start = before or Grips(pairs.sides, np.empty((0, 0), dtype=bool))
-    if not flood(pairs, fingers, cone, start, hop if before else -1):
+    start = before or Grips(sides, np.empty((0, 0), dtype=bool))
+    if not flood(pairs, sides, seen or sides, fingers, (start, step if before else step._replace(hop=-1))):
         return None
-    held = pairs.known == REACHED
+    held = pairs.known[: len(sides[0].cell), : len(sides[1].cell)] == REACHED
     left, right = np.flatnonzero(held.any(axis=1)), np.flatnonzero(held.any(axis=0))
-    return Grips((pairs.sides[0].only(left), pairs.sides[1].only(right)), held[left[:, None], right])
+    return Grips((sides[0].only(left), sides[1].only(right)), held[left[:, None], right])
 
 
 def merged(several: Sequence[Grips]) -> Grips:
@@ -92,17 +75,15 @@ def merged(several: Sequence[Grips]) -> Grips:
     return Grips((sides[0], sides[1]), held)
 
 
-def _beside(first: Postures, second: Postures, n_cells: int) -> Beside:
+def _beside(count: int, others: int, n_cells: int) -> Beside:
     """Return room for the neighbours that each posture of a set has in another."""
-    count, others = len(first.cell), len(second.cell)
     rooms = [np.empty(size, dtype=np.int64) for size in (count + 1, count * others, n_cells + 2, others)]
     return Beside(*rooms)
 
 
-def _stances(found: Postures) -> Stances:
-    """Return room for what postures come to."""
+def _stances(count: int, n: int) -> Stances:
+    """Return room for what postures of n joints come to."""
     from inhand.hands.reach.flood import SIDES
 
-    count, n = found.joints.shape
     low, high = (np.empty((count, n + 1, len(SIDES))) for _ in range(2))
     return Stances(np.empty((count, n, 4)), low, high, np.empty(count))

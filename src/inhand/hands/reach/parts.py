@@ -6,7 +6,7 @@ Every tuple is a bundle of arrays.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,6 +124,10 @@ class Postures(NamedTuple):
         return Postures(*numbers, *angles, self.points[chosen], self.normals[chosen])
 
 
+Sides: TypeAlias = tuple[Postures, Postures]
+"""Postures of the left finger and of the right."""
+
+
 class Toucher(NamedTuple):
     """A finger and an object, prepared for looking where one touches the other."""
 
@@ -177,50 +181,67 @@ class Beside(NamedTuple):
     """For each of N postures its neighbours among M others."""
 
     start: Indices
-    """Where each posture's neighbours begin, and where the last one's end `(N + 1,)`."""
+    """Where each posture's neighbours begin, and where the last one's end `(N + 1,)`, or longer."""
     neighbours: Indices
     """The neighbours of one posture after the other's, in room for those of each."""
     cells: Indices
-    """Where each of the U cells begins in an order of the others by their cells `(U + 2,)`."""
+    """Where each of U cells begins in an order of the others by their cells `(U + 2,)`, or longer."""
     order: Indices
-    """That order `(M,)`."""
+    """That order `(M,)`, or longer."""
 
 
 class Grips(NamedTuple):
     """Grips at one pose: pairs of postures, K of the left finger and M of the right, each in one of them at least."""
 
-    sides: tuple[Postures, Postures]
+    sides: Sides
     """The postures of both fingers."""
     held: Flags
     """Which pairs of them are grips `(K, M)`."""
 
 
 class Pairs(NamedTuple):
-    """Pairs of postures at one pose, L of the left finger and R of the right, and room to see which are grips.
+    """Room to see which pairs of postures are grips: S of each finger at most, and as many that lead to them."""
 
-    Grips that lead to them have K and M postures.
-    """
-
-    sides: tuple[Postures, Postures]
-    """The postures of both fingers."""
     known: NDArray[np.uint8]
-    """What is known of each pair `(L, R)`; `UNKNOWN` to `REACHED`."""
+    """What is known of each pair `(S, S)`; `UNKNOWN` to `REACHED`."""
     stances: tuple[Stances, Stances]
     """What the postures come to."""
     slides: tuple[Beside, Beside]
     """The neighbours of each among those of its finger."""
-    seen: tuple[Postures, Postures]
-    """The same with the cells as those number them that lead to them."""
     led: tuple[Beside, Beside]
     """For each posture that leads to them its neighbours among those."""
     held: Words
-    """With which right postures each left one holds among the grips that lead to them `(K, M / BITS)`."""
+    """With which right postures each left one holds among the grips that lead to them `(S, S / BITS)`."""
     marked: Words
-    """With which of those right postures such a grip leads to each left posture `(L, M / BITS)`."""
+    """With which of those right postures such a grip leads to each left posture `(S, S / BITS)`."""
     leads: Words
-    """Which of those right postures lead to each right posture `(R, M / BITS)`."""
+    """Which of those right postures lead to each right posture `(S, S / BITS)`."""
     stack: Indices
-    """Pairs that wait to be looked at `(L * R,)`."""
+    """Pairs that wait to be looked at `(S * S,)`."""
+
+
+class Step(NamedTuple):
+    """How grips lead to others."""
+
+    cone: float
+    """Cosine of the friction cones' half angle."""
+    hop: int
+    """By how many cells contacts may differ."""
+    cells: int
+    """Cells of the outline,"""
+    others: int
+    """and as many as those before number."""
+
+
+class Near(NamedTuple):
+    """Cells of U that a finger's outer links are looked for at."""
+
+    chosen: Flags
+    """Those that may be looked at `(U,)`."""
+    near: Flags
+    """Those that are near some that were touched before `(U,)`."""
+    cells: Indices
+    """Room for the numbers of those that are both `(U,)`."""
 
 
 def outlines(polygons: Sequence[Array]) -> Outlines:
@@ -291,6 +312,11 @@ def room_for(by: Toucher, chosen: int, count: int) -> Room:
     order, joints = np.empty(most, dtype=np.int64), np.empty(n)
     frames, tries = np.empty((n + 1, 4)), np.empty((tried, 4))
     return Room(_postures(count, n), np.zeros(2, dtype=np.int64), _postures(most, n), order, joints, frames, tries)
+
+
+def cells_near(count: int) -> Near:
+    """Return room for a number of cells near some; all are chosen, none is near."""
+    return Near(np.ones(count, dtype=bool), np.zeros(count, dtype=bool), np.empty(count, dtype=np.int64))
 
 
 def _postures(count: int, joints: int) -> Postures:

@@ -9,7 +9,7 @@ import numpy as np
 from inhand.compiled import inner, kernel, leaf
 from inhand.geometry import Array
 from inhand.hands.reach.apart import FAR, Frame, deepest, keep_apart, placed, seen_from
-from inhand.hands.reach.parts import FIRST_LINK_STEP, NORMAL_ARM, Indices, Room, Toucher
+from inhand.hands.reach.parts import FIRST_LINK_STEP, NORMAL_ARM, Indices, Near, Room, Toucher
 
 FREE_BENDS = np.deg2rad(np.array([0.0, 30.0, -30.0, 60.0, -60.0, 100.0, -100.0, 140.0, -140.0]))
 """Bends tried for a link beyond the one that touches [rad]."""
@@ -22,6 +22,49 @@ ROUNDS = 16
 @kernel
 def touch(by: Toucher, chosen: Indices, poses: Array, room: Room) -> None:
     """Write how a finger can touch an object at poses `(P, 3)`; its outer links are looked for at chosen cells."""
+    _touch(by, chosen, poses, room)
+
+
+@kernel
+def touch_near(
+    touchers: tuple[Toucher, Toucher],
+    used: tuple[Indices, Indices, int],
+    where: tuple[Near, Near],
+    poses: Array,
+    rooms: tuple[Room, Room],
+) -> None:
+    """Write how both fingers can touch an object at poses `(P, 3)`, their outer links at cells near some that are used.
+
+    Args:
+        touchers: both fingers.
+        used: cells that each of them touched before, and how many cells are near on either side of these.
+        where: cells that may be looked at, and those that are near others; these are added to.
+        poses: the object's poses.
+        rooms: room for the postures of each finger.
+    """
+    left, right = _look_near(used[0], used[2], where[0]), _look_near(used[1], used[2], where[1])
+    _touch(touchers[0], where[0].cells[:left], poses, rooms[0])
+    _touch(touchers[1], where[1].cells[:right], poses, rooms[1])
+
+
+@inner
+def _look_near(used: Indices, around: int, where: Near) -> int:
+    """Write the cells that are to be looked at, and return how many there are."""
+    cells, count = len(where.near), 0
+    for k in range(len(used)):
+        for d in range(-around, around + 1):
+            where.near[(used[k] + d) % cells] = True
+    for c in range(cells):
+        if where.near[c] and where.chosen[c]:
+            where.cells[count] = c
+            count += 1
+    return count
+
+
+@leaf
+def _touch(by: Toucher, chosen: Indices, poses: Array, room: Room) -> None:
+    """Write how a finger can touch an object; see `touch`."""
+    room.counts[0] = 0
     for p in range(len(poses)):
         theta = poses[p, 2]
         at = (poses[p, 0], poses[p, 1], math.cos(theta), math.sin(theta))

@@ -85,7 +85,7 @@ ship: .venv/.dev
 	cp results/family-privileged/best/actor.json results/family-privileged/best/actor.safetensors results/family-privileged/config.json src/inhand/policies/family-privileged
 	$(BIN)/inhand train --preset spatial-privileged --out results/space-privileged --overwrite
 	cp results/space-privileged/best/actor.json results/space-privileged/best/actor.safetensors results/space-privileged/config.json src/inhand/policies/spatial-privileged
-	$(BIN)/inhand train --preset spatial --out results/space --overwrite
+	$(BIN)/inhand train --preset spatial --seed 2 --out results/space --overwrite
 	cp results/space/best/actor.json results/space/best/actor.safetensors results/space/config.json src/inhand/policies/spatial
 	$(BIN)/python studies/plans.py
 	$(BIN)/python studies/feel.py --out src/inhand/policies/default

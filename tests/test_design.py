@@ -105,7 +105,7 @@ def test_a_stopped_study_tells_how_far_it_is(
     def stopped(*given: object) -> Looked:
         job = given[0]
         assert isinstance(job, Look)
-        if job.number == 1:
+        if job.number > 0:
             raise KeyboardInterrupt
         return look(job)
 

@@ -1,7 +1,9 @@
 """`inhand design`: which hand suits a job."""
 
+from inhand.aside import second_process
 from inhand.asterisk_test.design import run
 from inhand.asterisk_test.design.config import DesignConfig
+from inhand.asterisk_test.design.finals import compile_aside
 from inhand.cli.answer import Answer, Listing, of_run
 from inhand.cli.terminal import progress, say
 
@@ -12,14 +14,17 @@ SPEED_OVER_S = 3600.0
 def run_design(config: DesignConfig) -> Answer:
     """Search, write everything into the folder, and return the answer."""
     done: dict[str, tuple[int, int]] = {}
-    with progress(spoken=True, over_s=SPEED_OVER_S) as tell:
+    with (
+        second_process("inhand.asterisk_test.design.finals") as aside,
+        progress(spoken=True, over_s=SPEED_OVER_S) as tell,
+    ):
 
         def told(what: str, part: str, count: int, total: int) -> None:
             done[what] = count, total
             tell(f"{what}, {part}", count, total)
 
         try:
-            found = run.run_design(config, told)
+            found = run.run_design(config, told, lambda: compile_aside(aside, config.engine))
         except KeyboardInterrupt:
             counts = ", ".join(f"{count} of {total} {what}" for what, (count, total) in done.items()) or "nothing"
             say(f"Done so far: {counts}. The same command goes on from there")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -101,8 +101,8 @@ class Asked:
         }
 
 
-def ask(config: DesignConfig) -> Asked:
-    """Return what a study is asked.
+def ask(config: DesignConfig, ready: Callable[[], None] = lambda: None) -> Asked:
+    """Return what a study is asked; `ready` is called once names and numbers are right, before grips are looked for.
 
     Raises:
         InputError: a name, an aim, weights or numbers that cannot be, or bounds without a hand that holds an object.
@@ -133,6 +133,7 @@ def ask(config: DesignConfig) -> Asked:
         _weights("--direction-weights", config.direction_weights, [each.name for each in primitives]),
     )
     asked = Asked(family_of(config), objects, primitives, weights, config.aims)
+    ready()
     for spec in objects:
         _check_held(asked.family, spec)
     return asked

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from inhand.aside import Aside
 from inhand.asterisk_test.cells import differences
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.cores import spread
@@ -17,7 +18,7 @@ from inhand.asterisk_test.design.asked import Asked
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.looked import Looked
 from inhand.asterisk_test.results import result_of_trial
-from inhand.asterisk_test.run import Assignment, Setup, simulate
+from inhand.asterisk_test.run import Assignment, Setup, prepare, simulate
 from inhand.control.catalogue import check_known, find_controller
 from inhand.control.trial import write_json
 from inhand.errors import InputError
@@ -26,6 +27,7 @@ from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.records import read_json, read_record, table_of
+from inhand.sim.names import Engine
 from inhand.tasks.paths import path_of, stacked, whole_path
 from inhand.versions import versions
 
@@ -160,6 +162,20 @@ def fight(bout: Bout) -> Fought:
     found = Fought(*names, reason, tuple(rows), kept, bout.settings)
     write_json(found, bout.path)
     return found
+
+
+def compile_aside(aside: Aside, engine: Engine) -> None:
+    """Have what simulations need compiled aside where it is not yet: at their start all cores would wait for one."""
+    from inhand.compiled import is_kept
+
+    if not is_kept("inhand.hands.pair_kernels", "common_reach"):
+        aside(carry_once, engine)
+
+
+def carry_once(engine: Engine) -> None:
+    """Carry the usual object in one direction, which compiles what simulations need."""
+    config = AsteriskConfig(directions="Out", trials=1, engine=engine)
+    simulate(config, prepare(config), threads=1)
 
 
 ARC = 1e3 * TURN_ARM * np.pi / 180

@@ -118,14 +118,18 @@ def design(
     return run_design(configured(DesignConfig, settings | {"jobs": jobs, "out": folder}))
 
 
-def run_design(config: DesignConfig, told: Told = lambda *_: None) -> DesignRun:
+def run_design(
+    config: DesignConfig, told: Told = lambda *_: None, ready: Callable[[], None] = lambda: None
+) -> DesignRun:
     """Return the finished study of a configuration; what its folder holds is not computed again.
+
+    `ready` is called once names and numbers are right, before anything is computed.
 
     Raises:
         InputError: anything in the configuration that cannot be searched, or a folder of another study.
     """
     began = time.perf_counter()
-    asked = ask(config)
+    asked = ask(config, ready)
     check_optuna()
     with _folder(config, asked) as folder:
         catalogue = _catalogue(config, asked, folder, _counted(told, "catalogue", _KNOWN * len(config.limits)))

@@ -65,7 +65,10 @@ def looked_at(jobs: Sequence[Look], config: SpreadConfig, tell: Tell) -> dict[in
         if there is not None and there.hand == job.hand:
             found[job.number] = there
             tell(job.hand.name)
-    for each in spread(look, [job for job in jobs if job.number not in found], config):
+    waiting = [job for job in jobs if job.number not in found]
+    # Those that take longest begin first, or all but one core would wait for one of them at the end.
+    waiting.sort(key=lambda job: -sum(len(finger.links) for finger in job.hand.fingers))
+    for each in spread(look, waiting, config):
         found[each.number] = each
         tell(each.hand.name)
     return found

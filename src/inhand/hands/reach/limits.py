@@ -8,7 +8,7 @@ Coulomb friction alone: no controller, no torque, no speed.
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TypeAlias
 
@@ -100,6 +100,8 @@ class Scene:
     """By how many cells contacts of neighbouring grips at neighbouring poses may differ."""
     coarse: Indices
     """For each cell the nearest of those that are coarse `(U,)`."""
+    starts: dict[bytes, Grips | None] = field(default_factory=dict)
+    """Every grip at the pose at which paths started last."""
 
     @property
     def chains(self) -> tuple[Chain, Chain]:
@@ -276,9 +278,15 @@ def _around(body: Body, column: _Column, around: int) -> tuple[Flags, Flags]:
 
 
 def _first(place: Place) -> _Column:
-    """Return every grip at the start, without rotation."""
-    middle = len(place.poses) // 2
-    return [place.grips(t, None) if t == middle else None for t in range(len(place.poses))]
+    """Return every grip at the start, without rotation, found once for all paths that start there."""
+    middle, starts = len(place.poses) // 2, place.scene.starts
+    key = place.poses[middle].tobytes()
+    found = starts.get(key)
+    if found is None:
+        found = place.grips(middle, None)
+        starts.clear()  # paths of one scene mostly start at one pose
+        starts[key] = found
+    return [found if t == middle else None for t in range(len(place.poses))]
 
 
 def _refined(scene: Scene, fine: Scene, pose: Array, column: _Column) -> _Column:

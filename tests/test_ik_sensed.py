@@ -85,6 +85,13 @@ def test_late_frames_are_set_against_when_they_were_taken(carried: tuple[Task, T
     assert np.abs(off[:, :2]).max() < 5e-4  # 60 ms at 40 mm/s are 2.4 mm
 
 
+def test_frames_of_now_are_set_against_now(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    rows = range(first + 1, len(trial.time))
+    off = estimates(task, trial, first, {row: (row, np.zeros(3)) for row in rows})
+    assert np.abs(off[20:, 0]).max() < 1.5e-4  # 0.3 mm where a frame is set against the decision before
+
+
 def test_a_wrong_first_look_is_mended_by_the_frames_after_it(carried: tuple[Task, Trial, int]) -> None:
     task, trial, first = carried
     wrong = np.array([0.0, 0.002, 0.0])

@@ -112,10 +112,10 @@ class PoseFilter(ABC):
         self._spread = self._spread + self._drift
         self._meet()
         self._touch()
-        self._look(seen)
-        self._meet()
         self._times = np.concatenate([self._times[1:], seen.time[None]])
         self._poses = np.concatenate([self._poses[1:], self._pose[None]])
+        self._look(seen)
+        self._meet()
 
     @property
     def pose(self) -> Array:

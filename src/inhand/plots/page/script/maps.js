@@ -25,10 +25,11 @@ export function maps(host, discs, pick) {
     const ends = [[-1.25, 0], [1.25, 0], [0, -1.32], [0, 1.16]].map(([x, y]) => onDisc(x, y));
     const words = rim.map((text, k) => draw("text", { x: ends[k][0], y: ends[k][1] + 4, class: "ring-text middle", text }));
     const few = dots.length < MANY;
-    const marks = dots.flatMap((dot) => mark(dot, few, (name) => pick(name, group)));
+    const marks = dots.map((dot) => mark(dot, few, (name) => pick(name, group)));
+    const above = [...marks.map(([circle]) => circle), ...marks.flatMap(([, ...numbers]) => numbers)]; // no dot hides a number
     const told = dots.map((dot) => `${dot.name} ${shown(dot.label, 0)}`).join(", ");
     const settings = { viewBox: `0 0 ${SIDE} ${SIDE}`, width: "100%", class: "pick", role: "img", "aria-label": `${title}: ${told}` };
-    const svg = draw("svg", settings, draw("circle", { cx, cy, r: RIM, class: "limit" }), ...words, ...marks);
+    const svg = draw("svg", settings, draw("circle", { cx, cy, r: RIM, class: "limit" }), ...words, ...above);
     grid.append(make("div", { class: "panel disc" }, make("h3", { text: title }), svg));
   }
   host.append(grid);

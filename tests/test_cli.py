@@ -293,8 +293,16 @@ def test_metrics_of_nothing_and_of_something_else(run: Path, inhand: Call) -> No
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_stopping_is_no_crash(
-    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch, how: signal.Signals
+    tmp_path: Path,
+    inhand: Call,
+    monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
+    how: signal.Signals,
 ) -> None:
+    # What a shell runs in the background ignores Ctrl-C, and so would what runs these tests.
+    ignored = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, ignored))
+
     def stopped(*_: object, **__: object) -> None:
         signal.raise_signal(how)
 

@@ -109,13 +109,13 @@ def _six_rows() -> np.ndarray:
 
 def test_smoothing_noise_moves_the_next_action_within_what_it_may_be() -> None:
     losses = {}
-    for smoothing in (0.2, 1e6, 1e7):
+    for smoothing in (0.0, 1e6, 1e7):
         learning = replace(HAND_MADE, smoothing=smoothing)
         _, report = update_many(
             new_learner(learning, TWO, 0), _six_rows()[None], np.ones((1, 6)), learning, TWO, strength=0.6
         )
         losses[smoothing] = float(report.critic_loss[0])
-    assert losses[0.2] != losses[1e6]
+    assert losses[0.0] != losses[1e6]
     assert losses[1e6] == losses[1e7]  # the action is cut to -1 or 1
 
 
@@ -196,10 +196,9 @@ def _end(learner: Learner) -> np.ndarray:
     return x[:, 0]
 
 
-@pytest.mark.parametrize("critics", [1, 2])
-def test_the_learner_brings_a_point_to_its_place_from_random_tries(critics: int) -> None:
+def test_the_learner_brings_a_point_to_its_place_from_random_tries() -> None:
     rows = _points(np.random.default_rng(1), 200, expert=False)
-    learning = Learning(**{**vars(SMALL), "critics": critics})
+    learning = replace(SMALL, critics=2)
     before = np.abs(_end(new_learner(learning, COLUMNS, 0)) - 0.3).mean()
     after = np.abs(_end(_learned(rows, learning, 3000)) - 0.3).mean()
     assert before > 0.4
@@ -247,7 +246,7 @@ def test_without_strength_and_imitation_the_actor_stays_as_it_is() -> None:
 def test_weight_decay_makes_networks_smaller() -> None:
     rows = _points(np.random.default_rng(5), 20, expert=False)
     plain = _learned(rows, SMALL, 1500)
-    decayed = _learned(rows, Learning(**{**vars(SMALL), "weight_decay": 0.05}), 1500)
+    decayed = _learned(rows, replace(SMALL, weight_decay=0.05), 1500)
     size = [sum(float((leaf**2).sum()) for leaf in jax.tree.leaves(each.critics)) for each in (plain, decayed)]
     assert size[1] < 0.7 * size[0]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from family_config import STANDARD, FamilyConfig
 from inhand.asterisk_test.spread import Compute
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import run_sweep
+from inhand.asterisk_test.sweep.sweep import directions_of
 from inhand.control.catalogue import find_controller
 from inhand.control.seen import PRIVILEGED, SENSED
 from inhand.control.trial import LOST
@@ -77,7 +78,25 @@ def cases_of(
         jobs=config.jobs,
         out=config.out / name,
     )
-    return run_sweep(asked, compute).sweep.cases
+    parts = [asked] if not config.sample else list(sampled(asked, config.sample))
+    return pd.concat([run_sweep(part, compute).sweep.cases for part in parts], ignore_index=True)
+
+
+def sampled(asked: SweepConfig, count: int) -> Iterator[SweepConfig]:
+    """Give the sweeps, each in a folder of its own, that try so many of a sweep's directions with each of its pairs.
+
+    Directions fall into sets, those of a set far apart; from pair to pair set follows set.
+    """
+    names = directions_of(asked)
+    sets = -(-len(names) // count)
+    for row, hand in enumerate(asked.hands):
+        for number in range(sets):
+            objects = asked.objects[(number - row * len(asked.objects)) % sets :: sets]
+            if objects:
+                place = asked.out / f"{row}-{number}"
+                yield replace(
+                    asked, hands=(hand,), objects=objects, directions=",".join(names[number::sets]), out=place
+                )
 
 
 def standard(config: FamilyConfig, cases: pd.DataFrame, compute: Compute, told: Told) -> pd.DataFrame:
@@ -158,11 +177,16 @@ def overall(cases: pd.DataFrame) -> dict[str, float]:
 
 
 def check_study(config: FamilyConfig) -> None:
-    """Refuse new hands that the study does not run.
+    """Refuse new hands that the study does not run, and samples that are none.
 
     Raises:
         InputError: the text names them.
     """
+    if config.sample < 0 or (config.sample and config.new):
+        raise InputError(
+            f"--sample {config.sample} with --new {' '.join(config.new)}: give a whole number of directions, 0 for all;"
+            " what few demonstrations teach is tried in all of them, so leave --new empty"
+        )
     unknown = [hand for hand in config.new if hand not in config.hands]
     if unknown or (config.new and config.new_object not in config.objects):
         raise InputError(

@@ -9,13 +9,14 @@ from inhand.geometry import Array
 from inhand.hands.spatial import kinematics
 from inhand.hands.spatial.following import FollowRules, follow_grips
 from inhand.hands.spatial.forces import BALANCED, GripRules, hold, weight_held
-from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig, search_grasps
+from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig, follow_tuples, search_grasps
 from inhand.hands.spatial.gravity import PALMS, gravity_of
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
 from inhand.hands.spatial.rolling import Margins, off_the_palm
 from inhand.hands.spatial.shared_grasps import search_shared, worth_together
 from inhand.hands.spatial.start_contacts import contacts_at, gaps_of
+from inhand.hands.spatial.start_tuples import followed, held_together
 from inhand.rotations import placed, seen_from
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions
@@ -151,3 +152,32 @@ def test_one_grasp_for_many_paths_is_worth_most_along_all_of_them(found: list[li
     best, *others = search_shared((HAND, CUBE), HAND.start_pose, paths, GRAVITIES, COARSE)
     assert all(best.value >= each.value for each in others)
     assert 0.015 < best.way <= min(grasps[0].way for grasps in found) + 1e-9
+
+
+def test_tuples_are_asked_in_order_and_none_that_holds_is_given_up() -> None:
+    rules = GripRules(friction=0.63)
+    together = held_together((HAND, CUBE), HAND.start_pose, 0.016, Margins(), rules)
+    rng, way = np.random.default_rng(0), np.linspace(0.0, 0.08, 41)
+    lengths = [rng.integers(0, 42, size=count) for count in together.counts]
+    ranked = together.ranked(lengths, way, 0.01)
+    first = next(each for each in ranked if len(each.rows))
+    rows, asked = together.rows(), (together.known != 0).sum()
+    assert 0 < asked < len(rows) / 2  # what cannot be first is not looked at
+    numbers = together.numbers(rows)
+    own = list(zip(together.starts, numbers.T, strict=True))
+    points = np.stack([starts.points[k] for starts, k in own], axis=1)
+    inward = -np.stack([starts.normals[k] for starts, k in own], axis=1)
+    whole = hold((points, inward), np.zeros((1, 6)), np.zeros((1, 3)), rules=rules)  # which never gives up
+    poses, holds = followed(lengths, numbers), whole.misses < BALANCED
+    assert together.holding(rows).tolist() == rows[holds].tolist()
+    good = holds & (poses > 0)
+    bound = way[poses[good] - 1] - 0.01 * together.used[rows[good]]
+    order = np.argsort(-bound, kind="stable")
+    found = [first, *ranked]
+    assert np.concatenate([each.rows for each in found]).tolist() == rows[good][order].tolist()
+    assert np.concatenate([each.lengths for each in found]).tolist() == poses[good][order].tolist()
+    for wanted in np.vstack([2 * np.eye(3), -2 * np.eye(3)]):
+        whole = hold((points, inward), np.append(wanted, np.zeros(3))[None], np.zeros((1, 3)), rules=rules)
+        forces = wanted[None, None, None], rules
+        reached, _ = follow_tuples(together.how[0], numbers, np.ones(len(rows), dtype=np.int64), forces, 1)
+        assert reached.tolist() == (whole.misses < BALANCED).tolist()

@@ -23,7 +23,7 @@ from inhand.hands.spatial.meshes import solid_of
 from inhand.hands.spatial.names import STANDARD, parse_spatial_name
 from inhand.hands.spatial.objects import SolidSpec, parse_solid_name
 from inhand.hands.spatial.rolling import NONE
-from inhand.hands.spatial.start_contacts import held_together
+from inhand.hands.spatial.start_tuples import held_together
 from inhand.repeats import read_repeat
 from inhand.rotations import placed, seen_from
 from inhand.tasks.spatial.paths import spatial_path_of

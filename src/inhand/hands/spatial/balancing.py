@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from inhand.compiled import kernel, leaf
 from inhand.geometry import Array
 
 ARM = 0.03
 """Length by which moments are told as forces [m]: about the half width of the objects and a tip."""
+ROUNDING = 1e-6
+"""Share of a miss that rounding may change, and far more."""
+Entries: TypeAlias = tuple[float, float, float, float, float, float]
+"""Six numbers: those of a symmetric matrix, xx, xy, xz, yy, yz and zz, or a force and a moment."""
 WEAK = 1e-9
 """Added to the contacts' moments, so that contacts on one line, which hold no moment about it, have an inverse."""
 
@@ -43,12 +47,12 @@ class Problem(NamedTuple):
 def balance_worlds(problem: Problem, rules: tuple[float, float, float]) -> None:
     """Fill in forces; rules are the least normal force [N], most rounds, and what may be missed [N]."""
     for b in range(len(problem.points)):
-        balance_world(problem, b, rules)
+        balance_world(problem, b, rules, math.inf)
 
 
 @leaf
-def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -> None:
-    """Fill in one world's forces.
+def balance_world(problem: Problem, b: int, rules: tuple[float, float, float], most: float) -> None:
+    """Fill in one world's forces, until it is clear that all in the cones miss more than `most` [N].
 
     Forces that balance are those nearest to a guess: f - a - b x r, with a = (sum f - F) / N and b = T^-1 (sum r x f -
     M), where r is seen from the contacts' middle (so that force and moment part) and T = sum |r|^2 - r r'.
@@ -57,7 +61,7 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
     t, wanted = _inertia(problem, b, middle), _wanted(problem, b, middle)
     fx, fy, fz, mx, my, mz = wanted
     pulls, forces, inside = problem.pulls[b], problem.forces[b], problem.inside[b]
-    for _ in range(int(rules[1])):
+    for turn in range(int(rules[1])):
         sx = sy = sz = tx = ty = tz = 0.0
         for j in range(n):
             for i in range(3):
@@ -68,8 +72,7 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
             tx, ty, tz = tx + ry * gz - rz * gy, ty + rz * gx - rx * gz, tz + rx * gy - ry * gx
         sx, sy, sz = (sx - fx) / n, (sy - fy) / n, (sz - fz) / n
         tx, ty, tz = tx - mx, ty - my, tz - mz
-        ux = t[0] * tx + t[1] * ty + t[2] * tz
-        uy = t[1] * tx + t[3] * ty + t[4] * tz
+        ux, uy = t[0] * tx + t[1] * ty + t[2] * tz, t[1] * tx + t[3] * ty + t[4] * tz
         uz = t[2] * tx + t[4] * ty + t[5] * tz
         missed = 0.0
         for j in range(n):
@@ -85,6 +88,8 @@ def balance_world(problem: Problem, b: int, rules: tuple[float, float, float]) -
                 missed += (forces[j, i] - inside[j, i]) ** 2
         if missed < rules[2] * rules[2]:
             break
+        if turn & (turn - 1) == 0 and _least_miss(problem, b, (t, middle, wanted), rules[0]) > most:
+            break
     problem.misses[b] = _miss(problem, b, middle, wanted)
 
 
@@ -98,9 +103,7 @@ def _middle(problem: Problem, b: int) -> tuple[float, float, float]:
 
 
 @leaf
-def _wanted(
-    problem: Problem, b: int, middle: tuple[float, float, float]
-) -> tuple[float, float, float, float, float, float]:
+def _wanted(problem: Problem, b: int, middle: tuple[float, float, float]) -> Entries:
     """Return the wanted force [N], and the moment about the contacts' middle by `ARM` [N]."""
     fx, fy, fz = problem.wanted[b, 0], problem.wanted[b, 1], problem.wanted[b, 2]
     x, y, z = problem.centres[b, 0] - middle[0], problem.centres[b, 1] - middle[1], problem.centres[b, 2] - middle[2]
@@ -124,9 +127,7 @@ def _arm(problem: Problem, b: int, j: int, middle: tuple[float, float, float]) -
 
 
 @leaf
-def _inertia(
-    problem: Problem, b: int, middle: tuple[float, float, float]
-) -> tuple[float, float, float, float, float, float]:
+def _inertia(problem: Problem, b: int, middle: tuple[float, float, float]) -> Entries:
     """Return the inverse of T by its entries xx, xy, xz, yy, yz, zz."""
     a = c = f = WEAK
     d = e = g = 0.0
@@ -165,11 +166,44 @@ def _into_cone(problem: Problem, b: int, j: int, least: float) -> None:
 
 
 @leaf
+def _least_miss(
+    problem: Problem, b: int, known: tuple[Entries, tuple[float, float, float], Entries], least: float
+) -> float:
+    """Return what forces in the cones miss at least [N], as far as a round of the search tells; 0 where it does not.
+
+    What the forces inside the cones gave too much is a wrench (a, b). Where a + b x r is in the dual of every cone, no
+    forces there have less along that wrench than their least normal forces.
+    """
+    (xx, xy, xz, yy, yz, zz), middle, (fx, fy, fz, mx, my, mz) = known
+    n, mu = problem.points.shape[1], problem.friction[b]
+    forces, inside = problem.forces[b], problem.inside[b]
+    ax = ay = az = tx = ty = tz = 0.0
+    for j in range(n):
+        rx, ry, rz = _arm(problem, b, j, middle)
+        x, y, z = inside[j, 0] - forces[j, 0], inside[j, 1] - forces[j, 1], inside[j, 2] - forces[j, 2]
+        ax, ay, az = ax + x / n, ay + y / n, az + z / n
+        tx, ty, tz = tx + ry * z - rz * y, ty + rz * x - rx * z, tz + rx * y - ry * x
+    bx, by, bz = xx * tx + xy * ty + xz * tz, xy * tx + yy * ty + yz * tz, xz * tx + yz * ty + zz * tz
+    given = 0.0
+    for j in range(n):
+        rx, ry, rz = _arm(problem, b, j, middle)
+        x, y, z = ax + by * rz - bz * ry, ay + bz * rx - bx * rz, az + bx * ry - by * rx
+        inward = problem.inward[b, j]
+        along = x * inward[0] + y * inward[1] + z * inward[2]
+        each = along - mu * math.sqrt(max(x * x + y * y + z * z - along * along, 0.0))
+        if each <= 0:
+            return 0.0
+        given += least * each
+    given -= ax * fx + ay * fy + az * fz + bx * mx + by * my + bz * mz
+    return (1 - ROUNDING) * given / math.sqrt(ax * ax + ay * ay + az * az + bx * bx + by * by + bz * bz)
+
+
+@leaf
 def _miss(
     problem: Problem,
     b: int,
     middle: tuple[float, float, float],
-    wanted: tuple[float, float, float, float, float, float],
+    wanted: Entries,
 ) -> float:
     """Return how far the forces inside the cones are from balance [N], moments by `ARM`."""
     fx, fy, fz, mx, my, mz = wanted

@@ -15,7 +15,7 @@ from inhand.hands.spatial.grasp_search import Explored, SpatialSearchConfig, exp
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.spatial.rolling import NONE
-from inhand.hands.spatial.start_contacts import Together, held_together
+from inhand.hands.spatial.start_tuples import Together, held_together
 from inhand.rotations import SpatialPath, placed
 
 

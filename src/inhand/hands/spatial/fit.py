@@ -12,7 +12,8 @@ from inhand.hands.spatial.forces import GripRules
 from inhand.hands.spatial.hand import SpatialHand, Vector
 from inhand.hands.spatial.objects import Mesh, SolidSpec
 from inhand.hands.spatial.rolling import NONE, off_the_palm
-from inhand.hands.spatial.start_contacts import contacts_at, held_together
+from inhand.hands.spatial.start_contacts import contacts_at
+from inhand.hands.spatial.start_tuples import held_together
 
 ACROSS = 4
 """How many contacts are looked for across an object."""
@@ -61,7 +62,8 @@ def _why_not(hand: SpatialHand, spec: SolidSpec) -> str:
         if not len(starts.points):
             return f"{finger.name!r} reaches no place on it that keeps its joints' limits and its links off the object"
     rules = GripRules(friction=GRIPPING)
-    if not len(held_together((hand, spec), hand.start_pose, spacing, NONE, rules).numbers):
+    together = held_together((hand, spec), hand.start_pose, spacing, NONE, rules)
+    if not len(together.holding(together.rows())):
         return "no places that its fingers reach lie so that they could grip it together"
     return ""
 

@@ -17,7 +17,8 @@ from inhand.hands.spatial.forces import BALANCED, GripRules
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.hands.spatial.rolling import Margins, Tracks, off_the_palm, roll
-from inhand.hands.spatial.start_contacts import Together, balancing_of, held_together, stack_of
+from inhand.hands.spatial.start_contacts import balancing_of, stack_of
+from inhand.hands.spatial.start_tuples import Ranked, Together, held_together
 from inhand.rotations import SpatialPath
 
 if TYPE_CHECKING:
@@ -175,8 +176,8 @@ class Tracked:
     """Poses of the object `(S, 7)`."""
     tracks: list[Tracks]
     """Contacts of each finger."""
-    lengths: NDArray[np.int64]
-    """How many poses all fingers of each tuple follow, each on its own, and the object is off the palm `(T,)`."""
+    lengths: list[NDArray[np.int64]]
+    """How many poses each finger follows alone from each contact, and the object is off the palm `(K,)`."""
 
 
 def tracked(
@@ -195,10 +196,7 @@ def tracked(
     clear = int(off_the_palm(*held, rows, config.margins.palm).sum())
     rows = np.ascontiguousarray(rows[:, : max(clear, 1)])
     tracks = [roll(held, f, each, rows, config.margins, fixed=fixed) for f, each in enumerate(together.starts)]
-    lengths = np.full(len(together.numbers), clear)
-    for f, each in enumerate(tracks):
-        lengths = np.minimum(lengths, each.lengths[together.numbers[:, f]])
-    return Tracked(way, poses, tracks, lengths)
+    return Tracked(way, poses, tracks, [np.minimum(each.lengths, clear) for each in tracks])
 
 
 def explore(
@@ -219,18 +217,31 @@ def explore(
     """
     (start, path, gravities), (config, rules, fixed) = asked, how
     found = tracked(held, (start, path), together, config, fixed=fixed)
-    way, poses, tracks, lengths = found.way, found.poses, found.tracks, found.lengths
-    bound = way[np.maximum(lengths - 1, 0)] - config.cost * together.used
-    order = np.argsort(-bound, kind="stable")
-    order = order[lengths[order] > 0][: config.most]
-    stack, weights = stack_of(held[0], tracks, config.margins), weights_of(held[1], poses, gravities)[None]
-    for first in range(0, len(order), config.block):
-        block = order[first : first + config.block]
-        if enough(float(bound[block[0]])):
-            return
-        reached, used = follow_tuples(stack, together.numbers[block], lengths[block], (weights, rules), config.every)
+    way, stack = found.way, stack_of(held[0], found.tracks, config.margins)
+    weights = weights_of(held[1], found.poses, gravities)[None]
+    for block in _blocks(together.ranked(found.lengths, way, config.cost), config, enough):
+        numbers = together.numbers(block.rows)
+        reached, used = follow_tuples(stack, numbers, block.lengths, (weights, rules), config.every)
         values = np.where(reached > 0, way[np.maximum(reached - 1, 0)] - config.cost * used, -np.inf)
-        yield Explored(way, poses, tracks, together.numbers[block], reached, values)
+        yield Explored(way, found.poses, found.tracks, numbers, reached, values)
+
+
+def _blocks(ranked: Iterator[Ranked], config: SpatialSearchConfig, enough: Callable[[float], bool]) -> Iterator[Ranked]:
+    """Give tuples block by block, `config.most` in all, until there are enough for the most that the next is worth."""
+    left, given = next(ranked, None), 0
+    while left is not None and given < config.most:
+        if len(left.rows) and enough(float(left.bounds[0])):
+            return
+        size = min(config.block, config.most - given)
+        while len(left.rows) < size and (more := next(ranked, None)) is not None:
+            fresh = not len(left.rows) and len(more.rows)
+            left = left.joined(more)
+            if fresh and enough(float(left.bounds[0])):
+                return
+        if not len(left.rows):
+            return
+        yield left.some(slice(size))
+        left, given = left.some(slice(size, None)), given + size
 
 
 def _search(

@@ -25,7 +25,8 @@ from inhand.hands.spatial.grasp_search import (
 )
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.hands.spatial.start_contacts import held_together, stack_of
+from inhand.hands.spatial.start_contacts import stack_of
+from inhand.hands.spatial.start_tuples import followed, held_together
 from inhand.rotations import SpatialPath
 
 LOOKED, KEEP = 1000, 12
@@ -70,22 +71,21 @@ def _searched(
 ) -> Arrays:
     (paths, gravities), rules = asked, rules_for(held, config.rules, config.share)
     together = held_together(held, start, config.spacing, config.margins, rules)
-    if not len(together.numbers):
+    numbers = together.numbers(together.holding(together.rows()))
+    if not len(numbers):
         return as_arrays([])
     every = [tracked(held, (start, path), together, config, fixed=False) for path in paths]
-    promised = np.stack([each.way[np.maximum(each.lengths - 1, 0)] for each in every], axis=1)
+    lengths = [followed(each.lengths, numbers) for each in every]
+    promised = np.stack([each.way[np.maximum(n - 1, 0)] for each, n in zip(every, lengths, strict=True)], axis=1)
     chosen: NDArray[np.int64] = np.argsort(-worth_together(promised, paths), kind="stable")[: config.most]
     ways = np.empty((len(chosen), len(paths)))
-    for k, each in enumerate(every):
+    for k, (each, most) in enumerate(zip(every, lengths, strict=True)):
         stack = stack_of(held[0], each.tracks, config.margins)
         weights = weights_of(held[1], each.poses, gravities)[None]
-        numbers, lengths = together.numbers[chosen], each.lengths[chosen]
-        reached, _ = follow_tuples(stack, numbers, lengths, (weights, rules), config.every)
+        reached, _ = follow_tuples(stack, numbers[chosen], most[chosen], (weights, rules), config.every)
         ways[:, k] = np.where(reached > 0, each.way[np.maximum(reached - 1, 0)], 0.0)
     worth = worth_together(ways, paths)
     best = [int(t) for t in np.argsort(-worth, kind="stable")[:LOOKED] if ways[t].min() > 0]
     tracks = every[0].tracks
-    made = [
-        grasp_of(together, tracks, together.numbers[chosen[t]], float(ways[t].min()), float(worth[t])) for t in best
-    ]
+    made = [grasp_of(together, tracks, numbers[chosen[t]], float(ways[t].min()), float(worth[t])) for t in best]
     return as_arrays(spread(made, replace(config, keep=KEEP)))

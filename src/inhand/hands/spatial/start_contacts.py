@@ -1,8 +1,7 @@
-"""Where the fingers of a hand in space can touch an object at its start, and which of these contacts go together."""
+"""Where the fingers of a hand in space can touch an object at its start."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from inhand.geometry import Array
 from inhand.hands.spatial import kinematics
-from inhand.hands.spatial.forces import BALANCED, GripRules
+from inhand.hands.spatial.forces import GripRules
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.lattices import surface_points
 from inhand.hands.spatial.objects import SolidSpec
@@ -24,26 +23,6 @@ POSTURES = 3
 """Postures of a finger that are tried at one contact, those with most room to their joints' limits."""
 RIM = 0.0025
 """First contacts tried on boxes and cylinders keep this off their edges [m]: planning's margin and a little to roll."""
-ROUNDS = 40
-"""Most rounds in which forces of first contacts are looked for: few tuples that can grip need more."""
-MOST_TUPLES = 4_000_000
-"""Combinations of contacts that are looked at; the lattice is made coarser until there are no more (guessed)."""
-COARSER = 1.15
-"""By how much at a time."""
-COARSEST = 0.03
-"""A lattice is never coarser [m]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Together:
-    """Contacts of all fingers that hold the object at its start."""
-
-    starts: tuple[Starts, ...]
-    """Where each finger can touch."""
-    numbers: NDArray[np.int64]
-    """The contact of each finger `(T, N)`."""
-    used: Array
-    """Share of their friction cones that they use to grip, without weight `(T,)`."""
 
 
 def contacts_at(
@@ -76,36 +55,6 @@ def _postures(limits: Array, joints: Array, reached: NDArray[np.bool_]) -> tuple
         alike = np.abs(joints - joints[np.arange(len(joints)), best][:, None]).max(axis=-1) < kinematics.ALIKE
         room[alike] = -np.inf
     return np.concatenate(contacts), np.concatenate(chosen)
-
-
-def held_together(
-    held: tuple[SpatialHand, SolidSpec], pose: Array, spacing: float, margins: Margins, rules: GripRules
-) -> Together:
-    """Return the contacts at a pose `(7,)` that are apart and can grip the object, without weight.
-
-    The lattice of contacts is as fine as `spacing` [m], coarser where that would be more than `MOST_TUPLES`.
-    """
-    from inhand.hands.spatial.tuples import Asked, hold_starts, pairs_apart
-
-    starts = contacts_at(held, pose, spacing, margins)
-    while spacing < COARSEST and np.prod([float(len(each.joints)) for each in starts]) > MOST_TUPLES:
-        spacing *= COARSER
-        starts = contacts_at(held, pose, spacing, margins)
-    rows = kinematics.rows_of(pose)[None, None]
-    stack = stack_of(held[0], [roll(held, f, each, rows, margins) for f, each in enumerate(starts)], margins)
-    counts = [len(each.joints) for each in starts]
-    numbers = np.indices(counts).reshape(len(counts), -1).T
-    for i in range(len(counts)):
-        for j in range(i):
-            apart = np.zeros((counts[i], counts[j]), dtype=bool)
-            pairs_apart(stack, i, j, apart)
-            numbers = numbers[apart[numbers[:, i], numbers[:, j]]]
-    numbers = np.ascontiguousarray(numbers)
-    lengths, used = np.ones(len(numbers), dtype=np.int64), np.ones(len(numbers))
-    asked = Asked(numbers, lengths, np.zeros((1, 1, 1, 3)), used, 1, BALANCED)
-    hold_starts(stack, asked, balancing_of(len(counts), replace(rules, rounds=min(rules.rounds, ROUNDS))))
-    good = lengths > 0
-    return Together(starts, numbers[good], used[good])
 
 
 def stack_of(hand: SpatialHand, tracks: list[Tracks], margins: Margins) -> Stack:

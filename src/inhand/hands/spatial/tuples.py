@@ -126,7 +126,7 @@ def _balance(
                 problem.pulls[0, f, i] = 0.0
     for i in range(3):
         problem.wanted[0, i] = weights[s, g, i]
-    balance_world(problem, 0, how.rules)
+    balance_world(problem, 0, how.rules, asked.missed)
     return float(problem.misses[0])
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from inhand.geometry import Array, Path, inverse_quaternion, turn
+from inhand.geometry import Array, Path, inverse_quaternion, stacked, turn
 
 SMALL = 1e-12
 """Half angles below this are none [rad]."""
@@ -20,15 +20,14 @@ SMALL = 1e-12
 
 def multiply(one: Array, other: Array) -> Array:
     """Return the quaternions `(..., 4)` that turn by `other` first and by `one` after it."""
-    a, b, c, d = np.moveaxis(one, -1, 0)
-    w, x, y, z = np.moveaxis(other, -1, 0)
-    parts = [
+    a, b, c, d = (one[..., k] for k in range(4))
+    w, x, y, z = (other[..., k] for k in range(4))
+    return stacked(
         a * w - b * x - c * y - d * z,
         a * x + b * w + c * z - d * y,
         a * y - b * z + c * w + d * x,
         a * z + b * y - c * x + d * w,
-    ]
-    return np.stack(parts, axis=-1)
+    )
 
 
 def quaternion_of(vector: ArrayLike) -> Array:
@@ -52,13 +51,13 @@ def vector_of(quaternion: Array) -> Array:
 
 def matrix_of(quaternion: Array) -> Array:
     """Return the rotation matrices `(..., 3, 3)` of unit quaternions `(..., 4)`."""
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    w, x, y, z = (quaternion[..., k] for k in range(4))
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.stack([stacked(*row) for row in rows], axis=-2)
 
 
 def rotation_between(one: Array, other: Array) -> Array:
@@ -141,4 +140,4 @@ def carried(motion: Array, arm: Array) -> Array:
     """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
     u, v, w = motion[:, 3:].T
     x, y, z = arm.T
-    return np.asarray(motion[:, :3] + np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-1))
+    return np.asarray(motion[:, :3] + stacked(v * z - w * y, w * x - u * z, u * y - v * x))

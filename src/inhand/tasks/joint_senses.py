@@ -12,11 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from inhand.geometry import Array, transform
+from inhand.once import once
 from inhand.sim.state import State, believed
 from inhand.tasks.hand_arrays import SLOTS, slots_of, slotted
 from inhand.tasks.joint_rows import COLUMNS, JOINTS, ROWS, joint_rows
 from inhand.tasks.observations import Aim, Layout, Part, Scene
-from inhand.tasks.past import LAGS, SENSES, Past, of_believed, once, speeds_of
+from inhand.tasks.past import LAGS, SENSES, Past, of_believed, speeds_of
 
 MOVED, AHEAD = 1 / 30, 0.2
 """What becomes 1 of how far joints have moved since a lag, and of how far commands were ahead of them [rad]."""

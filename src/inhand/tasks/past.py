@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import wraps
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import Array
+from inhand.once import once
 from inhand.sim.scene import DECISION_S
 from inhand.sim.state import State
 from inhand.tasks.observations import Aim, AnyAim, Layout, Part, Scene, by_rank
@@ -20,7 +20,6 @@ LAGS = (0, 1, 2, 4, 8)
 """Decisions back that are remembered, the present one first: 160 ms, in which a camera of 30 Hz takes five frames."""
 
 A = TypeVar("A", Aim, SpatialAim)
-S = TypeVar("S", bound=State)
 LAGGED = ("joints", "commands", "frames", "ages")
 """What a `Past` has of each of them."""
 
@@ -96,22 +95,12 @@ def of_believed(
     values: Callable[[State, AnyAim, Scene], Array], believed: Callable[[Past, Scene], State]
 ) -> Callable[[Past, AnyAim, Scene], Array]:
     """Return what gives numbers of a state for the state that is believed, with what is asked from where that began."""
-    return lambda past, aim, scene: values(believed(past, scene), replace(aim, start=past.believed), scene)
+    return lambda past, aim, scene: values(believed(past, scene), _from_believed(past, aim), scene)
 
 
-def once(believed: Callable[[Past, Scene], S]) -> Callable[[Past, Scene], S]:
-    """Return the same, computed once for all parts of a layout that ask it of the same past one after the other."""
-    last: tuple[Past, Scene, S] | None = None
-
-    @wraps(believed)
-    def kept(past: Past, scene: Scene) -> S:
-        nonlocal last
-        known = last  # threads may ask beside each other
-        if known is None or known[0] is not past or known[1] is not scene:
-            last = known = past, scene, believed(past, scene)
-        return known[2]
-
-    return kept
+@once
+def _from_believed(past: Past, aim: AnyAim) -> AnyAim:
+    return replace(aim, start=past.believed)
 
 
 def speeds_of(past: Past) -> Array:

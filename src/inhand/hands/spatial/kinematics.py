@@ -76,8 +76,9 @@ def bodies_of(hand: SpatialHand, joints: Array, most: int) -> Array:
 
 def point_jacobian(places: Array, axes: Array, point: Array) -> Array:
     """Return how a point `(..., 3)` [m] of the last link moves with joints at `(..., n, 3)`: `(..., 3, n)` [m/rad]."""
-    x, y, z = np.moveaxis(point[..., None, :] - places, -1, 0)
-    u, v, w = np.moveaxis(axes, -1, 0)
+    arm = point[..., None, :] - places
+    x, y, z = (arm[..., k] for k in range(3))
+    u, v, w = (axes[..., k] for k in range(3))
     return np.stack([v * z - w * y, w * x - u * z, u * y - v * x], axis=-2)
 
 
@@ -87,9 +88,9 @@ def damped_least_squares(jacobian: Array, step: Array, damping: float, posture: 
     Minimises |J dq - dx|^2 + damping^2 |dq|^2 with J `(..., 3, n)` [m/rad]; a posture step `(..., n)` [rad] is added
     where it does not move the point. The 3 x 3 system is solved by cross products, column by column (Wampler 1986).
     """
-    u, v, w = np.moveaxis(jacobian, -2, 0)
+    u, v, w = (jacobian[..., k, :] for k in range(3))
     wanted = step if posture is None else step - (jacobian * posture[..., None, :]).sum(axis=-1)
-    x, y, z = np.moveaxis(wanted, -1, 0)
+    x, y, z = (wanted[..., k] for k in range(3))
     squared = damping * damping
     a, b, c = ((row * row).sum(axis=-1) + squared for row in (u, v, w))
     d, e, f = (u * v).sum(axis=-1), (u * w).sum(axis=-1), (v * w).sum(axis=-1)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.geometry import TURN_ARM, Array, inverse_quaternion
+from inhand.once import once
 from inhand.rotations import multiply, quaternion_of, vector_of
 from inhand.sim.state import State
 
@@ -40,6 +41,7 @@ class SpatialAim:
         """Which are to turn `(B,)`."""
         return np.asarray(self.about.any(axis=-1))
 
+    @once
     def turned(self, pose: Array) -> Array:
         """Return the angles `(B,)` [rad] by which poses `(B, 7)` are turned about the axes; 0 where nothing is to turn.
 
@@ -49,6 +51,7 @@ class SpatialAim:
         angle = 2 * np.arctan2((between[:, 1:] * self.about).sum(axis=-1), between[:, 0])
         return np.where(self.turning, angle, 0.0)
 
+    @once
     def off_by(self, pose: Array) -> Array:
         """Return how far poses `(B, 7)` are moved and turned from the nearest on what is asked `(B, 6)` [m, rad]."""
         moved = pose[:, :3] - self.start[:, :3]

@@ -58,8 +58,8 @@ def joint_rows_in_space(state: State, aim: SpatialAim, scene: Scene) -> Array:
         point = state.object_points[:, i]
         jacobian, arm = point_jacobian(told.places[:, own], told.axes[:, own], point), point - pose[:, :3]
         onto = np.maximum(state.gaps[:, i], 0.0)[:, None] * state.normals[:, i]
-        for k, moved in enumerate((onto, *(carried(motion, arm) for motion in motions))):
-            steps[k, :, own] = damped_least_squares(jacobian, moved, DAMPING)
+        moved = np.stack([onto, *(carried(motion, arm) for motion in motions)])
+        steps[..., own] = damped_least_squares(jacobian, moved, DAMPING)
         grips[:, own] = (jacobian * forces[:, i, :, None]).sum(axis=-2) / hand.stiffness
     high, low = hand.limits[:, 1], hand.limits[:, 0]
     columns = (

@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from inhand.geometry import Array
+from inhand.once import once
 from inhand.rotations import placed
 from inhand.sim.scene import DECISION_S
 from inhand.sim.state import SpatialState, believed_in_space
 from inhand.tasks.observations import TRUTH, AnyAim, Layout, Scene
-from inhand.tasks.past import SENSES, Past, of_believed, once, speeds_of
+from inhand.tasks.past import SENSES, Past, of_believed, speeds_of
 from inhand.tasks.spatial.rows import SPACE
 
 

@@ -20,8 +20,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from compare_config import CompareConfig
-from inhand.asterisk_test.clusters import check_spread
-from inhand.asterisk_test.cores import spread
+from inhand.asterisk_test.clusters import check_spread, spread
 from inhand.control.catalogue import find_controller, learned, policy_of
 from inhand.control.ik import IkConfig
 from inhand.control.loop import Bench

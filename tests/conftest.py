@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 from commands import Call, warm
-from inhand import aside, caches, cli
+from inhand import caches, cli, cores
 from inhand.compiled import programs_folder
 
 if folder := programs_folder():  # what one worker compiles with JAX, the other and the next run read
@@ -50,9 +50,8 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def one_process() -> Iterator[None]:
-    """Draw in the tests' own process: another one for each command would cost a second each."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(aside, "_pool", lambda: None)
+    """Draw and plan in the tests' own process: others cost seconds for each command, and each worker has a core."""
+    with cores.one_core():
         yield
 
 

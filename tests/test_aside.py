@@ -18,7 +18,7 @@ def _process() -> ProcessPoolExecutor:
 
 def test_another_process_does_it_and_tells_its_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(aside, "_pool", _process)
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(aside, "usable", lambda: 2)
     with second_process("inhand.geometry") as begin:
         number, wrong, nothing = begin(os.getpid), begin(unit, "x"), begin(unit, 0.0)
         assert number() != os.getpid()
@@ -33,7 +33,7 @@ def test_it_is_done_here_with_one_core_or_where_there_is_no_process(
     cores: int, pool: Callable[[], ProcessPoolExecutor | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(aside, "_pool", pool)
-    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(aside, "usable", lambda: cores)
     with second_process("inhand.geometry") as begin:
         assert begin is here
         assert begin(os.getpid)() == os.getpid()

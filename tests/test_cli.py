@@ -353,8 +353,9 @@ def test_what_the_package_logs_stands_in_the_bar_of_a_command(monkeypatch: pytes
     before = list(logger.handlers)
     with progress() as screen:
         logger.warning("compiling %s", "the planar engine")
+        logger.info("planned %d of %d paths", 2, 4)
         console = Console(width=100)
         with console.capture() as written:
             console.print(screen.live.get_renderable())
-        assert "compiling the planar engine" in written.get()
+        assert "planned 2 of 4 paths" in written.get()
     assert logger.handlers == before

@@ -11,8 +11,8 @@ from typing import Literal
 import pytest
 
 from commands import Call
+from inhand.asterisk_test import clusters
 from inhand.asterisk_test.clusters import on_dask, on_ray, on_slurm
-from inhand.asterisk_test.cores import on_cores
 from inhand.control.run_config import SpreadConfig
 from inhand.errors import InputError
 
@@ -54,7 +54,7 @@ def on_local_slurm(work: Work, jobs: list[tuple[Path, int]], config: SpreadConfi
 
 
 BACKENDS = [
-    pytest.param("loky", on_cores, id="loky"),
+    pytest.param("loky", clusters.spread, id="loky"),
     pytest.param("ray", on_ray, id="ray", marks=needs("ray")),
     pytest.param("dask", on_dask, id="dask", marks=needs("distributed")),
     pytest.param("slurm", on_local_slurm, id="slurm", marks=needs("submitit")),

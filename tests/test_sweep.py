@@ -77,7 +77,7 @@ async def killed_after_a_cell(out: Path) -> None:
 
 WORKER = """
 import os, time
-from inhand.asterisk_test.cores import end_with
+from inhand.cores import end_with
 from inhand.pages import page_of
 end_with(os.getppid())
 print(os.getpid(), flush=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, ParamSpec, Protocol, TypeVar
+
+from inhand.cores import usable
 
 if TYPE_CHECKING:
     from concurrent.futures import ProcessPoolExecutor
@@ -35,7 +36,7 @@ def second_process(module: str) -> Iterator[Aside]:
 
     What waits for its turn at the end is given up, and so is what runs where something failed.
     """
-    pool = _pool() if (os.cpu_count() or 1) > 1 else None
+    pool = _pool() if usable() > 1 else None
     if pool is None:
         yield here
         return

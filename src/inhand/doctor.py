@@ -16,6 +16,7 @@ from typing import Literal
 from packaging.requirements import Requirement
 
 from inhand.caches import PLACE, base
+from inhand.cores import usable
 from inhand.versions import versions
 
 State = Literal["ok", "missing", "told"]
@@ -89,8 +90,7 @@ def _installed(requirement: Requirement) -> tuple[str, bool]:
 
 
 def _machine() -> list[Found]:
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    told = f"{usable} of {os.cpu_count()}; studies take them all (--jobs)"
+    told = f"{usable()} of {os.cpu_count()}; studies take them all (--jobs)"
     return [Found("machine", "system", "told", platform.platform()), Found("machine", "cores", "told", told)]
 
 

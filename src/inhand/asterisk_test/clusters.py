@@ -1,4 +1,4 @@
-"""Work past one machine: pieces of a study on a Ray or Dask cluster, or as an array of SLURM's jobs.
+"""Work where a study says: on every core of this machine, on a Ray or Dask cluster, or as an array of SLURM's jobs.
 
 A piece whose worker dies is done again by another, up to `TRIES` times in all; the others go on. Pieces write their
 files themselves, so that the study's folder must be one that all machines see, under the same path.
@@ -10,18 +10,18 @@ import os
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
 from inhand.control.run_config import SpreadConfig
+from inhand.cores import TRIES, on_cores, on_one_core
 from inhand.errors import InputError, needs_extra
 
 J = TypeVar("J")
 R = TypeVar("R")
-TRIES = 3
-"""How often a piece is begun before the study gives up."""
 WAIT_S = 20.0
 """How long a cluster may take to answer [s]: guessed, twice what a busy one takes."""
 PACKAGES = {"ray": "ray", "dask": "distributed", "slurm": "submitit"}
@@ -43,6 +43,25 @@ def check_spread(config: SpreadConfig) -> None:
     package = PACKAGES.get(config.backend)
     if package is not None and find_spec(package) is None:
         raise needs_extra(config.backend, f"--backend {config.backend}")
+
+
+def spread(work: Callable[[J], R], jobs: Sequence[J], config: SpreadConfig) -> Iterator[R]:
+    """Do jobs, each on one core, where a study says, and give what each comes to, in the order in which they end.
+
+    Args:
+        work: does a job.
+        jobs: the jobs.
+        config: how many at a time, and on what.
+
+    Raises:
+        InputError: workers died too often, or there is no such cluster.
+    """
+    if not jobs:
+        return
+    if config.backend == "loky":
+        yield from on_cores(work, jobs, config.jobs)
+    else:
+        yield from CLUSTERS[config.backend](partial(on_one_core, work), jobs, config)
 
 
 def there(work: Callable[[J], R], job: J, folder: str) -> R:
@@ -173,3 +192,7 @@ def _died(error: object) -> InputError:
         f"a worker died {TRIES} times over the same piece, perhaps for want of memory ({error}): the same command goes"
         " on where this one stopped"
     )
+
+
+CLUSTERS = {"ray": on_ray, "dask": on_dask, "slurm": on_slurm}
+"""What does jobs, by the word of --backend."""

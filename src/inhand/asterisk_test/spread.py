@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from inhand.asterisk_test.cells import Job, compute, differences, read_cell
+from inhand.asterisk_test.clusters import spread
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.cores import spread
 from inhand.control.loop import control_step
 from inhand.control.run_config import SpreadConfig
 from inhand.errors import InputError

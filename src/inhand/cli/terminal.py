@@ -138,13 +138,16 @@ def progress(*, spoken: bool = False, over_s: float = 600.0) -> Iterator[Screen]
 
 @contextmanager
 def _told_by(screen: Screen) -> Iterator[None]:
-    """Show a screen, and in its bar what the package logs meanwhile, such as what is compiled."""
+    """Show a screen, and in its bar what the package logs meanwhile, such as what is compiled or planned."""
     logger, handler = logging.getLogger("inhand"), InBar(screen)
+    level = logger.level
     logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
     try:
         with screen.live:
             yield
     finally:
+        logger.setLevel(level)
         logger.removeHandler(handler)
 
 

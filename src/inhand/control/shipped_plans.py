@@ -4,44 +4,76 @@ They are looked up by all that is told of a plan: hand, object, path, who carrie
 `studies/plans.py` makes them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from inhand.caches import Arrays, keep, key_of, look_up, name_of
+from inhand.cores import on_cores, usable
 
+LOG = logging.getLogger("inhand")
 PLACE = "plans"
 """Folder of the plans, beside the policies."""
+FEWEST = 2
+"""Paths that are worth a process of their own, which takes two seconds to begin."""
+Planned = Callable[[list[int]], Mapping[str, np.ndarray]]
+"""Makes the plans of some paths, told by their numbers: `(P, ...)` by name."""
 
 
 def plans_of(
     kind: str,
     keys: Sequence[str],
     module: str,
-    planned: Callable[[list[int]], Mapping[str, np.ndarray]],
+    planned: Planned,
     *,
     at_once: int,
 ) -> dict[str, np.ndarray]:
     """Return plans of paths, `(P, ...)` by name: those that ship, that are kept on disk, or that are made and kept now.
 
+    They are made on every core that may be used, some paths on each: the same, however they are shared out.
+
     Args:
         kind: what they are called on disk.
         keys: what each is looked up by.
         module: that makes them; see `inhand.caches.cached`.
-        planned: makes those of some paths, told by their numbers.
+        planned: makes those of some paths, told by their numbers; what it holds is sent to other processes.
         at_once: paths that are planned at a time, which bounds memory.
     """
     known, files = shipped(), [key_of(kind, key, module) for key in keys]
     plans = [known.get(key) or look_up(file) or {} for key, file in zip(keys, files, strict=True)]
     waiting = [k for k, plan in enumerate(plans) if not plan]
-    for rows in (waiting[first : first + at_once] for first in range(0, len(waiting), at_once)):
-        found = planned(rows)
+    total, done = len(waiting), 0
+    if waiting:
+        LOG.info("planning %d paths, once: seconds to a minute of a core for each", total)
+    for rows, found in _made(waiting, planned, at_once):
         for k, row in enumerate(rows):
             plans[row] = {name: array[k] for name, array in found.items()}
             keep(files[row], plans[row])
+        done += len(rows)
+        LOG.info("planned %d of %d paths, which are kept", done, total)
     return {name: np.stack([each[name] for each in plans]) for name in plans[0]}
+
+
+def _made(waiting: list[int], planned: Planned, at_once: int) -> Iterator[tuple[list[int], Mapping[str, np.ndarray]]]:
+    """Give numbers of paths and their plans, as they are made."""
+    size = min(at_once, max(FEWEST, -(-len(waiting) // usable())))
+    left = {first: waiting[first : first + size] for first in range(0, len(waiting), size)}
+    if len(left) > 1 and usable() > 1:
+        # Other processes may not know what a notebook or a file of one's own has added; any other fault is told below.
+        with suppress(Exception):
+            for number, found in on_cores(partial(_numbered, planned), list(left.items())):
+                yield left.pop(number), found
+    for rows in left.values():
+        yield rows, planned(rows)
+
+
+def _numbered(planned: Planned, part: tuple[int, list[int]]) -> tuple[int, Mapping[str, np.ndarray]]:
+    return part[0], planned(part[1])
 
 
 def path_keys(told: object, paths: np.ndarray) -> list[str]:

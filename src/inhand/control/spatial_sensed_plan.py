@@ -98,8 +98,10 @@ def sensed_in_space(
     firsts = list({path.name: path for path in reversed(paths)}.values())
     rows = {path.name: row for row, path in enumerate(firsts)}
 
+    silent = replace(bench, progress=None)  # a screen cannot be sent to other processes
+
     def plan(some: list[int]) -> Arrays:
-        return _planned(((hand, spec), by), [firsts[row] for row in some], gravities, bench)
+        return _planned(((hand, spec), by), [firsts[row] for row in some], gravities, silent)
 
     keys = plan_keys_in_space((hand, spec), firsts, gravities, by)
     plans = plans_of("sensed-plan-in-space", keys, by.module, plan, at_once=PATHS)
@@ -170,10 +172,10 @@ def _tried(
         watched.append(Watched(by.make(task)))
         return watched[-1]
 
-    silent, starts = replace(bench, progress=None), np.tile(hand.start_pose, (len(whose), 1))
+    starts = np.tile(hand.start_pose, (len(whose), 1))
     grasp, longest = following(hand, [each.grasp for each in whose]), longest_of(path, SENSED_SPATIAL_IK)
     how: dict[str, Any] = {"twists": twists, "longest": longest, "disturbed": disturbed}
-    _, found = simulate(task, grasp, starts, carrying, silent, holds=SpatialIkSensedController, **how)
+    _, found = simulate(task, grasp, starts, carrying, bench, holds=SpatialIkSensedController, **how)
     ways = _ways(found, task, watched[-1].ways).reshape(len(candidates), len(draws), 2)
     return [
         replace(each, ways=(*each.ways, *((way, straight) for way, straight in rows)))

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from inhand.asterisk_test.clusters import check_spread
-from inhand.asterisk_test.cores import spread
+from inhand.asterisk_test.clusters import check_spread, spread
 from inhand.errors import InputError
 from inhand.folders import place_of, writing
 from inhand.learning.commands import TrainConfig

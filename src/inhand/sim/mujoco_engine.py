@@ -1,6 +1,5 @@
 """The default engine: MuJoCo, all worlds stepped on all cores without a Python loop over them."""
 
-import os
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
@@ -8,6 +7,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.cores import usable
 from inhand.errors import InputError
 from inhand.geometry import Array, spatial, turn
 from inhand.hands.hand import HandSpec
@@ -49,7 +49,7 @@ class MujocoSimulator(MujocoWorlds):
         _check_alike(objects, [scene for _, _, scene in self._kinds])
         models = {kind: _models_of(*kind) for kind in set(self._kinds)}
         self._models = [models[kind] for kind in self._kinds]
-        threads = min(threads or os.cpu_count() or 1, self.n_worlds)
+        threads = min(threads or usable(), self.n_worlds)
         self._batch, self._meter = (model_batch([*own], threads) for own in self._models_now())
         self._bind()
         self._measured_qpos, self._sensors = self._meter.bind("qpos"), self._meter.bind("sensordata")

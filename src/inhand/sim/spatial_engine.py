@@ -1,12 +1,12 @@
 """MuJoCo with hands in space: a free object, gravity along any vector, all worlds stepped without a Python loop."""
 
-import os
 from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.cores import usable
 from inhand.errors import InputError
 from inhand.geometry import Array, turn
 from inhand.hands.spatial.hand import SpatialHand
@@ -54,7 +54,7 @@ class SpatialSimulator(MujocoWorlds):
         models = {kind: build_spatial_model(*kind) for kind in (self._kinds[:1] if alike else set(self._kinds))}
         self._models = [models[self._kinds[0] if alike else kind] for kind in self._kinds]
         self._gravity = np.array([scene.pull or PALM_UP for _, _, scene in self._kinds])
-        threads = min(threads or os.cpu_count() or 1, self.n_worlds)
+        threads = min(threads or usable(), self.n_worlds)
         self._batch = model_batch([self._models[kind] for kind in self._kind.tolist()], threads)
         self._pull = self._batch.expand("opt.gravity") if alike else None
         self._become(np.arange(self.n_worlds))

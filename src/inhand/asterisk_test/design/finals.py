@@ -12,8 +12,8 @@ import numpy as np
 
 from inhand.aside import Aside
 from inhand.asterisk_test.cells import differences
+from inhand.asterisk_test.clusters import spread
 from inhand.asterisk_test.config import AsteriskConfig
-from inhand.asterisk_test.cores import spread
 from inhand.asterisk_test.design.asked import Asked
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.looked import Looked

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from inhand.asterisk_test.cells import differences
-from inhand.asterisk_test.cores import spread
+from inhand.asterisk_test.clusters import spread
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import MARK, DesignConfig
 from inhand.asterisk_test.design.finals import Final, finals, read_finals

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, cast
 
-from inhand.asterisk_test.cores import spread
+from inhand.asterisk_test.clusters import spread
 from inhand.asterisk_test.design.asked import AIMS, Asked
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.looked import Look, Looked, bar_of, front_of, look, read_looked, signed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from inhand.cores import usable
 from inhand.geometry import Array, perpendicular, rotate, spatial
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
@@ -74,7 +74,7 @@ class PlanarSimulator(Simulator):
         self._time, self._start = np.zeros(count), self._worlds.position.copy()
         self._links = np.zeros((count, n, LINK_SENSOR_SIZE))
         self._links[:, :, 3::3] = self._height[:, None, None]
-        threads = min(threads or os.cpu_count() or 1, count)
+        threads = min(threads or usable(), count)
         self._parts = [self._part(rows) for rows in np.array_split(np.arange(count), threads)]
         self._others = ThreadPoolExecutor(threads - 1) if threads > 1 else None
 

@@ -167,6 +167,21 @@ def test_a_way_is_planned_in_worlds_of_field_and_kept_there(
     np.testing.assert_array_equal(plan["planned"], np.tile(HAND.start_pose, (2, 1)))
 
 
+@pytest.mark.parametrize("best_first", [True, False])
+def test_where_the_best_comes_short_another_kind_is_tried_and_taken_if_it_is_worth_more(
+    grasps: list[SpatialGrasp], monkeypatch: pytest.MonkeyPatch, *, best_first: bool
+) -> None:
+    both = [replace(grasps[0], way=0.03), replace(grasps[0], way=0.004)]
+    first, other = both if best_first else both[::-1]
+    monkeypatch.setattr(spatial_sensed_plan, "searched", lambda *_: {"Right": [first]})
+    monkeypatch.setattr(spatial_sensed_plan, "search_grasps", lambda *_, **__: [[other]])
+    monkeypatch.setattr(spatial_sensed_plan, "SHORT", 10.0)
+    monkeypatch.setenv(PLACE, "off")
+    brief, where = replace(CARRIER, rounds=((1, 3),)), (PATHS[:1], DOWN, BOTH[:1])
+    plan = vars(sensed_in_space(HAND, CUBE, *where, bench=loop.Bench("mujoco"), carrier=brief))
+    assert 0.02 < plan["way"][0] < 0.03
+
+
 def test_a_run_at_field_keeps_its_objects(grasps: list[SpatialGrasp], monkeypatch: pytest.MonkeyPatch) -> None:
     plan = replace(following(HAND, [each for each in grasps for _ in range(2)]), way=np.repeat([0.03, 0.02], 2))
 

@@ -23,20 +23,25 @@ from inhand.control.policy import Policy
 from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, Carrier
 from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
-from inhand.control.spatial_rehearsal import closed_at, longest_of, searched
+from inhand.control.spatial_rehearsal import closed_at, longest_of, search_of, searched
 from inhand.control.spatial_sensed_policy import SpatialSensedPolicyController
 from inhand.control.watched import Watched
 from inhand.geometry import TURN_ARM, Array
-from inhand.hands.spatial.grasp_search import SpatialGrasp
+from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.rotations import change_between, pose_from
 from inhand.sim.disturbance import FIELD
 from inhand.sim.drawn import draw
-from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths
+from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_paths, whole_spatial_path
 
 ROUNDS = ((6, 3), (3, 12), (1, 72))
 """How many grasps of a path are tried, the best so far, and in how many further worlds."""
+SHORT = 0.5
+"""Where the best is told to go less than this share of the farthest on paper, grasps of other kinds are tried, too:
+those that go farthest there are often alike, and lost or crooked all for one reason, as tips that spin."""
+COARSE, APART = 0.012, 0.02
+"""They are searched for among first contacts so far apart, and differ by so much at a contact [m]."""
 SQUEEZE = 0.006
 """How far inside the object fingers aim when they close [m]: it may be smaller, and stand elsewhere than it is seen."""
 SHIFTS = np.diag(np.repeat([0.002, np.deg2rad(2.0)], 3))
@@ -112,7 +117,7 @@ def sensed_in_space(
 def plan_keys_in_space(pair: Pair, paths: Sequence[SpatialReference], gravities: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths under gravities `(G, 3)` [m/s^2] are looked up by among those that ship."""
     law, tried = (SENSED_SPATIAL_IK, SOFT, SQUEEZE, LOOKED, ASTRAY), (by.digest, by.grades, by.rounds)
-    told = (*pair, gravities, law, tried)
+    told = (*pair, gravities, law, tried, SHORT, COARSE, APART)
     both = [(path.hold, np.hstack([path.moves, path.turns])[None]) for path in paths]
     return [path_keys((*told, hold), poses)[0] for hold, poses in both]
 
@@ -130,17 +135,48 @@ def following(hand: SpatialHand, grasps: Sequence[SpatialGrasp]) -> Grasp:
 
 def _planned(who: tuple[Pair, Carrier], paths: Sequence[SpatialReference], gravities: Array, bench: Bench) -> Arrays:
     """Return joints and ways of the best grasp of each path, by their names in `Grasp`."""
-    (held, by), first = who, 0
+    held, by = who
     groups = searched(held, paths, gravities, bench)
-    left = [_Candidate(number, grasp) for number, path in enumerate(paths) for grasp in groups[path.name]]
+    chosen = _chosen(who, paths, [groups[path.name] for path in paths], gravities, bench)
+    short = [
+        number
+        for number, (each, path) in enumerate(zip(chosen, paths, strict=True))
+        if each.told(by)[0] < SHORT * groups[path.name][0].way
+    ]
+    others = _of_other_kinds(held, [paths[number] for number in short], gravities)
+    some = [(number, group) for number, group in zip(short, others, strict=True) if group]
+    if some:
+        mine, left = [paths[number] for number, _ in some], [group for _, group in some]
+        for (number, _), each in zip(some, _chosen(who, mine, left, gravities, bench), strict=True):
+            if each.told(by)[1] > chosen[number].told(by)[1]:
+                chosen[number] = each
+    grasp = following(held[0], [each.grasp for each in chosen])
+    grasp = replace(grasp, way=np.array([each.told(by)[0] for each in chosen]))
+    return {name: rows for name, rows in vars(grasp).items() if rows is not None}
+
+
+def _of_other_kinds(held: Pair, paths: Sequence[SpatialReference], gravities: Array) -> list[list[SpatialGrasp]]:
+    """Return grasps for each path that differ more from each other than those that go farthest."""
+    config = replace(search_of(held[1], gravities), spacing=COARSE, apart=APART)
+    whole = [whole_spatial_path(path) for path in paths]
+    return search_grasps(held, held[0].start_pose, whole, gravities, config=config)
+
+
+def _chosen(
+    who: tuple[Pair, Carrier],
+    paths: Sequence[SpatialReference],
+    groups: Sequence[Sequence[SpatialGrasp]],
+    gravities: Array,
+    bench: Bench,
+) -> list[_Candidate]:
+    """Return the grasp of each path's group that is worth most, tried in rounds."""
+    (_, by), first = who, 0
+    left = [_Candidate(number, grasp) for number, group in enumerate(groups) for grasp in group]
     for best, worlds in by.rounds:
         left = [each for number in range(len(paths)) for each in _best(left, number, by)[:best]]
         left = _tried(who, paths, left, (gravities, range(first, first + worlds)), bench)
         first += worlds
-    chosen = [_best(left, number, by)[0] for number in range(len(paths))]
-    grasp = following(held[0], [each.grasp for each in chosen])
-    grasp = replace(grasp, way=np.array([each.told(by)[0] for each in chosen]))
-    return {name: rows for name, rows in vars(grasp).items() if rows is not None}
+    return [_best(left, number, by)[0] for number in range(len(paths))]
 
 
 def _best(candidates: Sequence[_Candidate], path: int, by: Carrier) -> list[_Candidate]:

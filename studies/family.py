@@ -27,7 +27,7 @@ def run_family(config: FamilyConfig) -> None:
     began = time.perf_counter()
     compute = shown(config.out)
     cases = study.measured(config, compute, say)
-    alone = study.standard(config, cases, compute, say) if config.disturb == "none" and not config.sample else None
+    alone = study.standard(config, cases, compute, say) if config.disturb == "none" and config.sample == 1 else None
     few = study.fitted(config, cases, compute, say)
     words = shlex.join(["python", "studies/family.py", *options(config, _usual(config))])
     write_family(config, (cases, alone, few), words, time.perf_counter() - began)

@@ -23,8 +23,8 @@ class FamilyConfig:
     """Objects: names, shape_SIZE in mm, or TOML files."""
     directions: str = "all,twist"
     """train, unseen, all, twist (cw and ccw), names or degrees, separated by commas."""
-    sample: int = 0
-    """Tries so many of the directions with each pair, other ones with each, all of them equally often; 0 tries all."""
+    sample: int = 1
+    """Tries one of so many pairs, other objects with each hand; 1 tries all."""
     disturb: str = "none"
     """What disturbs worlds, senses and commands: none, bench, field, hard, or a TOML file."""
     seed: int = 0

@@ -13,7 +13,6 @@ from family_config import STANDARD, FamilyConfig
 from inhand.asterisk_test.spread import Compute
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.run import run_sweep
-from inhand.asterisk_test.sweep.sweep import directions_of
 from inhand.control.catalogue import find_controller
 from inhand.control.seen import PRIVILEGED, SENSED
 from inhand.control.trial import LOST
@@ -78,25 +77,15 @@ def cases_of(
         jobs=config.jobs,
         out=config.out / name,
     )
-    parts = [asked] if not config.sample else list(sampled(asked, config.sample))
+    parts = [asked] if config.sample == 1 else list(sampled(asked, config.sample))
     return pd.concat([run_sweep(part, compute).sweep.cases for part in parts], ignore_index=True)
 
 
-def sampled(asked: SweepConfig, count: int) -> Iterator[SweepConfig]:
-    """Give the sweeps, each in a folder of its own, that try so many of a sweep's directions with each of its pairs.
-
-    Directions fall into sets, those of a set far apart; from pair to pair set follows set.
-    """
-    names = directions_of(asked)
-    sets = -(-len(names) // count)
+def sampled(asked: SweepConfig, every: int) -> Iterator[SweepConfig]:
+    """Give the sweeps, a hand and a folder each, that try one of so many pairs, other objects with each hand."""
     for row, hand in enumerate(asked.hands):
-        for number in range(sets):
-            objects = asked.objects[(number - row * len(asked.objects)) % sets :: sets]
-            if objects:
-                place = asked.out / f"{row}-{number}"
-                yield replace(
-                    asked, hands=(hand,), objects=objects, directions=",".join(names[number::sets]), out=place
-                )
+        if objects := asked.objects[-row % every :: every]:
+            yield replace(asked, hands=(hand,), objects=objects, out=asked.out / str(row))
 
 
 def standard(config: FamilyConfig, cases: pd.DataFrame, compute: Compute, told: Told) -> pd.DataFrame:
@@ -182,10 +171,10 @@ def check_study(config: FamilyConfig) -> None:
     Raises:
         InputError: the text names them.
     """
-    if config.sample < 0 or (config.sample and config.new):
+    if config.sample < 1 or (config.sample > 1 and config.new):
         raise InputError(
-            f"--sample {config.sample} with --new {' '.join(config.new)}: give a whole number of directions, 0 for all;"
-            " what few demonstrations teach is tried in all of them, so leave --new empty"
+            f"--sample {config.sample} with --new {' '.join(config.new)}: give 1 for all pairs or a larger number, and"
+            " then leave --new empty: what few demonstrations teach is told of pairs that may be left out"
         )
     unknown = [hand for hand in config.new if hand not in config.hands]
     if unknown or (config.new and config.new_object not in config.objects):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import inhand
 from inhand.asterisk_test.beside import Beside
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.report import Run
@@ -144,6 +145,18 @@ def test_directions_and_trials_are_picked_and_laid_over_each_other(driver: Drive
     assert len(driver.find_elements("css selector", ".stage .body.over")) == 1
     driver.find_element("css selector", ".chip").click()
     assert text(driver, ".told-trial").startswith("thesis-ik, Out, trial 1: lost contact")
+    assert not complaints(driver)
+
+
+def test_nothing_hides_the_numbers_of_rings_and_a_limit_is_told_once(driver: Driver, tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    page.write_text(inhand.reach(directions="Out").html(), encoding="utf-8")
+    shown(driver, page)
+    order = "return [...document.querySelectorAll('.asterisk .scene, .asterisk .ring-text')].map(n => n.tagName)"
+    drawn = driver.execute_script(order)
+    assert set(drawn[drawn.index("text") :]) == {"text"}
+    assert text(driver, ".panel:has(.ways) h3") == "The hand's limit [mm]"
+    assert text(driver, ".ways .value") == "65.5"
     assert not complaints(driver)
 
 

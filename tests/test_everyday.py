@@ -34,12 +34,17 @@ def reach(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_the_options_of_all(command: str, inhand: Call) -> None:
+def test_every_command_has_the_options_of_all(command: str, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")  # room for every text on one line: none is broken where its source is
     code, out, _ = inhand(command, "--help")
     assert code == 0
     assert out.startswith(f"usage: inhand {command} ")
     for option in ("--config", "--quiet", "--json"):
         assert option in out
+    lines = [line.strip("│ ") for line in out.partition("options")[2].splitlines() if re.search("[a-z]", line)]
+    texts = [line for line in lines if "  " in line or not line.startswith("-")]
+    assert texts
+    assert all(each.endswith((")", "exit")) for each in texts)
 
 
 def test_settings_come_back_from_the_file_that_repeats_a_run(tmp_path: Path) -> None:

@@ -94,5 +94,6 @@ def test_a_hand_whose_fingers_never_straddle_the_start_opens_to_nothing() -> Non
     hand = parse_hand_name(STANDARD)
     stiff = replace(hand, left=replace(hand.left, limits=((-0.01, 0.01), (-0.01, 0.01))))
     assert widest_opening(stiff) == 0
-    with pytest.raises(InputError, match=r"opens to 0\.0 mm at the start"):
+    text = r"opens to 0\.0 mm at the start: use other joint limits than left -0\.573 to 0\.573, .*; right -180 to 180, "
+    with pytest.raises(InputError, match=text + r".* a left finger bends inwards below 0"):
         check_fit(stiff, box(0.01))

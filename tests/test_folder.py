@@ -58,7 +58,7 @@ def test_a_file_is_no_folder(tmp_path: Path) -> None:
 
 def test_a_folder_below_a_file_is_refused_before_anything_is_run(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("text")
-    with pytest.raises(InputError, match=r"--out .*is a file"):
+    with pytest.raises(InputError, match=r"--out .*run: .*file is a file"):
         check_folder(tmp_path / "file" / "run", overwrite=False)
 
 

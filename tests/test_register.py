@@ -211,6 +211,11 @@ def test_what_is_no_controller_is_refused(own: Path, controller: str, text: str)
         find_controller(f"{own}:{controller}")
 
 
+def test_a_file_says_what_it_registers_instead(own: Path) -> None:
+    with pytest.raises(InputError, match="registers no metric of that name; it registers highest_mm, broken"):
+        METRICS.find(f"{own}:nothing")
+
+
 def test_a_file_that_is_not_there_or_fails_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no file .*none.py: give FILE.py:NAME"):
         find_controller(f"{tmp_path}/none.py:Mine")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from inhand.cli.texts import texts_of
 from inhand.environment_ids import IDS
 from inhand.hands.names import parse_hand_name
 from inhand.hands.spatial.names import parse_spatial_name
@@ -120,8 +121,8 @@ def _rewards() -> str:
 
 
 def _keywords() -> str:
-    own, space = fields.of(EnvironmentConfig), fields.of(SpatialEnvironmentConfig)
-    more = {name: told for name, told in fields.of(GoalConfig).items() if told != own.get(name)}
+    own, space = texts_of(EnvironmentConfig), texts_of(SpatialEnvironmentConfig)
+    more = {name: told for name, told in texts_of(GoalConfig).items() if told != own.get(name)}
     head = ("Keyword", "Default", "What it is")
     return "\n\n".join(
         [

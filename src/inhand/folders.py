@@ -30,7 +30,8 @@ def check_folder(out: Path, *, overwrite: bool, mark: str = MARK) -> None:
     with writing(out):
         for each in (out, *out.parents):
             if each.exists() and not each.is_dir():
-                raise InputError(f"--out {out} is a file; give a folder that does not exist yet")
+                told = "" if each == out else f": {each}"
+                raise InputError(f"--out {out}{told} is a file; give a folder that does not exist yet")
         if place in (Path.cwd(), *Path.cwd().parents):
             raise InputError(f"--out {out} holds the folder you are in; give a folder inside it")
         if not out.is_dir() or not any(out.iterdir()):

@@ -102,7 +102,11 @@ class Registry(Mapping[str, T], Generic[T]):
         if word in self:
             return self[word]
         if not hasattr(module, word):
-            raise InputError(f"{place['file']} has no {word!r} and registers no {self.kind} of that name")
+            mine = [
+                known for known, given in self._given.items() if getattr(given, "__module__", "") == module.__name__
+            ]
+            told = f"; it registers {', '.join(mine)}" if mine else ""
+            raise InputError(f"{place['file']} has no {word!r} and registers no {self.kind} of that name{told}")
         return self._made(word, getattr(module, word))
 
     def known(self, name: str) -> T:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import tyro
 
 from inhand.cli.commands import COMMANDS, Printing
+from inhand.cli.texts import texts_of
 from inhand.errors import InputError
 from inhand.records import Config
 from inhand.repeats import settings_in
 
 ABOUT = "Structured in-hand manipulation: the Asterisk Test in simulation, beside people."
+HELP = {"-h", "--help"}
 MARKS = (tyro.conf.OmitSubcommandPrefixes, tyro.conf.OmitArgPrefixes)
 
 
@@ -39,7 +41,7 @@ def asked(words: Sequence[str]) -> Asked:
         told(words)
         raise InputError(f"{command} is no command; `inhand help` lists them")
     kind = COMMANDS[command]
-    form = _form(kind)
+    form = _form(kind, (Printing, kind) if HELP & set(words) else ())
     known = form(**_known(_config_file(words[1:]), command, kind))
     given = dict(vars(tyro.cli(form, prog=f"inhand {command}", args=words[1:], default=known, config=MARKS)))
     own = get_type_hints(Printing)
@@ -57,12 +59,18 @@ def told(words: Sequence[str]) -> None:
     tyro.extras.subcommand_cli_from_dict(kinds, args=words, prog="inhand", description=ABOUT, config=MARKS)
 
 
-def _form(kind: type[Config]) -> type[Config]:
+def _form(kind: type[Config], told: Iterable[type] = ()) -> type[Config]:
     """Return a command's options for tyro, with those that all commands have.
 
-    It looks at no value: what a configuration refuses, tyro would tell in a form of its own.
+    It looks at no value: what a configuration refuses, tyro would tell in a form of its own. Of the classes `told` each
+    text is one paragraph; tyro by itself breaks it where its source does.
     """
-    body = {"__doc__": kind.__doc__, "__post_init__": lambda _: None, "__module__": kind.__module__}
+    body: dict[str, Any] = {"__doc__": kind.__doc__, "__post_init__": lambda _: None, "__module__": kind.__module__}
+    body["__annotations__"] = {
+        name: Annotated[get_type_hints(each, include_extras=True)[name], tyro.conf.arg(help=text)]
+        for each in told
+        for name, (_, text) in texts_of(each).items()
+    }
     form: type[Config] = dataclass(frozen=True)(type(kind.__name__, (Printing, kind), body))
     return form
 

@@ -71,10 +71,10 @@ def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
     fits = _straddled(hand, np.array([width / 2 + ROOM]), np.zeros(1))[0]
     widest = width if fits else widest_opening(hand, (float(corners[:, 1].min()), float(corners[:, 1].max())))
     if width > widest:
+        wide = f"a narrower object or a wider hand ({' and '.join(FINGER_NAMES)} finger straddle the object along x)"
         raise InputError(
             f"object {spec.name!r} is {1e3 * width:.1f} mm wide; hand {hand.name!r} opens to {1e3 * widest:.1f}"
-            f" mm at the start: use a narrower object or a wider hand ({' and '.join(FINGER_NAMES)} finger"
-            " straddle the object along x)"
+            f" mm at the start: use {wide if widest else _other_limits(hand)}"
         )
     deepest = 2 * hand.start_position[1]
     depth = -2 * float(corners[:, 1].min())
@@ -83,3 +83,15 @@ def check_fit(hand: HandSpec, spec: ObjectSpec) -> None:
             f"object {spec.name!r} is {1e3 * depth:.1f} mm deep and reaches into the palm of {hand.name!r}, which"
             f" leaves {1e3 * deepest:.1f} mm at the start: use an object less deep along y"
         )
+
+
+def _other_limits(hand: HandSpec) -> str:
+    """Return what to use instead of joint limits with which fingertips never come to both sides of the start."""
+    told = (
+        f"{name} {', '.join(f'{low:.4g} to {high:.4g}' for low, high in np.rad2deg(finger.limits))}"
+        for name, finger in zip(FINGER_NAMES, hand.fingers, strict=True)
+    )
+    return (
+        f"other joint limits than {'; '.join(told)} deg, which keep the fingertips from its sides: limits_deg is in"
+        " degrees, and a left finger bends inwards below 0, a right one above"
+    )

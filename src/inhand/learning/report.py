@@ -189,9 +189,10 @@ def parts(found: Compared, pictures: Sequence[Part]) -> list[Part]:
     ]
     return [
         f"# Evaluation: {policy.name} on {passport.object.name} with {passport.hand.name}",
-        f"{policy.shown} trial(s) for each direction, start noise {config.noise_mm:g} mm and {config.noise_deg:g} deg"
-        f" (standard deviations), seed {config.seed}; {policy.name} and the expert {found.expert.name} start from the"
-        f" same places. Lost objects are counted over {len(policy.results)} episodes.",
+        f"{policy.shown} trial{'s' * (policy.shown != 1)} for each direction, start noise {config.noise_mm:g} mm and"
+        f" {config.noise_deg:g} deg (standard deviations), seed {config.seed}; {policy.name} and the expert"
+        f" {found.expert.name} start from the same places. Lost objects are counted over {len(policy.results)}"
+        " episodes.",
         "Distance is the progress up to the first loss of contact, mean ± SD. Lateral, Turn and Contact (share of steps"
         f" with all fingers touching) are the worst trial's. Cells hold {policy.name}'s value, then"
         f" {found.expert.name}'s.",

@@ -60,6 +60,8 @@ UNSEEN = tuple(Primitive(name, (67.5 - 45.0 * i + 180.0) % 360.0 - 180.0) for i,
 TURNS = (Primitive("cw", None, -TURN_DEG), Primitive("ccw", None, TURN_DEG))
 """The two primitives that only rotate."""
 
+IN_SPACE = re.compile(r"turns?|turn[+-@].*|(.*-)?(up|down)(-.*)?|axes|edges|corners|map|.+:.+:.+|.+@.+")
+"""Words that name directions in space alone."""
 GROUPS = {"train": TRAIN, "unseen": UNSEEN, "all": TRAIN + UNSEEN, "twist": TURNS}
 """Words that stand for several primitives."""
 
@@ -134,6 +136,8 @@ def _meant_by(word: str) -> tuple[Primitive, ...]:
     except ValueError:
         names = [primitive.name for primitive in (*GROUPS["all"], *TURNS)]
         near = near_matches(_key(word), [*names, *GROUPS, *PATHS]) or "."
+        if IN_SPACE.fullmatch(word.lower()):
+            near = ": it is of a hand in space, such as 3f_60.60_40_10."
         raise InputError(f"unknown direction {word!r}{near} {_allowed()}") from None
     return (primitive_at(angle_deg),)
 

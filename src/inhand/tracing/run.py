@@ -189,8 +189,8 @@ def find_path(text: str, *, space: bool = False) -> Drawing:
             raise
         planes = f", each in a plane as A@xz ({', '.join(PLANES)}), joined by +" if space else ""
         raise InputError(
-            f"unknown --path {text!r}{near}; allowed are {', '.join(shapes)}, a letter A to Z, an .svg or .csv file"
-            f"{planes}, and the tasks {', '.join(tasks)}"
+            f"unknown --path {text!r}{near}; allowed are {', '.join(shapes)}, a letter A to Z, an .svg, .dxf or .csv"
+            f" file{planes}, and the tasks {', '.join(tasks)}"
         ) from error
 
 

@@ -51,7 +51,7 @@ def rows(found: Found) -> list[dict[str, Any]]:
 def _measures(hand: HandSpec) -> dict[str, Any]:
     sizes = {f"{name}_mm": 1e3 * getattr(hand, name) for name in ("palm_width", "link_width", "tip_length")}
     links = {
-        f"{side}_links_mm": " ".join(f"{1e3 * link:.1f}" for link in finger.links)
+        f"{side}_links_mm": " + ".join(f"{1e3 * link:.1f}" for link in finger.links)
         for side, finger in zip(hand.finger_names, hand.fingers, strict=True)
     }
     return links | {name: round(size, 3) for name, size in sizes.items()}

@@ -269,4 +269,4 @@ def _notes(config: DesignConfig, found: Found) -> tuple[str, ...]:
             name, reason = next(iter(told.items()))
             notes.append(f"{controller} did not run on {', '.join(told)}. Of {name}: {reason}")
     given_up = sum(not each.whole for each in found.looked)
-    return (*notes, f"{given_up} of {len(found.looked)} hands were given up after the first directions.")
+    return (*notes, f"Given up after the first directions: {given_up} of {len(found.looked)} hands.")

@@ -189,8 +189,8 @@ def _speed(cells: pd.DataFrame) -> str:
     if not ran or not clock:
         return "No cell ran."
     return (
-        f"Speed of one core: {60 * ran / clock:.2f} cells a minute by the clock,"
-        f" {60 * ran / max(cpu, 1e-9):.2f} by processor time; all cells took {clock / 60:.1f} core minutes."
+        f"All cells took one core {clock:.0f} s by the clock, {cpu:.0f} s of its own:"
+        f" {60 * ran / clock:.1f} and {60 * ran / max(cpu, 1e-9):.1f} cells a minute."
     )
 
 

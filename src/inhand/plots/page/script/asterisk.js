@@ -24,14 +24,15 @@ function rings(panel, { at, scale }) {
   const [left, right, bottom, top] = panel.extent;
   const far = Math.max(-left, right, -bottom, top);
   const step = [10, 20, 25, 50, 100, 200, 500].find((each) => each * scale >= 46) ?? 1000;
-  const found = [];
+  const circles = [];
+  const numbers = [];
   const [x, y] = at([0, 0]);
   for (let radius = step; radius < far * 1.4; radius += step) {
     const [tx, ty] = at([radius * Math.cos(-11.25 * RAD), radius * Math.sin(-11.25 * RAD)]);
-    found.push(draw("circle", { cx: x, cy: y, r: radius * scale, class: "ring" }));
-    if (radius * scale > LEAST_LABEL && tx < (right - left) * scale - 12) found.push(draw("text", { x: tx, y: ty + 4, class: "ring-text middle", text: radius }));
+    circles.push(draw("circle", { cx: x, cy: y, r: radius * scale, class: "ring" }));
+    if (radius * scale > LEAST_LABEL && tx < (right - left) * scale - 12) numbers.push(draw("text", { x: tx, y: ty + 4, class: "ring-text middle", text: radius }));
   }
-  return found;
+  return { circles, numbers };
 }
 
 function along(curve, length) {
@@ -89,7 +90,8 @@ export class Asterisk {
     const holds = this.frame.contains(document.activeElement);
     this.place = place;
     this.marks = curves.map((curve, i) => this.mark(curve, i, place));
-    const back = [...(this.plain ? [] : rings(this.panel, place)), ...scene(this.panel, place.at)];
+    const { circles, numbers } = this.plain ? { circles: [], numbers: [] } : rings(this.panel, place);
+    const back = [...circles, ...scene(this.panel, place.at), ...numbers]; // the hand would hide numbers below it
     if (limit.length) back.push(polygon(pairs(limit), place.at, { class: "limit" }));
     const group = draw("g", { role: "radiogroup", "aria-label": `Directions of ${this.panel.title}` }, ...this.marks);
     const labels = this.plain ? [] : curves.map((curve) => label(curve, place));

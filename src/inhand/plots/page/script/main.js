@@ -24,18 +24,19 @@ function asterisks(host, { panels }, page) {
 }
 
 /** The directions of an asterisk as a list of bars: how far, against how far the hand could reach. */
-function ways(panel, pick, title = "Distance, and the hand's limit [mm]") {
+function ways(panel, pick, title = null) {
+  const limits = panel.curves.every((curve) => curve.limit === curve.label); // a reach: nothing but limits
   const far = Math.max(1, ...panel.curves.map((curve) => Math.max(curve.limit ?? 0, curve.label)));
   const share = (value) => `${Math.max(0, (100 * value) / far).toFixed(2)}%`;
   const rows = panel.curves.map((curve) => {
     const fill = make("span", { class: "fill", style: { width: share(curve.label), background: curve.colour } });
     const reach = make("span", { class: "reach", style: { width: share(curve.limit ?? 0) } });
-    const number = make("span", { class: "value", text: curve.limit ? `${shown(curve.label)} of ${shown(curve.limit)}` : shown(curve.label) });
+    const number = make("span", { class: "value", text: curve.limit && !limits ? `${shown(curve.label)} of ${shown(curve.limit)}` : shown(curve.label) });
     const act = { click: () => pick(curve.name) };
     const cells = [make("span", { text: curve.name }), make("span", { class: "track" }, reach, fill), number];
     return make("li", {}, make("button", { type: "button", class: "way", on: act }, ...cells));
   });
-  const head = make("h3", { text: title });
+  const head = make("h3", { text: title ?? (limits ? "The hand's limit [mm]" : "Distance, and the hand's limit [mm]") });
   return make("div", { class: "panel" }, head, make("ol", { class: "ways" }, ...rows));
 }
 

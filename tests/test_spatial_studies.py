@@ -17,11 +17,13 @@ from inhand.asterisk_test.robustness.sensitivity import QUANTITIES
 from inhand.asterisk_test.spatial.run import SpatialSetup, _passports
 from inhand.asterisk_test.sweep.run import SweepRun
 from inhand.control.draws import disturbed_worlds, keys_in_space
+from inhand.control.spatial_catalogue import find_spatial_controller, notes_over_pairs
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
 from inhand.control.trial import GRIP_END, LOST_CONTACT
 from inhand.errors import InputError
 from inhand.geometry import Array
-from inhand.hands.spatial.names import STANDARD
+from inhand.hands.spatial.names import STANDARD, parse_spatial_name
+from inhand.hands.spatial.objects import parse_solid_name
 from inhand.sim.disturbance import Differences, Disturbance
 from page_reader import Read
 
@@ -82,6 +84,15 @@ def test_robustness_tells_moves_and_turns_in_space_apart(tmp_path: Path) -> None
         InputError, match=r"of ik under none gravity is \[0.0, -9.81, 0.0\] there and \[0.0, 0.0, -9.81"
     ):
         inhand.robustness("ik", OFF, curves=(), directions="Down,turn+z", out=tmp_path, **same | {"gravity": "up"})
+
+
+def test_a_sweep_says_what_a_policy_was_trained_with_where_that_is_not_all_it_holds() -> None:
+    policy = find_spatial_controller("rl")
+    own, other = ((parse_spatial_name(STANDARD), parse_solid_name(name)) for name in ("cube_50", "sphere_50"))
+    (lifts,) = notes_over_pairs(policy, [own])
+    assert notes_over_pairs(policy, [own, other])[0] == lifts
+    assert "rl was trained with cube_50 and 3f_60.60_40_10 alone" in notes_over_pairs(policy, [own, other])[1]
+    assert notes_over_pairs(find_spatial_controller("ik"), [own, other]) == ()
 
 
 def test_a_sweep_in_space_has_its_directions_as_they_were_asked_for(tmp_path: Path) -> None:

@@ -201,5 +201,20 @@ def notes_in_space(entry: SpatialEntry, hand: SpatialHand, spec: SolidSpec) -> t
     )
 
 
+def notes_over_pairs(entry: SpatialEntry, pairs: Sequence[tuple[SpatialHand, SolidSpec]]) -> tuple[str, ...]:
+    """Return the same of a run with many hands and objects, and whether a policy knows but one of them."""
+    if entry.policy is None or entry.policy.space is None:
+        return ()
+    there = entry.policy.space
+    told = notes_in_space(entry, there.hand, there.object)
+    if all(pair == (there.hand, there.object) for pair in pairs):
+        return told
+    alone = f"The policy {entry.name} was trained with {there.object.name} and {there.hand.name} alone: "
+    return (
+        *told,
+        alone + "with others its skill tells how far that carries over, not what a policy of their own does.",
+    )
+
+
 def _joints_of(hand: SpatialHand) -> str:
     return f"fingers of {', '.join(str(len(finger.links)) for finger in hand.fingers)} joints"

@@ -20,11 +20,11 @@ from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.asterisk_test.sweep.sweep import CELLS, directions_of, plan
 from inhand.control.catalogue import CONTROLLERS, find_controller
 from inhand.control.draws import disturbance_notes
-from inhand.control.spatial_catalogue import find_spatial_controller
+from inhand.control.spatial_catalogue import find_spatial_controller, notes_over_pairs
 from inhand.hands.files import assumed
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
-from inhand.hands.spatial.files import hand_name, is_spatial_hand, object_name
+from inhand.hands.spatial.files import hand_name, is_spatial_hand, load_solid, load_spatial_hand, object_name
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.records import checked, configured
@@ -151,7 +151,10 @@ def run_sweep(config: SweepConfig, compute: Compute = computed) -> SweepRun:
 
 def _notes(config: SweepConfig) -> tuple[str, ...]:
     """Return what a reader should know of hands and disturbance, a sentence each."""
-    space = is_spatial_hand(config.hands[0])
-    entry = (find_spatial_controller if space else find_controller)(config.controller)
-    told = disturbance_notes(config, entry.reads, entry.contract, space=space)
-    return told if space else (*assumed(config.hands), *told)
+    if not is_spatial_hand(config.hands[0]):
+        known = find_controller(config.controller)
+        return (*assumed(config.hands), *disturbance_notes(config, known.reads, known.contract))
+    entry = find_spatial_controller(config.controller)
+    pairs = [(load_spatial_hand(hand), load_solid(each)) for hand in config.hands for each in config.objects]
+    told = disturbance_notes(config, entry.reads, entry.contract, space=True)
+    return (*notes_over_pairs(entry, pairs), *told)

@@ -156,6 +156,7 @@ def test_the_figure_has_the_front_and_the_hands(study: DesignRun, aims: tuple[st
     assert ("Least reach [mm]" if len(aims) > 1 else "Hand of the study") in shown
     assert f"{study.winner.name} (2v2)" in shown
     assert found.known.looked.hand.name in shown
+    assert "by the other alone" not in shown  # two directions make no outline, which that would explain
 
 
 def asked_of(**changed: Any) -> Asked:

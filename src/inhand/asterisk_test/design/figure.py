@@ -41,6 +41,8 @@ GAIN, LOSS, BOTH = "#9ed8b9", "#f2b78f", "#e8ebee"
 OURS, THEIRS = SERIES_LOOKS[0].colour, SERIES_LOOKS[5].colour
 SCALE_MM = 50.0
 """Length of the scale below the hands [mm]."""
+SCALE_ROOM_MM = 16.0
+"""Room for it [mm]."""
 
 
 def design_figure(found: Found) -> Figure:
@@ -49,14 +51,17 @@ def design_figure(found: Found) -> Figure:
     others = [each for each in found.front if each.number != winner.number]
     hands = [known, winner, *others[len(others) // 2 : len(others) // 2 + 1]]  # the last from the front's middle
     scenes = [scene_with(each.hand, *asked.objects) for each in hands]
-    extent = joined([extent_of(scene_points(scene), 5.0) for scene in scenes])
+    left, right, bottom, top = joined([extent_of(scene_points(scene), 5.0) for scene in scenes])
+    extent = left, right, bottom - SCALE_ROOM_MM, top
     size = HAND_IN, HAND_IN * (extent[3] - extent[2]) / (extent[1] - extent[0])
     around = [k for k, each in enumerate(asked.primitives) if each.angle_deg is not None and each.path is None]
     objects = range(min(len(asked.objects), MOST_OBJECTS)) if len(around) > 2 else range(0)
     rows = [[FRONT_IN, *[size] * len(hands)], [(ROUND_IN, ROUND_IN)] * len(objects)]
     share = asked.mean(winner.table) / max(asked.mean(known.table), 1e-9) - 1
     title = f"{label_of(winner.hand)}: mean reach {100 * share:+.1f} % beside the best of the catalogue"
-    with sheet([row for row in rows if row], title, _subtitle(found), gap=(0.55, 0.95), below=[_keys()]) as (
+    with sheet(
+        [row for row in rows if row], title, _subtitle(found), gap=(0.55, 0.95), below=[_keys()] if objects else []
+    ) as (
         figure,
         axes,
     ):
@@ -114,7 +119,7 @@ def _draw_front(ax: Axes, found: Found) -> None:
     x, y = places([found.winner.looked])
     ax.scatter(x, y, s=120, marker="*", color=OURS, edgecolor="white", linewidth=0.6, zorder=4.0)
     ax.set(xlabel=AIMS[second].label if second else "Hand of the study", ylabel=AIMS[first].label)
-    write_above(ax, "Front", "star: the winner; plus: catalogue; hollow: given up early, estimated")
+    write_above(ax, "Front", "star: winner; plus: catalogue; hollow: given up early, estimated")
 
 
 def scene_with(hand: HandSpec, *things: ObjectSpec) -> SceneOutline:

@@ -13,9 +13,11 @@ import pytest
 import inhand
 from commands import Call
 from inhand.asterisk_test.spatial.run import SpatialSetup
+from inhand.comparing import compared
 from inhand.control.phases import Grasp
 from inhand.control.spatial_rehearsal import closed_at
 from inhand.control.spatial_trial import SpatialTrial
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.learning import evaluate as evaluation
@@ -99,6 +101,16 @@ def test_an_evaluation_in_space_is_read_back(found: tuple[SpatialCompared, Path]
     assert again.expert.results == made.expert.results
     assert again.notes == made.notes
     assert again.tables == made.tables
+
+
+def test_it_stands_beside_runs_in_space_alone(found: tuple[SpatialCompared, Path], tmp_path: Path) -> None:
+    made, folder = found
+    page = compared([(folder, made), (tmp_path / "run", made.tested(made.expert))])
+    assert "Maps of directions" in page
+    assert page.count("All 3 trials kept the object") == 2
+    planar = inhand.asterisk(directions="Out", trials=1, controller="thesis-ik")
+    with pytest.raises(InputError, match=r"run is an evaluation in space, .*plane is a run of the Asterisk Test; give"):
+        compared([(folder, made), (tmp_path / "plane", planar)])
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from inhand.errors import InputError
 from inhand.learning.browser import training_views
 from inhand.learning.progress import HEADER, evaluation_rows
 from inhand.learning.report import Compared
+from inhand.learning.spatial_report import SpatialCompared
 from inhand.learning.train import Trained
 from inhand.pages import NOTHING, Part, counted, listed, spread, table_of
 from inhand.plots.page.document import WebPart, html_of
@@ -42,19 +43,26 @@ def compared(runs: Sequence[tuple[Path, Shown]]) -> str:
     for (folder, _), place in zip(runs, places, strict=True):
         if places.count(place) > 1:
             raise InputError(f"{folder} is given twice: give each run once")
-    for kinds, compare in KINDS:
-        if all(isinstance(run, kinds) for _, run in runs):
-            return compare([folder for folder, _ in runs], [run for _, run in runs])
+    own = [_own(run) for _, run in runs]
+    for kind, compare in KINDS:
+        if all(isinstance(run, kind) for run in own):
+            return compare([folder for folder, _ in runs], own)
     told = ", ".join(f"{folder} is {TOLD.get(type(run).__name__, 'another')}" for folder, run in runs)
     raise InputError(
-        f"these runs cannot be compared: {told}; give runs of `inhand asterisk` (in the plane those of"
-        " `inhand evaluate` too, in space none of the plane), or trainings, or traces"
+        f"these runs cannot be compared: {told}; give runs of `inhand asterisk` and `inhand evaluate`, all in the plane"
+        " or all in space, or trainings, or traces"
     )
 
 
-def _tests(folders: Sequence[Path], runs: Sequence[Any]) -> str:
+def _own(run: Shown) -> Shown:
+    """Return what is compared of a run: of an evaluation the policy's shown trials as a run of the Asterisk Test."""
+    if isinstance(run, SpatialCompared):
+        return run.tested(run.policy)
+    return run.run if isinstance(run, Compared) else run
+
+
+def _tests(folders: Sequence[Path], own: Sequence[Any]) -> str:
     """Return the page of runs of the Asterisk Test, all in the plane or in space, and of evaluations' policies."""
-    own = [run.run if isinstance(run, Compared) else run for run in runs]
     settings = [run.trials[0].passport.settings for run in own]
     names = names_of(settings, folders)
     groups = [
@@ -125,17 +133,18 @@ def _names(folders: Sequence[Path]) -> list[str]:
     return names_of([()] * len(folders), folders)
 
 
-KINDS: tuple[tuple[tuple[type[Shown], ...], Callable[[Sequence[Path], Sequence[Any]], str]], ...] = (
-    ((Run, Compared), _tests),
-    ((SpatialRun,), _tests),
-    ((Trained,), _trainings),
-    ((TraceRun,), _traces),
+KINDS: tuple[tuple[type[Shown], Callable[[Sequence[Path], Sequence[Any]], str]], ...] = (
+    (Run, _tests),
+    (SpatialRun, _tests),
+    (Trained, _trainings),
+    (TraceRun, _traces),
 )
 """Which kinds of runs can be set side by side, and what does it."""
 TOLD = {
     "Run": "a run of the Asterisk Test",
     "SpatialRun": "a run of the Asterisk Test in space",
     "Compared": "an evaluation",
+    "SpatialCompared": "an evaluation in space",
     "TraceRun": "a trace",
     "Trained": "a training",
     "Reach": "a reach",

@@ -150,7 +150,7 @@ def test_directions_and_trials_are_picked_and_laid_over_each_other(driver: Drive
 
 def test_nothing_hides_the_numbers_of_rings_and_a_limit_is_told_once(driver: Driver, tmp_path: Path) -> None:
     page = tmp_path / "report.html"
-    page.write_text(inhand.reach(directions="Out").html(), encoding="utf-8")
+    page.write_text(inhand.reach(directions="Out,In").html(), encoding="utf-8")
     shown(driver, page)
     order = "return [...document.querySelectorAll('.asterisk .scene, .asterisk .ring-text')].map(n => n.tagName)"
     drawn = driver.execute_script(order)

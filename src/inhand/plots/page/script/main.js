@@ -25,7 +25,7 @@ function asterisks(host, { panels }, page) {
 
 /** The directions of an asterisk as a list of bars: how far, against how far the hand could reach. */
 function ways(panel, pick, title = null) {
-  const limits = panel.curves.every((curve) => curve.limit === curve.label); // a reach: nothing but limits
+  const limits = panel.curves.every(({ limit, label }) => limit && Math.abs(limit - label) < 0.01); // a reach
   const far = Math.max(1, ...panel.curves.map((curve) => Math.max(curve.limit ?? 0, curve.label)));
   const share = (value) => `${Math.max(0, (100 * value) / far).toFixed(2)}%`;
   const rows = panel.curves.map((curve) => {

@@ -116,6 +116,32 @@ def test_what_an_estimator_begins_with_is_taken_in_once(carried: tuple[Task, Tri
     assert np.abs(estimator.pose - believed).max() > 1e-4
 
 
+def test_a_frame_counts_once_and_what_came_before_it_is_mended_with_it(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    aside, begin = np.array([0.0, 0.002, 0.0]), first + 10
+    once = estimates(task, trial, first, {begin: (begin - 3, aside)})[10:, 1]
+    assert once[0] > 2e-4
+    assert np.abs(once[1:10] - once[0]).max() < 0.2 * once[0]
+    frames = {row: (row - 3, aside) for row in range(begin, len(trial.time))}
+    always = estimates(task, trial, first, frames)[10:, 1]
+    assert always[12:].min() > 0.8 * aside[1]
+    assert always.max() < 1.15 * aside[1]  # what a frame has mended the next, of before it came in, mends no more
+
+
+def test_how_fast_an_object_is_believed_to_move_is_told_of_four_decisions(carried: tuple[Task, Trial, int]) -> None:
+    task, trial, first = carried
+    estimator, believed = Estimator(task.hand, CUBE), []
+    for row in range(first, first + 40):
+        angles, time = trial.joint_angles[None, row], trial.time[None, row]
+        pose = planar(trial.object_pose)[None, first]
+        seen = Seen(time, angles, np.zeros_like(angles), trial.targets[None, row], pose, trial.time[None, first])
+        (estimator.begin if row == first else estimator.take)(seen)
+        believed.append(estimator.pose)
+    moved = (believed[-1] - believed[-5]) / (4 * PERIOD)
+    np.testing.assert_allclose(estimator.velocity, moved, rtol=1e-9)
+    assert moved[0, 0] > 0.02
+
+
 def straight(*ways: float) -> Array:
     """Return ways that were gone straight until they ended."""
     return np.repeat(np.array(ways)[:, None], 2, axis=1)

@@ -14,7 +14,7 @@ from inhand.control.catalogue import find_controller, rough_grasp
 from inhand.control.controller import Task
 from inhand.control.grades import GRADES, TRUSTING, USUAL, grade_of, told_way
 from inhand.control.joint import JointPid
-from inhand.control.looking import Looking
+from inhand.control.looking import Choosing, Looking
 from inhand.control.phases import GradedGrasp, graded_grasp, placed_joints
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import Carrier, graded, plan_keys, sensed_grasp
@@ -85,6 +85,23 @@ def test_fingers_are_placed_for_the_grasp_of_what_is_seen() -> None:
         assert max(np.abs(state.pose - still[:, 0]).max() for state in found.states[: placed + 1]) < 1e-6
         np.testing.assert_allclose(found.states[-1].targets, its.closed, atol=0.03)
         assert (worlds is None) == (placed < 80)
+
+
+def test_fingers_that_go_to_another_grasp_pass_its_first_stop() -> None:
+    task, origin = Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3)))), np.zeros((1, HAND.n_joints))
+    stops = np.array([[[0.05, 0.1, 0.2]], [[0.0, 0.3, 0.4]]])[:, 0, :, None, None] + origin
+    choosing, goals, joints = Choosing(task, stops, HAND.start_pose[None]), list[float](), origin
+    for row in range(60):
+        off = 1e-5 * (-1) ** row if row < 40 else 0.02 * (-1) ** row  # seen well at first, then no more
+        time, frame = np.full(1, 0.02 * row), HAND.start_pose[None] + (off, 0.0, 0.0)
+        seen = Seen(time, joints, origin, joints, frame, time)
+        if row == 0:
+            choosing.begin(seen)
+        joints = choosing.act(seen)
+        goals.append(float(joints[0, 0]))
+    assert goals[39] == pytest.approx(0.2, abs=1e-3)
+    assert min(goals[40:]) == pytest.approx(0.0, abs=1e-3)  # of the other grasp, not its third
+    assert goals[-1] > 0.2
 
 
 def test_a_grasp_is_planned_for_each_grade_where_they_are_apart(monkeypatch: pytest.MonkeyPatch) -> None:

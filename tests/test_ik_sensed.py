@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -180,6 +181,19 @@ def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes() -> Non
     np.testing.assert_array_equal(found[0][:, 0], found[0][:, 1])
     np.testing.assert_array_equal(found[1][:, 0], found[0][:, 0])
     assert found[1][:, 1].max() < 0.01
+
+
+def test_what_was_astray_is_not_caught_again_and_nothing_counts_in_the_air() -> None:
+    ways, path = np.arange(60) * 1e-3, Path(np.arange(101)[:, None] * np.array([1e-3, 0.0, 0.0]) + np.zeros((3, 1, 1)))
+    poses = np.zeros((60, 3, 3))
+    poses[:, :, 0], poses[20:32, 1, 1] = ways[:, None], 0.02
+    touching = np.ones((60, 3, 2), dtype=bool)
+    touching[40:, 2, 0] = False
+    states = [SimpleNamespace(pose=pose, touching=both) for pose, both in zip(poses, touching, strict=True)]
+    found = SimpleNamespace(phase=np.ones(60, dtype=int), last=np.full(3, 59), states=states)
+    told = vars(sensed_plan)["_ways"](found, path, [np.full(3, way) for way in ways], sensed_plan.ASTRAY)
+    judged = sensed_plan.OFTEN * 1e-3
+    assert (np.abs(told[:, 0] - (0.059, 0.02, 0.04)) <= judged).all()
 
 
 def test_a_path_is_gone_whole_where_most_worlds_come_to_its_end() -> None:

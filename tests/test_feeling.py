@@ -93,6 +93,13 @@ def test_what_was_twisted_before_ends_where_it_was_planned_to() -> None:
     np.testing.assert_array_equal(found[0].object_pose, found[1].object_pose)
 
 
+def test_turns_end_where_they_were_planned_to() -> None:
+    turns = replace(ASKED, directions="cw", trials=1)
+    felt, ends = (carried(replace(SHIPPED, risk=risk), turns)[0] for risk in (always(0.001), None))
+    np.testing.assert_array_equal(felt.object_pose, ends.object_pose)
+    assert felt.outcome not in LOST
+
+
 def test_a_risk_is_kept_and_only_that_of_the_policy_beside_it_is_taken(tmp_path: Path) -> None:
     assert SHIPPED.risk is not None
     save_risk(SHIPPED.risk, SHIPPED.digest, tmp_path)

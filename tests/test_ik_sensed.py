@@ -369,6 +369,20 @@ def test_a_policys_way_is_one_at_whose_end_the_object_stays(monkeypatch: pytest.
     np.testing.assert_allclose(shares, [stays[0], 0.75 * stays[0]] * len(by.grades))
 
 
+def test_where_objects_stay_counts_with_the_weight_of_its_grade() -> None:
+    held, poses = Held(HAND, CUBE), HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses[None]
+    first, by = sensed_plan.candidates(held, poses)[0][:1], Carrier(shares=(1.0,))
+    light, heavy = (
+        vars(sensed_plan)["_stayed"](
+            held, (poses, np.full(1, 0.01)), first, by, (replace(USUAL, weight=weight), range(2))
+        )
+        for weight in (1.0, 3.0)
+    )
+    np.testing.assert_array_equal(light[0], heavy[0])
+    np.testing.assert_allclose(3.0 * light[1], heavy[1])
+    assert light[1] > 0.0
+
+
 @pytest.mark.usefixtures("quick")
 def test_of_the_last_candidates_the_one_is_taken_that_is_worth_most_where_it_stays(
     monkeypatch: pytest.MonkeyPatch,

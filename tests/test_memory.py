@@ -15,7 +15,7 @@ from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import Seen, exact
 from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
-from inhand.control.underway import ARRIVED
+from inhand.control.underway import ARRIVED, STILL_TIME
 from inhand.control.user_policy import user_policy
 from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, Path
@@ -31,7 +31,8 @@ from inhand.tasks.decisions import actions_of
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim
 from inhand.tasks.past import LAGS
-from inhand.tasks.paths import stacked
+from inhand.tasks.paths import stacked, straight_path
+from inhand.tasks.primitives import primitive_at
 from test_simulator import CUBE, HAND
 
 HELD, PERIOD = Held(HAND, CUBE), 0.02
@@ -307,3 +308,19 @@ def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> 
     ]
     found = taught_reach(HELD, replace(twice, disturbed=tuple(worlds)), np.random.default_rng(2), "teacher")
     assert 0.0 <= found[0] < found[1] - 0.005
+
+
+def test_who_comes_no_farther_is_done_after_a_while(starts: Starts) -> None:
+    (policy,) = [own for own in [find_controller("rl").policy] if own is not None]
+    paths = [straight_path(primitive_at(float(angle))).poses for angle in (0.0, 0.0, 90.0, 90.0)]
+    task = Task(HAND, (CUBE,) * 4, Path(stacked(paths)), distance=np.full(4, 0.05))
+    controller = SensedPolicyController(task, policy)
+    controller.begin(seen_at(starts, 0))
+    done = []
+    for decision in range(60):
+        seen = seen_at(starts, decision)
+        controller.act(seen)
+        done.append(controller.finished(seen))
+    first = PERIOD * np.argmax(done, axis=0)
+    np.testing.assert_allclose(first, WAIT + STILL_TIME, atol=0.05)
+    assert done[-1].all()

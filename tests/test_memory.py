@@ -310,11 +310,28 @@ def test_how_far_a_world_carries_is_less_on_smoother_fingers(starts: Starts) -> 
     assert 0.0 <= found[0] < found[1] - 0.005
 
 
+def along(way: float) -> SensedPolicyController:
+    """Return the policy that ships, to go a way to the right in two worlds and up in two."""
+    policy = find_controller("rl").policy
+    assert policy is not None
+    paths = [straight_path(primitive_at(angle)).poses for angle in (0.0, 0.0, 90.0, 90.0)]
+    return SensedPolicyController(Task(HAND, (CUBE,) * 4, Path(stacked(paths)), distance=np.full(4, way)), policy)
+
+
+def test_who_has_arrived_keeps_its_commands_wherever_the_object_is_seen_then(starts: Starts) -> None:
+    controller, pose, kept = along(0.004), starts.state.pose, []
+    out = slice(2, 4)  # fingers hold it less firmly there than on the line between them, and it is believed to go
+    controller.begin(seen_at(starts, 0))
+    for decision in range(80):
+        seen = seen_at(starts, decision, pose + np.array([0.0, 0.01 * (20 < decision < 50), 0.0]))
+        kept.append((controller.act(seen) == seen.targets)[out].all())
+    assert not any(kept[:21])
+    assert all(kept[48:])
+    assert controller.progress[out].max() < 0.004 - 2e-4
+
+
 def test_who_comes_no_farther_is_done_after_a_while(starts: Starts) -> None:
-    (policy,) = [own for own in [find_controller("rl").policy] if own is not None]
-    paths = [straight_path(primitive_at(float(angle))).poses for angle in (0.0, 0.0, 90.0, 90.0)]
-    task = Task(HAND, (CUBE,) * 4, Path(stacked(paths)), distance=np.full(4, 0.05))
-    controller = SensedPolicyController(task, policy)
+    controller = along(0.05)
     controller.begin(seen_at(starts, 0))
     done = []
     for decision in range(60):

@@ -12,10 +12,12 @@ from matplotlib.text import Text
 
 import inhand
 from commands import Call
+from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.design import run
 from inhand.asterisk_test.design.asked import Asked, ask
 from inhand.asterisk_test.design.config import DesignConfig
 from inhand.asterisk_test.design.figure import star
+from inhand.asterisk_test.design.finals import Bout, fight
 from inhand.asterisk_test.design.looked import Look, Looked, bar_of, front_of, look, reached, variants
 from inhand.asterisk_test.design.run import DesignRun
 from inhand.asterisk_test.design.search import search
@@ -73,6 +75,19 @@ def test_the_winner_is_the_farthest_of_the_best_and_known_hands_come_first(study
     assert found.known.looked.hand.name == known["mean"].idxmax()
     assert found.off[""] == pytest.approx(table.loc[study.winner.name, "mean"])
     assert found.off["links +1 mm"] > found.off["links -1 mm"]
+
+
+def test_every_seed_is_simulated_with_its_own_start_and_what_is_kept_is_counted(tmp_path: Path) -> None:
+    config = configured(DesignConfig, SMALL | {"objects": ["cube_39"], "directions": "In,Right", "out": tmp_path})
+    asked, hand = ask(config), load_hand(STANDARD)
+    bout = Bout(hand, asked.objects[0], asked, AsteriskConfig(controller="ik", seed=3), 2, tmp_path / "bout.json")
+    fought = fight(bout)
+    alone = [inhand.asterisk(hand=STANDARD, directions="In,Right", trials=1, seed=seed).table() for seed in (3, 4)]
+    far = [dict(zip(each["direction"], each["distance_mm"], strict=True)) for each in alone]
+    names = [each.name for each in asked.primitives]
+    np.testing.assert_allclose(fought.distances, [[each[name] for name in names] for each in far])
+    assert fought.distances[0] != fought.distances[1]
+    assert fought.kept == 4
 
 
 def test_the_winners_files_give_the_same_score(study: DesignRun) -> None:

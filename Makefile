@@ -59,6 +59,7 @@ bench: .venv/.dev
 	$(BIN)/python benchmarks/rehearsal.py
 	$(BIN)/python benchmarks/disturbed.py
 	$(BIN)/python benchmarks/contacts.py
+	$(BIN)/python benchmarks/planning.py
 	$(BIN)/python benchmarks/mixed_hands.py
 	$(BIN)/python benchmarks/report_time.py
 	$(BIN)/python benchmarks/before.py

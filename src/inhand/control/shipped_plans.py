@@ -63,10 +63,11 @@ def _made(waiting: list[int], planned: Planned, at_once: int) -> Iterator[tuple[
     """Give numbers of paths and their plans, as they are made."""
     size = min(at_once, max(FEWEST, -(-len(waiting) // usable())))
     left = {first: waiting[first : first + size] for first in range(0, len(waiting), size)}
-    if len(left) > 1 and usable() > 1:
+    count = min(len(left), usable())  # as many processes begin, whether there is a part for each or not
+    if count > 1:
         # Other processes may not know what a notebook or a file of one's own has added; any other fault is told below.
         with suppress(Exception):
-            for number, found in on_cores(partial(_numbered, planned), list(left.items())):
+            for number, found in on_cores(partial(_numbered, planned), list(left.items()), count):
                 yield left.pop(number), found
     for rows in left.values():
         yield rows, planned(rows)

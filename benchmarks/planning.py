@@ -14,6 +14,7 @@ from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
 from inhand.tasks.paths import stacked, straight_path
 from inhand.tasks.primitives import primitive_at
+from timing import environment
 
 HAND, OBJECT = load_hand("2v2_50.50_50.50_1.1_53"), load_object("cylinder_43")
 PATHS = HAND.start_pose + stacked([straight_path(primitive_at(angle)).poses for angle in (0.0, 90.0, 180.0, 270.0)])
@@ -30,6 +31,7 @@ def planned(paths: Array) -> tuple[float, Array]:
 
 def main() -> None:
     """Print the time of four paths on one core and on all, and their ratio."""
+    print(environment())
     planned(PATHS[:1])  # compiles
     with one_core():
         alone, ways = planned(PATHS)

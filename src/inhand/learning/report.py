@@ -23,7 +23,7 @@ from inhand.control.trial import write_json, write_trials
 from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
 from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
-from inhand.pages import Part, Picture, again, listed, options, page_of, table_of
+from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
 from inhand.plots.page.views import View
 from inhand.plots.save import save_picture
 from inhand.repeats import write_repeat
@@ -189,7 +189,7 @@ def parts(found: Compared, pictures: Sequence[Part]) -> list[Part]:
     ]
     return [
         f"# Evaluation: {policy.name} on {passport.object.name} with {passport.hand.name}",
-        f"{policy.shown} trial{'s' * (policy.shown != 1)} for each direction, start noise {config.noise_mm:g} mm and"
+        f"{counted(policy.shown, 'trial')} for each direction, start noise {config.noise_mm:g} mm and"
         f" {config.noise_deg:g} deg (standard deviations), seed {config.seed}; {policy.name} and the expert"
         f" {found.expert.name} start from the same places. Lost objects are counted over {len(policy.results)}"
         " episodes.",

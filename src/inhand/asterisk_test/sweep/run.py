@@ -155,6 +155,6 @@ def _notes(config: SweepConfig) -> tuple[str, ...]:
         known = find_controller(config.controller)
         return (*assumed(config.hands), *disturbance_notes(config, known.reads, known.contract))
     entry = find_spatial_controller(config.controller)
-    pairs = [(load_spatial_hand(hand), load_solid(each)) for hand in config.hands for each in config.objects]
+    hands, objects = map(load_spatial_hand, config.hands), map(load_solid, config.objects)
     told = disturbance_notes(config, entry.reads, entry.contract, space=True)
-    return (*notes_over_pairs(entry, pairs), *told)
+    return (*notes_over_pairs(entry, list(itertools.product(hands, objects))), *told)

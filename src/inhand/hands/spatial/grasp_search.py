@@ -228,20 +228,16 @@ def explore(
 
 def _blocks(ranked: Iterator[Ranked], config: SpatialSearchConfig, enough: Callable[[float], bool]) -> Iterator[Ranked]:
     """Give tuples block by block, `config.most` in all, until there are enough for the most that the next is worth."""
-    left, given = next(ranked, None), 0
-    while left is not None and given < config.most:
-        if len(left.rows) and enough(float(left.bounds[0])):
-            return
+    some = (each for each in ranked if len(each.rows))
+    left, given = next(some, None), 0
+    while left is not None and given < config.most and not enough(float(left.bounds[0])):
         size = min(config.block, config.most - given)
-        while len(left.rows) < size and (more := next(ranked, None)) is not None:
-            fresh = not len(left.rows) and len(more.rows)
+        while len(left.rows) < size and (more := next(some, None)) is not None:
             left = left.joined(more)
-            if fresh and enough(float(left.bounds[0])):
-                return
-        if not len(left.rows):
-            return
         yield left.some(slice(size))
         left, given = left.some(slice(size, None)), given + size
+        if not len(left.rows) and given < config.most:
+            left = next(some, None)
 
 
 def _search(

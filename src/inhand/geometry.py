@@ -121,14 +121,15 @@ def wrap_angle(angle: ArrayLike) -> Array:
 def unit(angle: ArrayLike) -> Array:
     """Return the unit vectors `(..., 2)` at angles [rad] counter-clockwise from +x."""
     angle = np.asarray(angle, dtype=float)
-    return pair(np.cos(angle), np.sin(angle))
+    return from_parts(np.cos(angle), np.sin(angle))
 
 
-def pair(x: Array, y: Array) -> Array:
-    """Return vectors `(..., 2)` of two coordinates `(...)`: `np.stack` takes five times as long where they are few."""
-    both = np.empty((*x.shape, 2))
-    both[..., 0], both[..., 1] = x, y
-    return both
+def from_parts(*parts: Array) -> Array:
+    """Return vectors `(..., k)` of k coordinates `(...)`: `np.stack` takes two to three times as long where few."""
+    found = np.empty((*parts[0].shape, len(parts)))
+    for k, part in enumerate(parts):
+        found[..., k] = part
+    return found
 
 
 def rotate(angle: ArrayLike, vectors: ArrayLike) -> Array:
@@ -137,7 +138,7 @@ def rotate(angle: ArrayLike, vectors: ArrayLike) -> Array:
     vectors = np.asarray(vectors, dtype=float)
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
-    return pair(cos * x - sin * y, sin * x + cos * y)
+    return from_parts(cos * x - sin * y, sin * x + cos * y)
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -147,7 +148,7 @@ def cross(a: Array, b: Array) -> Array:
 
 def perpendicular(vectors: Array) -> Array:
     """Return vectors `(..., 2)` turned a quarter counter-clockwise."""
-    return pair(-vectors[..., 1], vectors[..., 0])
+    return from_parts(-vectors[..., 1], vectors[..., 0])
 
 
 def transform(pose: Array, points: Array) -> Array:
@@ -191,15 +192,7 @@ def turn(quaternion: Array, vectors: Array) -> Array:
     w, x, y, z = (quaternion[..., k] for k in range(4))
     a, b, c = (vectors[..., k] for k in range(3))
     p, q, r = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
-    return stacked(a + 2 * (y * r - z * q), b + 2 * (z * p - x * r), c + 2 * (x * q - y * p))
-
-
-def stacked(first: Array, *more: Array) -> Array:
-    """Return arrays `(...)` side by side `(..., k)`: `np.stack` in a third of the time where they are short."""
-    found = np.empty((*first.shape, len(more) + 1))
-    for k, each in enumerate((first, *more)):
-        found[..., k] = each
-    return found
+    return from_parts(a + 2 * (y * r - z * q), b + 2 * (z * p - x * r), c + 2 * (x * q - y * p))
 
 
 def inverse_quaternion(quaternion: Array) -> Array:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from inhand.geometry import Array, Path, inverse_quaternion, stacked, turn
+from inhand.geometry import Array, Path, from_parts, inverse_quaternion, turn
 
 SMALL = 1e-12
 """Half angles below this are none [rad]."""
@@ -22,7 +22,7 @@ def multiply(one: Array, other: Array) -> Array:
     """Return the quaternions `(..., 4)` that turn by `other` first and by `one` after it."""
     a, b, c, d = (one[..., k] for k in range(4))
     w, x, y, z = (other[..., k] for k in range(4))
-    return stacked(
+    return from_parts(
         a * w - b * x - c * y - d * z,
         a * x + b * w + c * z - d * y,
         a * y - b * z + c * w + d * x,
@@ -57,7 +57,7 @@ def matrix_of(quaternion: Array) -> Array:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.stack([stacked(*row) for row in rows], axis=-2)
+    return np.stack([from_parts(*row) for row in rows], axis=-2)
 
 
 def rotation_between(one: Array, other: Array) -> Array:
@@ -140,4 +140,4 @@ def carried(motion: Array, arm: Array) -> Array:
     """Return how a point at `arm` `(B, 3)` from the object's middle moves with motions `(B, 6)`."""
     u, v, w = motion[:, 3:].T
     x, y, z = arm.T
-    return np.asarray(motion[:, :3] + stacked(v * z - w * y, w * x - u * z, u * y - v * x))
+    return np.asarray(motion[:, :3] + from_parts(v * z - w * y, w * x - u * z, u * y - v * x))

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from inhand.control.controller import Carrying, Task
 from inhand.control.follow import follow_limit
 from inhand.control.seen import PRIVILEGED
-from inhand.geometry import Array, compose, pair, rotate, wrap_angle
+from inhand.geometry import Array, compose, from_parts, rotate, wrap_angle
 from inhand.hands.kinematics import damped_least_squares, joint_positions, link_jacobian
 from inhand.hands.spatial import kinematics as spatial
 from inhand.sim.state import State
@@ -235,7 +235,7 @@ def _in_start_frame(start: Array, relative: Array) -> Array:
 
 def carried_point(motion: Array, arm: Array) -> Array:
     """Return how a point at `arm` `(B, 2)` from the object's origin moves with motions `(B, 3)`."""
-    return pair(motion[:, 0] - motion[:, 2] * arm[:, 1], motion[:, 1] + motion[:, 2] * arm[:, 0])
+    return from_parts(motion[:, 0] - motion[:, 2] * arm[:, 1], motion[:, 1] + motion[:, 2] * arm[:, 0])
 
 
 def _towards(state: State, finger: int) -> Array:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from inhand.geometry import Array, pair
+from inhand.geometry import Array, from_parts
 
 MANY = 8
 """Cases from which on contacts are found by compiled code."""
@@ -21,7 +21,7 @@ def is_box(corners: Array) -> bool:
 def edge_normals(corners: Array) -> Array:
     """Return the outward unit normals `(..., K, 2)` of the edges that start at each corner `(..., K, 2)`."""
     edge = np.roll(corners, -1, axis=-2) - corners
-    normal = pair(edge[..., 1], -edge[..., 0])
+    normal = from_parts(edge[..., 1], -edge[..., 0])
     return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
 
 

@@ -90,12 +90,9 @@ def test_a_word_like_no_other_gets_no_guess() -> None:
         parse_directions("qqqqq")
 
 
-@pytest.mark.parametrize("word", ["Up", "turn+x", "Out-Right-Down", "edges", "1:2:0", "Up@+x@15"])
-def test_a_direction_in_space_is_told_to_be_one(word: str) -> None:
-    with pytest.raises(
-        InputError, match=r"unknown direction '.*': it is of a hand in space, such as 3f_60\.60_40_10\. "
-    ):
-        parse_directions(word)
+def test_a_direction_in_space_is_told_to_be_one() -> None:
+    with pytest.raises(InputError, match=r"unknown direction 'Up'.* are of a hand in space, such as 3f_60\.60_40_10"):
+        parse_directions("Up")
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-inf"])

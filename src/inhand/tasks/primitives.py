@@ -60,8 +60,6 @@ UNSEEN = tuple(Primitive(name, (67.5 - 45.0 * i + 180.0) % 360.0 - 180.0) for i,
 TURNS = (Primitive("cw", None, -TURN_DEG), Primitive("ccw", None, TURN_DEG))
 """The two primitives that only rotate."""
 
-IN_SPACE = re.compile(r"turns?|turn[+-@].*|(.*-)?(up|down)(-.*)?|axes|edges|corners|map|.+:.+:.+|.+@.+")
-"""Words that name directions in space alone."""
 GROUPS = {"train": TRAIN, "unseen": UNSEEN, "all": TRAIN + UNSEEN, "twist": TURNS}
 """Words that stand for several primitives."""
 
@@ -136,8 +134,6 @@ def _meant_by(word: str) -> tuple[Primitive, ...]:
     except ValueError:
         names = [primitive.name for primitive in (*GROUPS["all"], *TURNS)]
         near = near_matches(_key(word), [*names, *GROUPS, *PATHS]) or "."
-        if IN_SPACE.fullmatch(word.lower()):
-            near = ": it is of a hand in space, such as 3f_60.60_40_10."
         raise InputError(f"unknown direction {word!r}{near} {_allowed()}") from None
     return (primitive_at(angle_deg),)
 
@@ -205,5 +201,6 @@ def _allowed() -> str:
     primes = " ".join(primitive.name.replace("'", "2") for primitive in UNSEEN)
     return (
         f"Use train, unseen, all, twist, names ({names}; {primes}; cw ccw), labels (a to h, no to nw) or angles in"
-        " degrees counter-clockwise from +x such as 30 or -12.5, separated by commas or spaces"
+        " degrees counter-clockwise from +x such as 30 or -12.5, separated by commas or spaces; Up, turn+x, 1:2:0 and"
+        " the like are of a hand in space, such as 3f_60.60_40_10"
     )

@@ -11,6 +11,7 @@ from inhand import caches
 from inhand.control import shipped_plans
 from inhand.control.shipped_plans import plans_of
 from inhand.cores import one_core, usable
+from inhand.errors import InputError
 
 Planned = Callable[[list[int]], dict[str, np.ndarray]]
 KEYS = [f"path {row}" for row in range(5)]
@@ -48,17 +49,28 @@ def test_paths_are_planned_by_other_processes_and_then_known(made: Callable[...,
     assert all(np.array_equal(again[name], found[name]) for name in found)
 
 
-def test_what_others_cannot_do_is_done_here_and_its_faults_are_told(
-    made: Callable[..., dict[str, np.ndarray]],
+@pytest.mark.parametrize("fault", [ImportError, InputError])
+def test_what_others_cannot_begin_is_done_here(
+    fault: type[Exception], made: Callable[..., dict[str, np.ndarray]]
 ) -> None:
     here = os.getpid()
 
     def planned(rows: list[int]) -> dict[str, np.ndarray]:
         if os.getpid() != here:
-            raise ImportError("a notebook's class")
+            raise fault("a notebook's class")
         return {"way": np.array(rows, dtype=float)}
 
     assert made(planned)["way"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_a_fault_of_what_plans_is_raised_as_it_is(made: Callable[..., dict[str, np.ndarray]]) -> None:
+    def planned(rows: list[int]) -> dict[str, np.ndarray]:
+        raise ZeroDivisionError(f"{rows} in process {os.getpid()}")
+
+    with pytest.raises(ZeroDivisionError) as fault:
+        made(planned)
+    assert str(os.getpid()) not in str(fault.value)
+    assert "in planned" in str(fault.value.__cause__)
 
 
 def test_on_one_core_paths_are_planned_here_so_many_at_a_time(

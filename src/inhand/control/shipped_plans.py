@@ -10,17 +10,21 @@ from contextlib import suppress
 from functools import partial
 from importlib import resources
 from pathlib import Path
+from pickle import PicklingError
 
 import numpy as np
 
 from inhand.caches import Arrays, keep, key_of, look_up, name_of
 from inhand.cores import on_cores, usable
+from inhand.errors import InputError
 
 LOG = logging.getLogger("inhand")
 PLACE = "plans"
 """Folder of the plans, beside the policies."""
 FEWEST = 2
 """Paths that are worth a process of their own, which takes two seconds to begin."""
+ELSEWHERE = (ImportError, InputError, PicklingError)
+"""What other processes end with that were killed, or do not know what a notebook or a file of one's own has added."""
 Planned = Callable[[list[int]], Mapping[str, np.ndarray]]
 """Makes the plans of some paths, told by their numbers: `(P, ...)` by name."""
 
@@ -35,7 +39,8 @@ def plans_of(
 ) -> dict[str, np.ndarray]:
     """Return plans of paths, `(P, ...)` by name: those that ship, that are kept on disk, or that are made and kept now.
 
-    They are made on every core that may be used, some paths on each: the same, however they are shared out.
+    They are made on every core that may be used, some paths on each: the same, however they are shared out. What other
+    processes cannot begin is done here; a fault of what plans is raised as it is.
 
     Args:
         kind: what they are called on disk.
@@ -65,8 +70,7 @@ def _made(waiting: list[int], planned: Planned, at_once: int) -> Iterator[tuple[
     left = {first: waiting[first : first + size] for first in range(0, len(waiting), size)}
     count = min(len(left), usable())  # as many processes begin, whether there is a part for each or not
     if count > 1:
-        # Other processes may not know what a notebook or a file of one's own has added; any other fault is told below.
-        with suppress(Exception):
+        with suppress(*ELSEWHERE):
             for number, found in on_cores(partial(_numbered, planned), list(left.items()), count):
                 yield left.pop(number), found
     for rows in left.values():

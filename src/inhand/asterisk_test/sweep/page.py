@@ -14,7 +14,7 @@ from inhand.asterisk_test.study import command, place_told, write_texts
 from inhand.asterisk_test.sweep import tables
 from inhand.asterisk_test.sweep.browser import sweep_page
 from inhand.asterisk_test.sweep.config import SweepConfig
-from inhand.asterisk_test.sweep.summary import Sweep, compared, placed_anew
+from inhand.asterisk_test.sweep.summary import Sweep, compared
 from inhand.asterisk_test.sweep.sweep import CELLS
 from inhand.control.trial import write_json
 from inhand.pages import Part, again, counted, listed, page_of
@@ -69,7 +69,7 @@ def heat_maps(config: SweepConfig, sweep: Sweep) -> list[Part]:
 
 def kinds_of(sweep: Sweep) -> dict[str, str]:
     """Return what the heat maps of a sweep show."""
-    return KINDS | ({} if placed_anew(sweep) is None else {ANEW: f"{KINDS['share']}, {TITLE[:1].lower()}{TITLE[1:]}"})
+    return KINDS | ({} if sweep.anew is None else {ANEW: f"{KINDS['share']}, {TITLE[:1].lower()}{TITLE[1:]}"})
 
 
 def figure_of(config: SweepConfig, sweep: Sweep, kind: str, column: str) -> Figure:
@@ -85,7 +85,7 @@ def map_of(sweep: Sweep, kind: str, column: str) -> HeatMap:
 
     Of the directions it has those whose distances have a common unit.
     """
-    anew = placed_anew(sweep) if kind == ANEW else None
+    anew = sweep.anew if kind == ANEW else None
     if anew is not None:
         sweep, kind = anew, "share"
     names = sweep.objects if column == "object" else sweep.directions if kind == "share" else sweep.alike

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -46,6 +47,17 @@ class Sweep:
         """Unit of their distances."""
         return "deg" if len(self.cases) and self.cases.rotates.all() else "mm"
 
+    @cached_property
+    def anew(self) -> "Sweep | None":
+        """The sweep as it comes with fingers placed anew, which is no part of the test; None where they may not be."""
+        if "placed_anew" not in self.trials:
+            return None
+        ways = self.trials.reindex(columns=["regrasped_mm", "regrasped_deg"]).astype(float)
+        reached = ways.regrasped_mm.fillna(ways.regrasped_deg)
+        share = reached / self.trials.limit.replace(0.0, np.nan)
+        trials = self.trials.assign(reached=reached, fraction_of_limit=share)
+        return replace(self, trials=trials, cases=_cases(trials))
+
 
 def sweep_of(contents: Iterable[CellFile], directions: Sequence[str]) -> Sweep:
     """Return the sweep that the contents of its cells' files make up, its directions in an order."""
@@ -62,17 +74,6 @@ def sweep_of(contents: Iterable[CellFile], directions: Sequence[str]) -> Sweep:
     table = pd.DataFrame(told, columns=["hand", "object", "reason", "seconds", "cpu_seconds"])
     names = tuple(table.hand.unique()), tuple(table.object.unique()), tuple(directions)
     return Sweep(*names, table, trials, _cases(trials))
-
-
-def placed_anew(sweep: Sweep) -> Sweep | None:
-    """Return a sweep as it comes with fingers placed anew, which is no part of the test; None where they may not be."""
-    if "placed_anew" not in sweep.trials:
-        return None
-    ways = sweep.trials.reindex(columns=["regrasped_mm", "regrasped_deg"]).astype(float)
-    reached = ways.regrasped_mm.fillna(ways.regrasped_deg)
-    share = reached / sweep.trials.limit.replace(0.0, np.nan)
-    trials = sweep.trials.assign(reached=reached, fraction_of_limit=share)
-    return replace(sweep, trials=trials, cases=_cases(trials))
 
 
 def _kind(cell: CellFile) -> type[HandSpec | SpatialHand]:

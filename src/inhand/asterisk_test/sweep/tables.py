@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from inhand.asterisk_test.regrasped import TITLE
-from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared, placed_anew
+from inhand.asterisk_test.sweep.summary import CASE, Sweep, compared
 from inhand.pages import NOTHING, Table, spread
 
 POOR = 0.5
@@ -56,7 +56,7 @@ def best_of_each(sweep: Sweep) -> Table:
 
 def anew_tables(sweep: Sweep) -> list[Table]:
     """Return what fingers that were placed anew reach, by hand, object and direction; none where they may not be."""
-    anew = placed_anew(sweep)
+    anew = sweep.anew
     if anew is None:
         return []
     tables = []
@@ -94,7 +94,7 @@ def summary(sweep: Sweep) -> list[str]:
     if ran < len(cells):
         every = len(cells) * len(sweep.directions)
         lines[-1] += f" With the others counted as not kept: {kept} of {every} cases ({_percent(kept, every)})."
-    anew = placed_anew(sweep)
+    anew = sweep.anew
     if anew is not None:
         times = (anew.trials.placed_anew > 0).sum()
         lines.append(

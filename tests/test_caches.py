@@ -2,6 +2,7 @@
 
 import json
 import os
+import zlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -239,11 +240,11 @@ def test_the_planar_engine_is_compiled_aside_where_it_is_not_yet(monkeypatch: py
     assert begun == [step_once]
 
 
-def test_jax_keeps_its_programs_beside_the_kernels_unless_it_was_told_where(
+def test_jax_keeps_its_programs_beside_the_kernels_unless_it_was_told_where_and_drops_damaged_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings = pytest.importorskip("jax", reason="learning needs the extra `rl`").config
-    from inhand.learning.ahead import keep_programs
+    from inhand.learning.ahead import ZSTD, keep_programs
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     told, least = settings.jax_compilation_cache_dir, settings.jax_persistent_cache_min_compile_time_secs
@@ -253,7 +254,14 @@ def test_jax_keeps_its_programs_beside_the_kernels_unless_it_was_told_where(
         assert settings.jax_compilation_cache_dir == str(tmp_path / "mine")
         settings.update("jax_compilation_cache_dir", None)
         keep_programs()
-        assert Path(settings.jax_compilation_cache_dir).parent == tmp_path
+        folder = Path(settings.jax_compilation_cache_dir)
+        assert folder.parent == tmp_path
+        settings.update("jax_compilation_cache_dir", None)
+        sound = zlib.compress(b"a program" * 100)
+        for name, content in {"sound": sound, "half": sound[:9], "empty": b"", "zstd": ZSTD + b"another"}.items():
+            (folder / f"{name}-cache").write_bytes(content)
+        keep_programs()
+        assert {file.name for file in folder.iterdir()} == {"sound-cache", "zstd-cache"}
     finally:
         settings.update("jax_compilation_cache_dir", told)
         settings.update("jax_persistent_cache_min_compile_time_secs", least)

@@ -1,5 +1,7 @@
 """What training calls, compiled while demonstrations are recorded, and kept for the next run."""
 
+import zlib
+from pathlib import Path
 from typing import Any, cast
 
 import jax
@@ -16,14 +18,28 @@ CHUNK = 1000
 
 KEPT_FROM = 0.1
 """Programs are kept that took so long to compile [s]."""
+ZSTD = b"\x28\xb5\x2f\xfd"
+"""What programs begin with that JAX has packed otherwise than by zlib."""
 
 
 def keep_programs() -> None:
     """Let JAX keep on disk what it compiles, as kernels are, unless somebody has told it where."""
     folder, settings = programs_folder(), cast("Any", jax.config)
     if folder is not None and settings.jax_compilation_cache_dir is None:
+        _drop_damaged(folder)
         settings.update("jax_compilation_cache_dir", str(folder))
         settings.update("jax_persistent_cache_min_compile_time_secs", KEPT_FROM)
+
+
+def _drop_damaged(folder: Path) -> None:
+    """Remove programs that JAX cannot unpack: it would warn of them in every run, and never write them anew."""
+    for file in folder.glob("*-cache"):
+        try:
+            packed = file.read_bytes()
+            if not packed.startswith(ZSTD):
+                zlib.decompress(packed)
+        except (OSError, zlib.error):
+            file.unlink(missing_ok=True)
 
 
 def compile_ahead(config: Training, columns: Columns) -> None:

@@ -44,7 +44,7 @@ SEEN = Disturbance("seen", encoders=FIELD.encoders, camera=FIELD.camera, command
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plan in few worlds."""
-    monkeypatch.setattr(sensed_plan, "ROUNDS", ((3, 1), (1, 3)))
+    monkeypatch.setattr(sensed_plan, "ROUNDS", ((2, 2),))
     monkeypatch.setattr(sensed_plan, "CANDIDATES", 1)
 
 

@@ -200,14 +200,14 @@ def test_the_learner_brings_a_point_to_its_place_from_random_tries() -> None:
     rows = _points(np.random.default_rng(1), 200, expert=False)
     learning = replace(SMALL, critics=2)
     before = np.abs(_end(new_learner(learning, COLUMNS, 0)) - 0.3).mean()
-    after = np.abs(_end(_learned(rows, learning, 3000)) - 0.3).mean()
+    after = np.abs(_end(_learned(rows, learning, 1500)) - 0.3).mean()
     assert before > 0.4
     assert after < 0.06
 
 
 def test_values_of_demonstrations_are_their_returns() -> None:
     rows = _points(np.random.default_rng(2), 200, expert=True)
-    learner = _learned(rows, SMALL, 4000, strength=0.0)
+    learner = _learned(rows, SMALL, 2000, strength=0.0)
     x = np.linspace(-0.8, 0.8, 9)
     expected = []
     for place in x:
@@ -245,8 +245,8 @@ def test_without_strength_and_imitation_the_actor_stays_as_it_is() -> None:
 
 def test_weight_decay_makes_networks_smaller() -> None:
     rows = _points(np.random.default_rng(5), 20, expert=False)
-    plain = _learned(rows, SMALL, 1500)
-    decayed = _learned(rows, replace(SMALL, weight_decay=0.05), 1500)
+    plain = _learned(rows, SMALL, 1000)
+    decayed = _learned(rows, replace(SMALL, weight_decay=0.05), 1000)
     size = [sum(float((leaf**2).sum()) for leaf in jax.tree.leaves(each.critics)) for each in (plain, decayed)]
     assert size[1] < 0.7 * size[0]
 
@@ -254,7 +254,7 @@ def test_weight_decay_makes_networks_smaller() -> None:
 def test_terminated_rows_have_no_value_after_them() -> None:
     episode = np.zeros((2, 1)), np.zeros((1, 1)), None, np.array([-1.0])
     ended = rows_of(COLUMNS, episode, (0.9, 3), terminated=True)
-    learner = _learned(ended, SMALL, 2000, strength=0.0)
+    learner = _learned(ended, SMALL, 1000, strength=0.0)
     assert float(values(learner.critics, jnp.zeros((1, 1)), jnp.zeros((1, 1)))[0, 0]) == pytest.approx(-1.0, abs=0.01)
 
 

@@ -5,6 +5,8 @@ import re
 import shutil
 import sys
 import tomllib
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 
 from commands import Call, in_a_process
 from inhand.asterisk_test.config import AsteriskConfig
+from inhand.cli import main
 from inhand.cli.asked import asked
 from inhand.cli.commands import COMMANDS, MetricsConfig
 from inhand.cli.terminal import say
@@ -28,8 +31,9 @@ REACH = ("reach", "--directions", "Right", "--resolution-mm", 6)
 def reach(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small run."""
     out = tmp_path_factory.mktemp("run") / "reach"
-    code, _, err = in_a_process(sys.executable, "-m", "inhand", *map(str, REACH), "--out", out)
-    assert (code, err) == (0, "")
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()):
+        patch.setattr(sys, "argv", ["inhand", *map(str, REACH), "--out", str(out)])
+        main()
     return out
 
 

@@ -74,7 +74,6 @@ def test_where_the_farthest_arrives_no_other_is_carried() -> None:
     ("hand", "thing", "noise"),
     [
         ("2v2_50.50_50.50_1.1_53", "cube_39", 0.001),
-        ("2v2_35.65_50.50_1.1_63", "rectangle_33x22", 0.004),
         ("2v3_25.75_25.35.40_1.1_53", "ellipse_40x25", 0.003),
     ],
 )
@@ -82,9 +81,9 @@ def test_the_choice_is_that_of_carrying_all(
     hand: str, thing: str, noise: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     held = Held(parse_hand_name(hand), OBJECTS[thing])
-    lines = [straight_path(primitive_at(angle)).poses for angle in (0.0, -67.5, -112.5, 135.0)]
+    lines = [straight_path(primitive_at(angle)).poses for angle in (0.0, -112.5)]
     poses = held.hand.start_pose + np.repeat(np.stack(lines), 2, axis=0)
-    starts = poses[:, 0] + np.random.default_rng(1).normal(0.0, (noise, noise, 20 * noise), (8, 3))
+    starts = poses[:, 0] + np.random.default_rng(1).normal(0.0, (noise, noise, 20 * noise), (4, 3))
     counts = list[int]()
 
     def counted(

@@ -1,5 +1,7 @@
 """`inhand design`: which hand suits a job."""
 
+from contextlib import ExitStack
+
 from inhand.aside import second_process
 from inhand.asterisk_test.design import run
 from inhand.asterisk_test.design.config import DesignConfig
@@ -14,17 +16,17 @@ SPEED_OVER_S = 3600.0
 def run_design(config: DesignConfig) -> Answer:
     """Search, write everything into the folder, and return the answer."""
     done: dict[str, tuple[int, int]] = {}
-    with (
-        second_process("inhand.asterisk_test.design.finals") as aside,
-        progress(spoken=True, over_s=SPEED_OVER_S) as tell,
-    ):
+    with ExitStack() as begun, progress(spoken=True, over_s=SPEED_OVER_S) as tell:
 
         def told(what: str, part: str, count: int, total: int) -> None:
             done[what] = count, total
             tell(f"{what}, {part}", count, total)
 
+        def ready() -> None:
+            compile_aside(begun.enter_context(second_process("inhand.asterisk_test.design.finals")), config.engine)
+
         try:
-            found = run.run_design(config, told, lambda: compile_aside(aside, config.engine))
+            found = run.run_design(config, told, ready)
         except KeyboardInterrupt:
             counts = ", ".join(f"{count} of {total} {what}" for what, (count, total) in done.items()) or "nothing"
             say(f"Done so far: {counts}. The same command goes on from there")

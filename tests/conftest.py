@@ -20,6 +20,8 @@ if folder := programs_folder():  # what one worker compiles with JAX, the other 
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
 
 settings.register_profile("fuzz", max_examples=2000)  # of all kinds together, see test_fuzz
+settings.register_profile("few", max_examples=50)
+settings.load_profile("few")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -52,6 +54,15 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def one_process() -> Iterator[None]:
     """Draw and plan in the tests' own process: others cost seconds for each command, and each worker has a core."""
     with cores.one_core():
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def short_films() -> Iterator[None]:
+    """Show every eighth decision of a trial where a report has a film: each frame is drawn in the same way."""
+    with pytest.MonkeyPatch.context() as patch:
+        for place in ("asterisk_test.tested", "asterisk_test.report", "asterisk_test.spatial.report", "tracing.report"):
+            patch.setattr(f"inhand.{place}.FRAME_STEPS", 8)
         yield
 
 

@@ -163,6 +163,7 @@ def test_a_small_study_ends_in_a_table_and_a_figure_and_goes_on_where_it_was(
 ) -> None:
     config = replace(SMALL, out=tmp_path / "study", adaptation=(16, 4, 9))
     monkeypatch.setattr(compare, "train", canned)
+    monkeypatch.setattr("compare_stats.DRAWS", 100)
     check_compare(config)
     compare.trained(config, quiet)
     found = compare.evaluated(config, quiet)

@@ -56,7 +56,7 @@ def pairs() -> st.SearchStrategy[tuple[Array, Array]]:
     return st.builds(lambda a, b, x, y: (hull(a), hull(b) + np.array([x, y])), POINTS, POINTS, shift, shift)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(pairs())
 def test_separation_is_the_distance_or_corner_to_corner_a_lower_bound(pair: tuple[Array, Array]) -> None:
     first, second = pair
@@ -68,7 +68,7 @@ def test_separation_is_the_distance_or_corner_to_corner_a_lower_bound(pair: tupl
         np.testing.assert_allclose(found, distance, rtol=1e-9)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(POINTS, st.integers(0, 11), st.floats(0.1, 0.9), st.floats(1e-4, 0.05), st.floats(-0.5, 0.5))
 def test_separation_is_the_distance_from_corner_to_face(
     points: list[tuple[float, float]], edge: int, along: float, gap: float, turn: float
@@ -88,7 +88,7 @@ def test_separation_is_the_distance_from_corner_to_face(
     assert float(separation(first, second)) == float(found)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(POINTS, POINTS, st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
 def test_overlap_is_the_shortest_way_out(
     a: list[tuple[float, float]], b: list[tuple[float, float]], x: float, y: float
@@ -103,7 +103,7 @@ def test_overlap_is_the_shortest_way_out(
     np.testing.assert_allclose(separation(first - depth * normal, second), 0.0, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(pairs())
 def test_the_contact_is_a_corner_at_its_height_over_the_other_polygon(pair: tuple[Array, Array]) -> None:
     first, second = pair
@@ -115,7 +115,7 @@ def test_the_contact_is_a_corner_at_its_height_over_the_other_polygon(pair: tupl
     np.testing.assert_allclose((first @ normal).min() - (second @ normal).max(), found, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(pairs(), st.floats(-3.0, 3.0))
 def test_frames_and_order_do_not_matter(pair: tuple[Array, Array], turn: float) -> None:
     first, second = pair

@@ -52,13 +52,13 @@ SMALL = replace(
     interface=replace(SMALL.interface, observation="grip", actions="steps", reward="progress", horizon=25),
     recipe=replace(SMALL.recipe, episodes=24, push=0.01, midway=0.5),
     learning=replace(SMALL.learning, hidden=(16, 16), batch=16, imitation=1.0),
-    imitate=1000,
-    warm_up=1000,
-    episodes=90,
+    imitate=500,
+    warm_up=500,
+    episodes=60,
     worlds=10,
     decisions=8,
     updates=20,
-    evaluate_every=30,
+    evaluate_every=20,
     trials=1,
 )
 """A run of seconds: rough grips need no search, and an episode is half a second long."""
@@ -72,7 +72,7 @@ SENSED = replace(
     learning=replace(SMALL.learning, prioritised=True),
     rounds=2,
     relabelled=8,
-    refit=1000,
+    refit=300,
     episodes=60,
 )
 """The same on real senses: the teacher labels the actor's own episodes, critics see the truth, rows have priorities."""
@@ -95,8 +95,8 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 Actor = Callable[[np.ndarray], np.ndarray]
-Whole = tuple[Path, Trainer]
-"""The folder of a run that nothing cut short, and who trained in it."""
+Whole = tuple[Path, Trainer, list[Evaluation]]
+"""The folder of a run that nothing cut short, who trained in it, and what was told on the way."""
 
 
 def _trainer(
@@ -120,10 +120,10 @@ def whole_sensed(sensed: Path) -> Whole:
 
 
 def _whole(prepared: Path, config: Training) -> Whole:
-    folder = prepared.with_name(f"{prepared.name}-whole")
-    trainer = _trainer(prepared, folder, config)
+    folder, found = prepared.with_name(f"{prepared.name}-whole"), list[Evaluation]()
+    trainer = _trainer(prepared, folder, config, found.append)
     trainer.run()
-    return folder, trainer
+    return folder, trainer, found
 
 
 def test_another_seed_gives_other_bytes(prepared: Path, whole: Whole, tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
 ) -> None:
     """Killed while the agent acts: before its first decision, and beside updates and an evaluation later."""
     prepared: Path = request.getfixturevalue("sensed" if config is SENSED else "prepared")
-    whole, _ = request.getfixturevalue("whole_sensed" if config is SENSED else "whole")
+    whole, *_ = request.getfixturevalue("whole_sensed" if config is SENSED else "whole")
     rounds = 0
     collect = Collector.collect
 
@@ -172,7 +172,7 @@ def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
 
 
 def test_the_teacher_labels_the_actors_own_episodes_with_the_truth_beside(whole_sensed: Whole) -> None:
-    run, trainer = whole_sensed
+    run, trainer, _ = whole_sensed
     ready = load_ready(SENSED, run / "ready.npz")
     cost, counters = load_policy(run / "best").cost, trainer.counters
     assert cost is not None
@@ -254,22 +254,21 @@ def test_a_value_that_is_not_a_number_stops_training_with_its_state_kept(
     assert all(np.isfinite(weight).all() for weight in policy.weights)
 
 
-def test_what_a_run_leaves(prepared: Path, tmp_path: Path) -> None:
-    found: list[Evaluation] = []
-    best = _trainer(prepared, tmp_path / "run", told=found.append).run()
-    policy = load_policy(best)
+def test_what_a_run_leaves(prepared: Path, whole: Whole, tmp_path: Path) -> None:
+    run, _, found = whole
+    policy = load_policy(run / "best")
     assert policy.observation == "grip"
     assert policy.contract == contract_of(load_hand(SMALL.hand), None)
     other = _trainer(prepared, tmp_path / "other", replace(SMALL, disturb="field")).actor().contract
     assert other == contract_of(load_hand(SMALL.hand), FIELD)
     assert found[0].counters.episodes == 0
     assert found[-1].counters.episodes >= SMALL.episodes
-    lines = [json.loads(line) for line in (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()]
+    lines = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     assert sum(line["kind"] == "episode" for line in lines) == found[-1].counters.episodes
     evaluations = [line for line in lines if line["kind"] == "evaluation"]
     assert len(evaluations) == len(found)
     assert len(evaluations[0]["directions"]) == 16
-    assert any((tmp_path / "run" / "events").iterdir())
+    assert any((run / "events").iterdir())
 
 
 def test_imitation_of_24_episodes_already_carries_the_object_most_of_the_time(prepared: Path, tmp_path: Path) -> None:

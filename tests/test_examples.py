@@ -16,6 +16,13 @@ EXAMPLES = sorted(path for path in (ROOT / "examples").glob("*.py") if path.name
 BLOCK = re.compile(r"^```(python[^\n]*)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 
 
+@pytest.fixture(autouse=True)
+def bare_reports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw what examples draw themselves alone: reports have tests of their own."""
+    monkeypatch.setattr("inhand.asterisk_test.report.Run.pictures", lambda *_: [])
+    monkeypatch.setattr("inhand.learning.report.curve_pictures", lambda *_: [])
+
+
 def blocks(text: str) -> list[tuple[int, str]]:
     """Return line and code of every Python block that is not marked `python no-run`."""
     return [

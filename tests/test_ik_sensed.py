@@ -430,5 +430,7 @@ def test_a_twist_before_the_path_has_its_part_of_the_way_that_was_planned() -> N
     entry = replace(setup.controller, grasp=lambda *_, **__: grip, manipulate=manipulate)
     trials = simulate(config, replace(setup, controller=entry))
     assert {trial.outcome for trial in trials} <= {"end of grip", "reached"}
+    distance = distances[-1]
+    assert distance is not None
     assert grip.way is not None
-    np.testing.assert_allclose(distances[-1], grip.way - np.deg2rad(10.0) * TURN_ARM)
+    np.testing.assert_allclose(distance, grip.way - np.deg2rad(10.0) * TURN_ARM)

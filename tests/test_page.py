@@ -72,6 +72,16 @@ def test_a_trial_is_replayed_where_it_was(finished: Run, page: str) -> None:
         assert told["period"] == trial.passport.period
 
 
+def test_a_trial_whose_grasp_failed_is_played_from_its_beginning(finished: Run) -> None:
+    trial = replace(finished.trials[0], outcome="no grasp", phase=np.zeros_like(finished.trials[0].phase))
+    run = replace(finished, trials=(trial,), results=(result_of_trial(trial),))
+    (told,) = Read(run.html()).views()["player"]["trials"]
+    ended = "no grasp: once the fingers had closed, not all of them held the object"
+    assert (told["start"], told["told"]) == (0, ended)
+    place = unpacked(told["packed"])[0, trial.passport.hand.n_joints :][:2]
+    np.testing.assert_allclose(told["target"][:2], place, atol=0.02)
+
+
 def test_48_trials_take_less_than_a_megabyte(finished: Run) -> None:
     trial = finished.trials[0]
     rows = [name for name in SHAPES if name != "reference"]

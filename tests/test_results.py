@@ -143,7 +143,7 @@ def test_distance_counts_up_to_the_first_loss_and_carried_to_the_end() -> None:
 def test_a_failed_grasp_is_no_distance_and_no_contact() -> None:
     entry = as_entry(result_of_trial(no_grasp()))
     assert (entry["distance_mm"], entry["contact_fraction"], entry["outcome"]) == (0.0, 0.0, NO_GRASP)
-    assert entry["first_lost"] == "left and right"
+    assert entry["first_lost"] is None
 
 
 @pytest.mark.parametrize(
@@ -304,7 +304,7 @@ def test_what_failed_says_how_often_which_finger_and_where() -> None:
 
 def test_a_grasp_that_never_held_has_no_distance_to_tell() -> None:
     (sentence,) = failures([result_of_trial(no_grasp())])
-    assert sentence == "Out: no grasp in 1 of 1 trials, first by left and right."
+    assert sentence == "Out: no grasp in 1 of 1 trials."
 
 
 def test_a_simulation_that_diverged_is_told_as_no_verdict_on_the_hand() -> None:

@@ -17,7 +17,7 @@ from inhand.control.replays import Shown, replays
 from inhand.control.scenes import start_scene
 from inhand.control.spatial_replays import solid_replays
 from inhand.control.spatial_trial import SpatialTrial
-from inhand.control.trial import Trial, load_any
+from inhand.control.trial import NO_GRASP, Trial, load_any
 from inhand.pages import Part, counted, spread
 from inhand.plots.page.document import html_of, settings_of
 from inhand.plots.page.views import Star, View, panels_of
@@ -128,6 +128,8 @@ def told_of_all(group: Sequence[Result]) -> list[str]:
 
 def told_of(result: Result) -> str:
     """Return how a trial ended, in a few words."""
+    if result.outcome == NO_GRASP:
+        return "no grasp: once the fingers had closed, not all of them held the object"
     unit = "deg" if result.turns else "mm"
     of = "" if result.limit is None else f" of {result.limit:.1f}"
     who = f", {result.first_lost} let go first" if result.lost and result.first_lost else ""

@@ -20,7 +20,7 @@ from inhand.asterisk_test.people.human_trial import HumanTrial
 from inhand.asterisk_test.spatial.metrics import measure_in_space
 from inhand.asterisk_test.user_metrics import measured
 from inhand.control.spatial_trial import SpatialPassport, SpatialTrial
-from inhand.control.trial import DIVERGED, KEPT, LOST, AnyTrial, Passport, Trial
+from inhand.control.trial import DIVERGED, KEPT, LOST, NO_GRASP, AnyTrial, Passport, Trial
 from inhand.geometry import Array
 from inhand.shown import frame
 from inhand.tasks.primitives import twisted_name
@@ -56,7 +56,7 @@ class Result:
     carried_mm: float
     """Farthest progress before the end with lost and regained contacts allowed, as in the thesis [mm]."""
     first_lost: str | None
-    """The finger that let go first, None where none did or no finger was the end of it: the simulation diverged."""
+    """The finger that let go first, None where none did: all held, the grasp failed, or the simulation diverged."""
     labels: tuple[str, ...] | None
     """Labels of the Asterisk Test, None where the hand has no span to normalise with."""
     compatible: AsteriskMetrics | None
@@ -116,7 +116,7 @@ def result_of_trial(trial: AnyTrial, *, compatible: bool = False, metrics: Seque
     """Return the result of a simulated trial, in the plane with the users' metrics of some names."""
     passport = trial.passport
     told, touching = _in_space(trial) if isinstance(trial, SpatialTrial) else _in_plane(trial, compatible, metrics)
-    lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome != DIVERGED))
+    lost = np.flatnonzero(~touching.all(axis=-1) & (trial.outcome not in (DIVERGED, NO_GRASP)))
     first = " and ".join(np.array(passport.hand.finger_names)[~touching[lost[0]]]) if len(lost) else None
     return Result(
         direction=passport.primitive,

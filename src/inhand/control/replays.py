@@ -99,7 +99,7 @@ def replayed(shown: Shown[T], numbers: tuple[int, int], step: int, columns: Arra
         "hand": numbers[0],
         "object": numbers[1],
         "rows": len(columns[rows]),
-        "start": min(trial.manipulation.start, len(trial.time) - 1) // step,
+        "start": begun(trial) // step,
         "period": passport.period * step,
         "phases": phases_of(trial, step),
         "outcome": trial.outcome,
@@ -131,6 +131,11 @@ def _columns(trial: Trial) -> Array:
     return np.concatenate([trial.joint_angles, place, np.unwrap(pose[:, 2])[:, None], *fingers], axis=1)
 
 
+def begun(trial: Episode[Any]) -> int:
+    """Return the row where manipulation begins, from which a trial is played: all of one whose grasp failed."""
+    return int(trial.manipulation.start % len(trial.time))
+
+
 def phases_of(trial: Episode[Any], step: int) -> tuple[tuple[int, str], ...]:
     """Return the first of each so many rows, and the name, of every phase."""
     starts = np.flatnonzero(np.diff(trial.phase, prepend=-1))
@@ -139,11 +144,10 @@ def phases_of(trial: Episode[Any], step: int) -> tuple[tuple[int, str], ...]:
 
 def _target(trial: Trial) -> Array:
     """Return the reference path of a trial [mm] from where manipulation began, no farther than the hand's limit."""
-    start = min(trial.manipulation.start, len(trial.time) - 1)
     path, limit = trial.reference[:, :2], trial.passport.limit
     if limit is not None and trial.passport.angle_deg is not None:
         path = path[np.linalg.norm(path, axis=-1) <= limit + 1e-6]
-    return np.asarray(1e3 * (path + trial.object_pose[start, :2]))
+    return np.asarray(1e3 * (path + trial.object_pose[begun(trial), :2]))
 
 
 def _corners(trial: Trial) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from inhand.control.replays import FAR, Shown, chosen, replayed, views_of
+from inhand.control.replays import FAR, Shown, begun, chosen, replayed, views_of
 from inhand.control.spatial_scenes import box_faces, faces_of, rods_at
 from inhand.control.spatial_trial import SpatialTrial
 from inhand.geometry import Array
@@ -37,10 +37,10 @@ def _motion(shown: Shown[SpatialTrial], numbers: tuple[int, int], step: int) -> 
     place = 1e3 * np.clip(trial.object_pose[:, :3], -FAR, FAR)
     forces = np.linalg.norm(trial.forces, axis=-1)
     columns = np.concatenate([trial.joint_angles, place, trial.object_pose[:, 3:], forces], axis=1)
-    line, start = trial.reference[:, :3], min(trial.manipulation.start, len(trial.time) - 1)
+    line = trial.reference[:, :3]
     if passport.limit is not None and passport.along is not None:
         line = line[np.linalg.norm(line, axis=-1) <= passport.limit + 1e-6]
-    target = _flat(line + trial.object_pose[start, :3])
+    target = _flat(line + trial.object_pose[begun(trial), :3])
     return SolidMotion(**replayed(shown, numbers, step, columns), along=passport.along, target=target)
 
 

@@ -80,6 +80,9 @@ def test_a_training_is_watched_drawn_and_evaluated(
     page = (run / "report.md").read_text()
     assert page.startswith("# Training: my run\n")
     assert "cube_39 with 2v2_50.50_50.50_1.1_53, seed 2" in page
+    for text in (page, (run / "report.html").read_text(encoding="utf-8")):
+        command = text.rpartition("Run it again")[2]
+        assert all(words in command for words in ("inhand train --out ", "--preset smoke", "--seed 2", "--episodes 60"))
     assert json.loads((run / "config.json").read_text())["config"]["episodes"] == 60
 
     code, _, err = inhand("train", "--out", run, "--resume")

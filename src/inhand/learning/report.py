@@ -22,7 +22,7 @@ from inhand.asterisk_test.table import failures
 from inhand.control.trial import write_json, write_trials
 from inhand.learning.commands import EXPERT, EvaluateConfig
 from inhand.learning.figures import SMOOTHING, directions_figure, learning_figure, progress_figure
-from inhand.learning.progress import HEADER, Learned, evaluation_rows, read_learning
+from inhand.learning.progress import HEADER, Learned, evaluation_rows
 from inhand.pages import Part, Picture, again, counted, listed, options, page_of, table_of
 from inhand.plots.page.views import View
 from inhand.plots.save import save_picture
@@ -132,24 +132,22 @@ class Compared(Shown):
         return Run(self.test, trials, results, self.people, self.notes, (others,))
 
 
-def write_training(folder: Path, what: str) -> None:
+def write_training(found: Learned, folder: Path, what: str, words: str) -> None:
     """Write the learning curves and `report.md` of a training run into its folder.
 
     Args:
+        found: the record of the training.
         folder: the run's folder.
         what: what was trained, in one line.
-
-    Raises:
-        InputError: the folder holds no record of a training.
+        words: the command that trains so; none where Python alone can say it.
     """
-    found = read_learning(folder)
-    pictures = curve_pictures(found, folder, folder.resolve().name, what)
-    told = page_of(*training_parts(found, folder.resolve().name, what), *pictures)
-    (folder / "report.md").write_text(told, encoding="utf-8")
+    name = folder.resolve().name
+    parts = training_parts(found, name, what, words, curve_pictures(found, folder, name, what))
+    (folder / "report.md").write_text(page_of(*parts), encoding="utf-8")
 
 
-def training_parts(found: Learned, name: str, what: str) -> list[Part]:
-    """Return the parts of the page of a training but for its figures."""
+def training_parts(found: Learned, name: str, what: str, words: str, pictures: Sequence[Picture] = ()) -> list[Part]:
+    """Return the parts of the page of a training, the figures before how to run it again."""
     return [
         f"# Training: {name}",
         f"{what[:1].upper()}{what[1:]}. {len(found.total)} episodes of the agent, {len(found.evaluations)} evaluations;"
@@ -157,6 +155,8 @@ def training_parts(found: Learned, name: str, what: str) -> list[Part]:
         "Of limit is the mean share of the hand's own limit, Across and Turn are the worst trial's; returns are sums of"
         " rewards, the expert's from the same starts.",
         table_of(HEADER, evaluation_rows(found.best)),
+        *pictures,
+        again(words) if words else "",
     ]
 
 

@@ -85,7 +85,7 @@ class Trained(Kept):
         from inhand.learning.report import training_parts
         from inhand.plots.page.document import settings_of
 
-        parts = training_parts(self.learned, self.folder.resolve().name, self.title)
+        parts = training_parts(self.learned, self.folder.resolve().name, self.title, _line_of(self))
         return training_page(parts, self.learned, settings_of(self.config))
 
     def figure(self) -> Figure:
@@ -248,6 +248,14 @@ def command_of(config: Training, out: Path) -> TrainConfig | None:
     return words if same else None
 
 
+def _line_of(found: Trained) -> str:
+    """Return the command line that trains so; an empty text for what only Python can say."""
+    from inhand.asterisk_test.study import command
+
+    words = command_of(found.config, found.folder)
+    return "" if words is None else command("train", words)
+
+
 def refuse_changes(given: dict[str, Any], out: Path) -> None:
     """Refuse settings beside --resume, which goes on with the run's own.
 
@@ -288,7 +296,7 @@ def _told(out: Path) -> Trained:
     from inhand.learning.report import write_training
 
     found = load_training(out)
-    write_training(out, found.title)
+    write_training(found.learned, out, found.title, _line_of(found))
     (out / HTML).write_text(found.html(), encoding="utf-8")
     words = command_of(found.config, out)
     if words is not None:

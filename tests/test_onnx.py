@@ -122,6 +122,43 @@ def test_the_policy_for_a_hand_in_space_tells_its_own_contract(tmp_path: Path) -
     np.testing.assert_allclose(found, policy(scaled), atol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("asked", "layout"),
+    [
+        (("2v2_50.50_50.50_1.1_53", None), "senses-1"),
+        ((None, "cylinder_36"), "joint-senses-1"),
+        (("2v3_50.50_40.30.30_1.1_53", None), "joint-senses-1"),
+        (("3f_60.60_40_10", None), "space-senses-1"),
+    ],
+)
+def test_rl_is_what_it_is_with_the_hand_and_the_object(
+    asked: tuple[str | None, str | None], layout: str, tmp_path: Path
+) -> None:
+    import onnx
+
+    place = front.export("rl", tmp_path / "policy.onnx", hand=asked[0], object=asked[1])
+    (told,) = onnx.load(place).metadata_props
+    assert read_record(read_json(told.value), ModelCard).layout == layout
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("rl", "--hand", "2v2_50.50_50.50_1.1_20"), "is outside of the policy's family"),
+        (("rl-family", "--hand", "3f_60.60_40_10"), "controller 'rl-family' with a hand in space"),
+        (("rl", "--hand", "4f_60.60.60_40_10"), "use a hand with as many, --controller ik, or train one"),
+        (("ik", "--hand", "3f_60.60_40_10"), "ik is no learned policy"),
+        (("rl", "--as", "csv", "--object", "cube_39"), "leave them out with trials and demonstrations"),
+    ],
+)
+def test_what_does_not_know_a_hand_is_not_exported_for_it(
+    words: tuple[str, ...], text: str, tmp_path: Path, inhand: Call
+) -> None:
+    code, _, error = inhand("export", *words, "--out", tmp_path / "policy.onnx")
+    assert (code, text in error) == (2, True), error
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_command_writes_a_model_and_refuses_to_replace_one(inhand: Call, tmp_path: Path) -> None:
     save_policy(a_policy(), tmp_path / "mine")
     out = tmp_path / "policy.onnx"

@@ -58,6 +58,11 @@ class ExportConfig(Config):
     form: Annotated[Literal["onnx", "policy", "csv", "minari", "lerobot"], tyro.conf.arg(name="as")] = "onnx"
     """onnx (a model with its contract, extra `onnx`), policy (a folder with its card); csv (recordings in the form of
     the Asterisk Test), minari (extra `rl`), lerobot (LeRobotDataset v3, extra `lerobot`)."""
+    hand: str | None = None
+    """For a policy, the hand that it is to drive: rl is what --controller rl is with it. Without it that of the
+    standard hand of the plane."""
+    object: str | None = None
+    """For a policy, the object that it is to move, likewise."""
     results: Path | None = None
     """For the card of a policy: the folder of its `inhand evaluate`."""
     out: Path | None = None

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from inhand.control.catalogue import find_controller
 from inhand.control.contract import Contract, SpatialContract
 from inhand.control.onnx_joints import Node, joint_nodes
 from inhand.control.policy import Policy
+from inhand.control.spatial_catalogue import learned_entry
 from inhand.errors import InputError, needs_extra
 from inhand.folders import in_place, writing
 from inhand.geometry import Array
@@ -74,26 +74,37 @@ class ModelCard:
     """The contract of a hand in space, in the place of the other."""
 
 
-def export(policy: str | Path | Policy, out: str | Path, *, overwrite: bool = False) -> Path:
+def export(
+    policy: str | Path | Policy,
+    out: str | Path,
+    *,
+    hand: str | Path | None = None,
+    object: str | Path | None = None,
+    overwrite: bool = False,
+) -> Path:
     """Write a learned policy as an ONNX model, and return its place.
 
     Args:
         policy: the folder of a training run or of a policy, `rl` for the package's, or a `Policy`.
         out: the file, which ends with .onnx.
+        hand: the hand that it is to drive, which says what `rl` is; None with a `Policy`.
+        object: the object that it is to move, likewise.
         overwrite: whether a file may be replaced.
 
     Raises:
-        InputError: no policy, one without a contract, a file that is there or of another ending, or no extra `onnx`.
+        InputError: no policy, one without a contract, one that does not know the hand and the object, a file that is
+            there or of another ending, or no extra `onnx`.
     """
     place = Path(out)
     if place.suffix.lower() != ".onnx":
         raise InputError(f"--out {place} does not end with .onnx: give the name of an ONNX file")
     if place.exists() and not overwrite:
         raise InputError(f"--out {place} exists; give another name, or --overwrite to replace it")
-    found = policy if isinstance(policy, Policy) else find_controller(str(policy)).policy
-    if found is None:
-        raise InputError(f"{policy} is no learned policy: give the folder of a run of `inhand train`, or rl")
-    content = model_of(found).SerializeToString()
+    if not isinstance(policy, Policy):
+        _, policy = learned_entry(str(policy), hand, object)
+    elif hand is not None or object is not None:
+        raise InputError("hand and object say which policy a name is: leave them out with a Policy")
+    content = model_of(policy).SerializeToString()
     with writing(place), in_place(place) as temporary:
         temporary.write_bytes(content)
     return place

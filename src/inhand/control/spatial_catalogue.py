@@ -10,9 +10,11 @@ from typing import Protocol
 from inhand.control.catalogue import ControllerEntry, Entry, find_controller, policy_of
 from inhand.control.contract import SpatialContract
 from inhand.control.controller import Controller, SpatialTask
+from inhand.control.knowing import check_held
 from inhand.control.loop import Bench
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, load_policy
+from inhand.control.run_config import HeldConfig
 from inhand.control.seen import PRIVILEGED, SENSED
 from inhand.control.spatial_ik import EXPERT, SpatialIkController
 from inhand.control.spatial_ik_sensed import SpatialIkSensedController
@@ -21,9 +23,10 @@ from inhand.control.spatial_rehearsal import planned_in_space
 from inhand.control.spatial_sensed_plan import carrier_in_space, sensed_in_space
 from inhand.errors import InputError, near_matches
 from inhand.geometry import Array
+from inhand.hands.fit import Held
 from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
-from inhand.hands.spatial.pair import AnyPair, SpatialPair
+from inhand.hands.spatial.pair import AnyPair, SpatialPair, load_held
 from inhand.tasks.layouts import find_layout
 from inhand.tasks.spatial.paths import SpatialReference
 
@@ -120,6 +123,29 @@ def entry_for(name: str, held: AnyPair) -> ControllerEntry | SpatialEntry:
         InputError: there is none.
     """
     return find_spatial_controller(name) if isinstance(held, SpatialPair) else find_controller(name, held)
+
+
+def learned_entry(
+    name: str, hand: str | Path | None = None, thing: str | Path | None = None
+) -> tuple[ControllerEntry | SpatialEntry, Policy]:
+    """Return a learned controller and its policy; with a hand or an object, of a name the one that is for them.
+
+    Raises:
+        InputError: no such hand or object, no learned policy, or one that does not know them.
+    """
+    if hand is None and thing is None:
+        entry: ControllerEntry | SpatialEntry = find_controller(name)
+    else:
+        usual = HeldConfig()
+        held = load_held(usual.hand if hand is None else hand, usual.object if thing is None else thing)
+        entry = entry_for(name, held)
+        if isinstance(held, SpatialPair) and isinstance(entry, SpatialEntry):
+            check_known_in_space(entry, held.hand)
+        elif isinstance(held, Held) and entry.policy is not None:
+            check_held(entry.policy, held.hand, (held.object,))
+    if entry.policy is None:
+        raise InputError(f"{name} is no learned policy: give the folder of a run of `inhand train`, or rl")
+    return entry, entry.policy
 
 
 def learned_in_space(name: str, policy: Policy) -> SpatialEntry:

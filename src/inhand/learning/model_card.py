@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from inhand.asterisk_test.robustness.summary import retention, wilson
-from inhand.control.catalogue import find_controller
 from inhand.control.policy import CARD, Policy, save_policy
 from inhand.control.policy_arrays import ACTOR
 from inhand.control.trial import LOST
@@ -47,29 +46,30 @@ tags: [in-hand-manipulation, asterisk-test, reinforcement-learning]
 ---"""
 
 
-def write_policy(policy: str, out: Path, results: Path | None = None, *, overwrite: bool = False) -> None:
+def write_policy(
+    name: str, policy: Policy, source: Path, out: Path, results: Path | None = None, *, overwrite: bool = False
+) -> None:
     """Write a policy's files and its card into a folder.
 
     Args:
-        policy: the folder of a training run or of a policy, or a name of the package's.
+        name: what it is called.
+        policy: the policy.
+        source: the folder of its training run, if it has one.
         out: the folder.
         results: the folder of its evaluation, for the card.
         overwrite: whether a policy that the folder holds may be replaced.
 
     Raises:
-        InputError: no learned policy, an evaluation of another one, or a folder that may not be written.
+        InputError: an evaluation of another policy, or a folder that may not be written.
     """
-    entry = find_controller(policy)
-    if entry.policy is None or not isinstance(entry.policy, Policy):
-        raise InputError(f"{policy} is no learned policy: give the folder of a training run or of a policy, or rl")
     found = None if results is None else load_evaluation(results)
-    if found is not None and found.trained != {**found.trained, **entry.policy.trained}:
-        raise InputError(f"--results {results} evaluates another policy than {policy}: give its own evaluation")
+    if found is not None and found.trained != {**found.trained, **policy.trained}:
+        raise InputError(f"--results {results} evaluates another policy than {source}: give its own evaluation")
     with run_folder(out, overwrite=overwrite, mark=NAME) as folder:
-        save_policy(entry.policy, folder)
-        if (Path(policy) / MARK).is_file():
-            shutil.copyfile(Path(policy) / MARK, folder / MARK)
-        told = card(entry.name, entry.policy, _cost(Path(policy)), found)
+        save_policy(policy, folder)
+        if (source / MARK).is_file():
+            shutil.copyfile(source / MARK, folder / MARK)
+        told = card(name, policy, _cost(source), found)
         (folder / PAGE).write_text(f"{FRONT}\n\n{told}", encoding="utf-8")
 
 

@@ -13,8 +13,8 @@ SIXTEEN = NAMES | {angle - 22.5: f"{name}'" for angle, name in NAMES.items()}
 
 
 def drawn(figure: Figure) -> Figure:
-    """Return the figure after a draw, so that texts and axes know where they are."""
-    figure.canvas.draw()
+    """Return the figure after all but the pixels of a draw, so that texts and axes know where they are."""
+    figure.draw_without_rendering()
     return figure
 
 

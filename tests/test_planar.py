@@ -193,7 +193,7 @@ def test_links_end_at_their_limits_and_at_each_other_as_in_mujoco() -> None:
     assert np.abs(state.joint_angles[0] - crossing[-1]).max() > 0.02  # they press on each other
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None, derandomize=True)
 @given(
     corners=st.lists(st.tuples(st.floats(0.012, 0.024), st.floats(0.0, 1.0)), min_size=3, max_size=7),
     seed=st.integers(0, 1000),

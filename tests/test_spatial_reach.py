@@ -111,7 +111,7 @@ def held_by_brute_force(contacts: tuple[Array, Array], joints: Array, poses: Arr
 def test_tuples_hold_as_long_as_brute_force_says(word: str, friction: float) -> None:
     blocks, _ = explored(word, friction)
     rng, wrong = np.random.default_rng(0), 0
-    for _ in range(7):
+    for _ in range(4):
         block = blocks[rng.integers(len(blocks))]
         t = rng.integers(len(block.numbers))
         own = list(zip(block.tracks, block.numbers[t], strict=True))
@@ -123,7 +123,7 @@ def test_tuples_hold_as_long_as_brute_force_says(word: str, friction: float) -> 
         found = held_by_brute_force(contacts, joints, block.poses, HAND.friction * friction)
         assert abs(found - block.reached[t]) <= 1
         wrong += found != block.reached[t]
-    assert wrong <= 2  # those at the very edge of a limit
+    assert wrong <= 1  # those at the very edge of a limit
 
 
 def test_no_tuple_goes_farther_than_the_limit() -> None:

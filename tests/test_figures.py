@@ -206,12 +206,11 @@ def test_a_distance_that_is_not_known_is_not_written() -> None:
     assert texts(figure.axes[0]) == []
 
 
-def test_draw_asterisk_keeps_a_given_extent_and_title() -> None:
+def test_draw_asterisk_keeps_a_given_extent() -> None:
     figure = new_figure(4, 4)
     ax = figure.add_subplot()
-    draw_asterisk(ax, [straight(0, "Right", 50)], outline=None, extent_mm=(-10, 70, -40, 40), title="Right")
+    draw_asterisk(ax, [straight(0, "Right", 50)], outline=None, extent_mm=(-10, 70, -40, 40))
     assert (*ax.get_xlim(), *ax.get_ylim()) == (-10, 70, -40, 40)
-    assert ax.get_title(loc="left") == "Right"
 
 
 def test_curves_that_do_not_fit_together_are_refused() -> None:

@@ -15,7 +15,6 @@ from inhand.hands.spatial.pair import AnyPair
 from inhand.learning.kinds import asked_of, drawn_rows, kinds_of, simulator_of
 from inhand.learning.legs import due, next_aim, turned_by
 from inhand.learning.memories import Memories, memory_of
-from inhand.learning.on_routes import made_along, shift_along
 from inhand.learning.starts import Starts
 from inhand.learning.step import Step
 from inhand.records import Config
@@ -205,7 +204,9 @@ class ManipulationWorlds:
             return None
         before, self._come = self._come, routes.advance(self._row, self._come, after.pose)
         self._aim = routes.aim(self._row, self._come)
-        return made_along(routes, self._row, (before, self._come), after.pose)
+        way, row, come = routes.way, self._row, self._come
+        gained, left = way[row, come] - way[row, before], way[row, -1] - way[row, come]
+        return Made(gained, left, *routes.off(row, come, after.pose))
 
     def _go_on(self) -> None:
         """Ask the next primitive of objects that have come to the end of one, if their episode has more."""
@@ -223,7 +224,7 @@ class ManipulationWorlds:
         made, routes = decision.route, self._starts.routes
         if made is None or routes is None:
             return decision.shift
-        return shift_along(routes, self._row, self._come, made)
+        return np.stack([routes.way[self._row, self._come], made.across, made.turned], axis=-1)
 
     def _begin(self, worlds: NDArray[np.int64], rows: NDArray[np.int64]) -> None:
         self.simulator.restore(worlds, self._starts.snapshot, rows, kinds_of(self._starts, rows))

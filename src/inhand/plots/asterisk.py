@@ -41,16 +41,15 @@ def asterisk_figure(
     curves: Sequence[PathCurve],
     *,
     outline: SceneOutline | None = None,
-    extent_mm: Extent | None = None,
     title: str = "",
     subtitle: str = "",
 ) -> Figure:
     """Return a figure of one asterisk with its legend (thesis figures 4.1 and 4.3).
 
     Curves, one per direction, may be any number in any order; the outline, of hand and object at the start, is drawn
-    faintly behind them. The extent is left, right, bottom and top [mm] from the object's start; None shows everything.
+    faintly behind them.
     """
-    extent = extent_mm or curves_extent(curves, outline, target_length(curves))
+    extent = curves_extent(curves, outline, target_length(curves))
     keys = [*direction_handles(curves), *key_handles(curves, outline)]
     with sheet([[size_of(extent, AXES_WIDTH_IN)]], title, subtitle, beside=keys) as (figure, (ax,)):
         draw_asterisk(ax, curves, outline=outline, extent_mm=extent)
@@ -62,8 +61,7 @@ def draw_asterisk(
     curves: Sequence[PathCurve],
     *,
     outline: SceneOutline | None,
-    extent_mm: Extent | None = None,
-    title: str = "",
+    extent_mm: Extent,
     target_mm: float | None = None,
 ) -> None:
     """Draw an asterisk on axes in mm whose origin is the object's start, the palm at the bottom.
@@ -72,19 +70,16 @@ def draw_asterisk(
         ax: Where to draw.
         curves: One per direction; none at all writes "no trials".
         outline: The hand and the object at the start, or None.
-        extent_mm: Left, right, bottom, top [mm]; None shows everything.
-        title: Written above the axes, at the left.
+        extent_mm: Left, right, bottom, top [mm].
         target_mm: Length of the target lines of curves without a reach limit [mm]; None takes the farthest progress.
     """
     target_mm = target_length(curves) if target_mm is None else target_mm
-    extent = extent_mm or curves_extent(curves, outline, target_mm)
-    show_extent(ax, extent)
-    ax.set_title(title, loc="left")
+    show_extent(ax, extent_mm)
     if outline is not None:
         draw_scene(ax, outline)
     ordered = clockwise_from_out(curves)
     for curve in {round(curve.angle_deg % 360.0, 6): curve for curve in ordered}.values():
-        _draw_target(ax, curve, target_mm, 0.011 * (extent[1] - extent[0]))
+        _draw_target(ax, curve, target_mm, 0.011 * (extent_mm[1] - extent_mm[0]))
     limit = limit_outline(ordered)
     if len(limit):
         ax.fill(*limit.T, facecolor="none", edgecolor=MUTED, linewidth=0.8, alpha=0.8, joinstyle="round", zorder=1.9)

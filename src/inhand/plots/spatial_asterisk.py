@@ -152,6 +152,11 @@ def _draw_plane(ax: Axes, curves: Sequence[SpatialCurve], plane: tuple[int, int]
         x, y = curve.direction[[a, b]] * (max(curve.distance_mm, curve.limit_mm or 0.0) + 0.085 * largest)
         ax.text(x, y, f"{curve.distance_mm:.0f}", fontsize=TICK_POINTS - 1, ha="center", va="center", zorder=4.0)
     ax.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
+    name_plane(ax, a, b)
+
+
+def name_plane(ax: Axes, a: int, b: int) -> None:
+    """Write on axes of a plane, along axes a and b of the palm, what they are and which way they go."""
     ax.set_xlabel(f"{AXES[a][0]}  ·  {AXES[a][1]} [mm]", fontsize=TICK_POINTS)
     ax.set_ylabel(f"{AXES[b][0]}  ·  {AXES[b][1]} [mm]", fontsize=TICK_POINTS)
     ax.set_title(f"{AXES[a][1]} and {AXES[b][1]}", fontsize=LABEL_POINTS)

@@ -12,8 +12,8 @@ from inhand.control.spatial_scenes import faces_of
 from inhand.geometry import Array
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.plots.sheet import sheet
-from inhand.plots.spatial_asterisk import AXES, PLANE_IN, PLANES
-from inhand.plots.style import INK, LABEL_POINTS, MUTED, TICK_POINTS
+from inhand.plots.spatial_asterisk import PLANE_IN, PLANES, name_plane
+from inhand.plots.style import INK, MUTED
 from inhand.tracing.figures import (
     BAND,
     BANDS,
@@ -90,7 +90,4 @@ def _draw_plane(ax: Axes, spec: SolidSpec, paths: Sequence[Path], plane: tuple[i
     for path in reversed(paths):
         draw_path(ax, path, plane)
     ax.plot(0, 0, "o", markersize=4.4, color=INK, markerfacecolor="white", zorder=4.5)
-    ax.set_xlabel(f"{AXES[a][0]}  ·  {AXES[a][1]} [mm]", fontsize=TICK_POINTS)
-    ax.set_ylabel(f"{AXES[b][0]}  ·  {AXES[b][1]} [mm]", fontsize=TICK_POINTS)
-    ax.set_title(f"{AXES[a][1]} and {AXES[b][1]}", fontsize=LABEL_POINTS)
-    ax.tick_params(labelsize=TICK_POINTS - 1.5)
+    name_plane(ax, a, b)

@@ -199,6 +199,6 @@ def _digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
-def settings_of(config: object, title: str = "Configuration") -> Settings:
+def settings_of(config: object) -> Settings:
     """Return a configuration as a part of a page."""
-    return Settings(table_of(config), title)
+    return Settings(table_of(config))

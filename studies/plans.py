@@ -65,10 +65,7 @@ def in_plane(name: str, carrier: Carrier) -> Iterable[Planned]:
     held = Held(load_hand(config.hand), load_object(config.object))
     for group in (GROUPS["all"], TURNS):
         poses = held.hand.start_pose + stacked([whole_path(path_of(each)) for each in group])
-        grasp = entry.grasp(*held, poses)
-        ways = np.stack([np.asarray(each.way) for each in getattr(grasp, "graded", ())], axis=1)
-        rows = {part: ways if part == "ways" else np.asarray(getattr(grasp, part)) for part in PLAN}
-        yield plan_keys(held, poses, carrier), rows
+        yield plan_keys(held, poses, carrier), rows_of(entry.grasp(*held, poses))
 
 
 def in_space(name: str, carrier: Carrier) -> Iterable[Planned]:
@@ -80,9 +77,14 @@ def in_space(name: str, carrier: Carrier) -> Iterable[Planned]:
     for palm in PALMS:
         gravity = np.array([gravity_of(palm)])
         pulls = np.tile(gravity, (len(paths), 1))
-        grasp: Grasp = find_spatial_controller(name).grasp(*held, paths, pulls, starts, bench=bench)
-        rows = {part: np.asarray(rows) for part, rows in vars(grasp).items() if rows is not None}
-        yield plan_keys_in_space(held, paths, gravity, carrier), rows
+        grasp = find_spatial_controller(name).grasp(*held, paths, pulls, starts, bench=bench)
+        yield plan_keys_in_space(held, paths, gravity, carrier), rows_of(grasp)
+
+
+def rows_of(grasp: Grasp) -> dict[str, np.ndarray]:
+    """Return what is kept of grasps, by name, with the ways of all grades."""
+    ways = np.stack([np.asarray(each.way) for each in getattr(grasp, "graded", ())], axis=1)
+    return {part: ways if part == "ways" else np.asarray(getattr(grasp, part)) for part in PLAN}
 
 
 if __name__ == "__main__":

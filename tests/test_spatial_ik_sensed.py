@@ -12,9 +12,10 @@ from inhand.asterisk_test.spatial.run import prepare_in_space, simulate_asterisk
 from inhand.caches import PLACE
 from inhand.control import loop, spatial_sensed_plan
 from inhand.control.controller import SpatialTask
+from inhand.control.grades import Grade, told_way
 from inhand.control.looking import Looking
 from inhand.control.loop import Recording
-from inhand.control.phases import Grasp
+from inhand.control.phases import Grasp, graded_grasp
 from inhand.control.seen import SENSED, Seen, exact
 from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.control.spatial_estimator import SpatialEstimator
@@ -28,7 +29,7 @@ from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.names import STANDARD
 from inhand.rotations import SpatialPath, pose_from, rotation_between
-from inhand.sim.disturbance import FIELD
+from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
 from inhand.sim.drawn import Disturbed
 from inhand.sim.engine import Simulator
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths, whole_spatial_path
@@ -138,33 +139,54 @@ def test_fingers_follow_where_the_object_is_seen(grasps: list[SpatialGrasp]) -> 
         (looking.begin if number == 0 else looking.act)(seen)
         if number == 0:
             looking.act(seen)
+        assert looking.finished(seen).tolist() == [number > 1] * 2  # until frames tell a scatter
     np.testing.assert_allclose(looking.off, off, atol=2e-6)
+    variances = noise.var(axis=0, ddof=1) / np.repeat([0.001, np.deg2rad(1.0)], 3) ** 2
+    np.testing.assert_allclose(looking.scatter, np.sqrt(variances.mean(axis=-1)), rtol=1e-3)
     moved = grasp.closed + (grasp.follows @ looking.off[..., None])[..., 0]
     there = closed_at(HAND, grasps, pose_from(grasp.planned, 0.7 * off[:, :3], 0.7 * off[:, 3:]), 0.006).closed
     np.testing.assert_allclose(moved, there, atol=4e-3)
     assert np.abs(moved - grasp.closed).max() > 0.02
 
 
-def test_a_way_is_planned_in_worlds_of_field_and_kept_there(
+def test_a_grasp_is_chosen_in_worlds_of_field_and_told_a_way_for_each_grade_of_a_camera(
     grasps: list[SpatialGrasp], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     worse = replace(grasps[0], way=0.004)
-    tried = list[tuple[int, int]]()
+    tried, found = list[tuple[int, int, Disturbance]](), list[Array]()
 
     def watched(*given: Any, disturbed: Sequence[Disturbed], **told: Any) -> tuple[Simulator, Recording]:
-        assert {world.spec for world in disturbed} == {FIELD}
-        tried.append((len(disturbed), len({world.drawn.mass for world in disturbed})))
+        (spec,) = {world.spec for world in disturbed}
+        tried.append((len(disturbed), len({world.drawn.mass for world in disturbed}), spec))
         return loop.simulate(*given, disturbed=disturbed, **told)
 
-    monkeypatch.setattr(spatial_sensed_plan, "searched", lambda *_: {"Right": [worse, grasps[0]]})
+    def told(ways: Array, grade: Grade) -> tuple[float, float]:
+        found.append(ways)
+        way, worth = told_way(ways, grade=grade)
+        return way + (0.01 * (-1) ** len(found) if grade == CARRIER.grades[0] else 0.0), worth
+
+    groups = {"Right": [worse, grasps[0]], "turn+z": [grasps[1]]}
+    monkeypatch.setattr(spatial_sensed_plan, "searched", lambda *_: groups)
     monkeypatch.setattr(spatial_sensed_plan, "simulate", watched)
+    monkeypatch.setattr(spatial_sensed_plan, "told_way", told)
+    monkeypatch.setattr(spatial_sensed_plan, "ASIDE", 0.0)
+    monkeypatch.setattr(spatial_sensed_plan, "SHORT", 0.0)
     monkeypatch.setenv(PLACE, "off")
-    brief, where = replace(CARRIER, rounds=((2, 3), (1, 1))), (PATHS[:1] * 2, np.tile(DOWN, (2, 1)), BOTH)
+    brief, where = replace(CARRIER, rounds=((2, 3), (1, 1))), (PATHS[:1] * 2 + PATHS[1:], np.tile(DOWN, (3, 1)), BOTH)
     plan = vars(sensed_in_space(HAND, CUBE, *where, bench=loop.Bench("mujoco"), carrier=brief))
-    assert tried == [(6, 3), (1, 1)]
+    best, _, rough = (grade.worlds for grade in CARRIER.grades)
+    assert tried == [(9, 3, FIELD), (2, 1, FIELD), (4, 2, best), (2, 1, rough)]
+    assert (best.camera, best.differs.friction, best.pushes) == (BENCH.camera, FIELD.differs.friction, FIELD.pushes)
+    assert rough.camera == HARD.camera
     assert 0.01 < plan["way"][0] < grasps[0].way
+    ways = np.array([each.way for each in plan["graded"]])
+    assert ways[0, 0] == ways[1, 0] == plan["way"][0] > ways[2, 0]  # the best is told as much as the usual at least
+    assert ways[0, 2] > ways[1, 2]
     assert plan["way"][0] == plan["way"][1]  # trials of a direction have one plan, wherever objects start
-    np.testing.assert_array_equal(plan["planned"], np.tile(HAND.start_pose, (2, 1)))
+    np.testing.assert_array_equal(plan["planned"], np.tile(HAND.start_pose, (3, 1)))
+    turn, move = (ways.max(axis=0) for ways in found[-4:-2])  # of `field`: a turn alone may be aside by so much
+    assert move[1] > 0.01 > turn[1]
+    assert turn[0] > 0.01
 
 
 @pytest.mark.parametrize("best_first", [True, False])
@@ -183,7 +205,8 @@ def test_where_the_best_comes_short_another_kind_is_tried_and_taken_if_it_is_wor
 
 
 def test_a_run_at_field_keeps_its_objects(grasps: list[SpatialGrasp], monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = replace(following(HAND, [each for each in grasps for _ in range(2)]), way=np.repeat([0.03, 0.02], 2))
+    plan = following(HAND, [each for each in grasps for _ in range(2)])
+    plan = graded_grasp([replace(plan, way=share * np.repeat([0.03, 0.02], 2)) for share in (0.1, 1.0, 0.1)])
 
     def grasp(*_: object, **__: object) -> Grasp:
         return plan
@@ -198,6 +221,7 @@ def test_a_run_at_field_keeps_its_objects(grasps: list[SpatialGrasp], monkeypatc
     anything: Any = planner
     trials = simulate_asterisk_in_space(config, replace(setup, controller=replace(setup.controller, grasp=anything)))
     assert [trial.outcome in {REACHED, GRIP_END} for trial in trials] == [True] * 4
+    assert [trial.manipulated()[0][-1, 0] > 20 for trial in trials] == [True, True, False, False]
     assert not {trial.outcome for trial in trials} & set(LOST)
     moved = [trial.manipulated() for trial in trials]
     for path, _, _ in moved[:2]:

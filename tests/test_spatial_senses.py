@@ -277,7 +277,7 @@ def test_a_policy_on_senses_holds_what_ik_sensed_has_lifted(policy: Policy, monk
         sensed_in_space(HAND, CUBE, paths, PULLS, poses, bench=bench)
     assert [type(each) for each in asked] == [SpatialSensedPolicyController, SpatialIkSensedController]
     assert prices == [6.0, 4.0]
-    assert CARRIER.grades[0].worlds == FIELD
+    assert CARRIER.grades[1].worlds == FIELD
 
 
 def test_the_standard_pair_is_planned_under_every_palm(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -82,7 +82,9 @@ DRAWN = (Grade(0.0, scaled(FIELD, 1.5), weight=3.0), USUAL)
 """What whole drawings are planned for: the way of the usual worlds, with a grasp that keeps most objects in rougher
 ones too, where grasps that come to the end alike differ."""
 FIDUCIAL = np.array(EstimatorConfig().frame)
-"""Noise of a fiducial's frames [m, m, rad]."""
+"""Noise of a fiducial's frames [m, m, rad],"""
+FIDUCIAL_IN_SPACE = np.repeat(FIDUCIAL[[0, 2]], 3)
+"""and in space, along three axes and about them [m, rad]."""
 ENOUGH = 0.85
 """A path is gone whole where so many worlds come to its end, since a drawing that stops short is none."""
 MARGIN = 0.001

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import AnyTask
-from inhand.control.grades import FIDUCIAL, grade_of
+from inhand.control.grades import FIDUCIAL, FIDUCIAL_IN_SPACE, grade_of
 from inhand.control.joint import JointPid
 from inhand.control.seen import Seen, exact
 from inhand.geometry import Array, wrap_angle
@@ -44,6 +44,10 @@ class Looking(JointPid):
         self._look(state if isinstance(state, Seen) else exact(state))
         return super().act(state)
 
+    def finished(self, state: State | Seen) -> NDArray[np.bool_]:
+        """Return which worlds have come to rest, and seen enough frames to tell a scatter `(B,)`."""
+        return np.asarray(super().finished(state) & (self._count[:, 0] >= FEWEST))
+
     @property
     def off(self) -> Array:
         """How far objects are seen beside where they were planned to stand, on average `(B, 3)` [m, m, rad].
@@ -55,9 +59,9 @@ class Looking(JointPid):
     @property
     def scatter(self) -> Array:
         """How much frames scatter, in a fiducial's noise `(B,)`; infinitely where there are too few to tell."""
-        count = self._count
+        count, noise = self._count, FIDUCIAL if self._planned.shape[1] == 3 else FIDUCIAL_IN_SPACE
         variance = np.maximum(self._squares - count * self.off**2, 0.0) / np.maximum(count - 1, 1)
-        return np.where(count[:, 0] < FEWEST, np.inf, np.sqrt((variance / FIDUCIAL**2).mean(axis=-1)))
+        return np.where(count[:, 0] < FEWEST, np.inf, np.sqrt((variance / noise**2).mean(axis=-1)))
 
     def of_grade(self, each: Sequence[Array]) -> Array:
         """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's."""

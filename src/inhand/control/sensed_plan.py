@@ -9,13 +9,15 @@ object.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from inhand.caches import Arrays
 from inhand.control.controller import Task
 from inhand.control.grades import DRAWN, ENOUGH, GRADES, Grade, told_way, worth_of
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
@@ -136,7 +138,12 @@ def sensed_grasp(
     held, by = Held(hand, spec), replace(carrier or Carrier(), engine=engine)
     keys = plan_keys(held, distinct, by)
     plans = plans_of("sensed-plan", keys, by.module, lambda rows: _planned(held, distinct[rows], by), at_once=PATHS)
-    whole = {name: plans[name][index] for name in PLAN}
+    return grasp_of(plans, index)
+
+
+def grasp_of(plans: Arrays, rows: Sequence[int] | NDArray[np.int64]) -> Grasp:
+    """Return the grasps of some plans, `(P, ...)` by name, with the ways of each grade where there are several."""
+    whole = {name: plans[name][rows] for name in PLAN}
     ways = whole.pop("ways").T
     usual = Grasp(**whole)
     return graded_grasp([replace(usual, way=way) for way in ways]) if len(ways) > 1 else usual
@@ -183,7 +190,7 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     if by.shares:
         draws = range(first, first + (by.stays or STAYS))
         stays = [
-            _stayed(held, (poses, ways), left, by, (grade, _part(grade, draws)))
+            _stayed(held, (poses, ways), left, by, (grade, part_of(grade, draws)))
             for grade, ways in zip(by.grades, told.T, strict=True)
         ]
         told, worth = np.stack([ways for ways, _ in stays], axis=-1), np.sum([gained for _, gained in stays], axis=0)
@@ -201,7 +208,7 @@ def _told(candidate: Candidate, whole: float, by: Carrier) -> tuple[list[float],
     return [way for way, _ in each], worth
 
 
-def _part(grade: Grade, draws: range) -> range:
+def part_of(grade: Grade, draws: range) -> range:
     """Return the share of the worlds that a grade is tried in."""
     return draws[: math.ceil(grade.share * len(draws))]
 
@@ -264,7 +271,7 @@ def _tried_together(
 ) -> list[Candidate]:
     added = []
     for grade in by.grades:
-        own = _part(grade, draws)
+        own = part_of(grade, draws)
         reach = paths[1][[each.path for each in candidates]]
         found, aimed = _carried(held, (paths[0], reach), candidates, by, (grade, own))
         poses = paths[0][np.repeat([each.path for each in candidates], len(own))]

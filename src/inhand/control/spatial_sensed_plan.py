@@ -15,12 +15,12 @@ import numpy as np
 
 from inhand.caches import Arrays
 from inhand.control.controller import SpatialTask
-from inhand.control.grades import STRAIGHT, Grade, told_way
+from inhand.control.grades import GRADES, Grade, told_way
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
-from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, Carrier
+from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, Carrier, grasp_of, part_of
 from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at, longest_of, search_of, searched
@@ -37,11 +37,13 @@ from inhand.tasks.spatial.paths import SpatialReference, hold_path, stacked_path
 
 ROUNDS = ((6, 3), (3, 12), (1, 72))
 """How many grasps of a path are tried, the best so far, and in how many further worlds."""
-SHORT = 0.5
+SHORT = 0.7
 """Where the best is told to go less than this share of the farthest on paper, grasps of other kinds are tried, too:
 those that go farthest there are often alike, and lost or crooked all for one reason, as tips that spin."""
 COARSE, APART = 0.012, 0.02
 """They are searched for among first contacts so far apart, and differ by so much at a contact [m]."""
+ASIDE = 0.006
+"""An object that only turns, by 100 deg and more, counts as straight up to here [m]; 14 deg at `TURN_ARM`."""
 SQUEEZE = 0.006
 """How far inside the object fingers aim when they close [m]: it may be smaller, and stand elsewhere than it is seen."""
 SHIFTS = np.diag(np.repeat([0.002, np.deg2rad(2.0)], 3))
@@ -52,9 +54,9 @@ PATHS = 8
 """Paths that are planned at a time, which bounds memory."""
 ARMS = np.repeat([1.0, TURN_ARM], 3)
 Pair = tuple[SpatialHand, SolidSpec]
-CARRIER = Carrier(
-    SpatialIkSensedController, "ik-sensed", __name__, grades=(Grade(np.inf, FIELD, price=4.0),), rounds=ROUNDS
-)
+USUAL = Grade(GRADES[1].scatter, FIELD, price=4.0)
+"""What is planned for where objects are seen as in `field`: grasps are chosen for it, and serve the other grades."""
+CARRIER = Carrier(SpatialIkSensedController, "ik-sensed", __name__, grades=(GRADES[0], USUAL, GRADES[2]), rounds=ROUNDS)
 """`ik-sensed`, where its grasps are planned."""
 DEAR = 6.0
 """Price of an object lost for a policy, which is off its line by more than `ik-sensed` is."""
@@ -62,8 +64,8 @@ DEAR = 6.0
 
 def carrier_in_space(policy: Policy) -> Carrier:
     """Return who carries objects where grasps are planned for a policy on real senses."""
-    made, grade = partial(SpatialSensedPolicyController, policy=policy), replace(CARRIER.grades[0], price=DEAR)
-    return replace(CARRIER, make=made, digest=policy.digest, grades=(grade,))
+    made, (best, usual, rough) = partial(SpatialSensedPolicyController, policy=policy), CARRIER.grades
+    return replace(CARRIER, make=made, digest=policy.digest, grades=(best, replace(usual, price=DEAR), rough))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +112,13 @@ def sensed_in_space(
 
     keys = plan_keys_in_space((hand, spec), firsts, gravities, by)
     plans = plans_of("sensed-plan-in-space", keys, by.module, plan, at_once=PATHS)
-    mine = [rows[name] for name in names]
-    return Grasp(**{name: array[mine] for name, array in plans.items()})
+    return grasp_of(plans, [rows[name] for name in names])
 
 
 def plan_keys_in_space(pair: Pair, paths: Sequence[SpatialReference], gravities: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths under gravities `(G, 3)` [m/s^2] are looked up by among those that ship."""
     law, tried = (SENSED_SPATIAL_IK, SOFT, SQUEEZE, LOOKED, ASTRAY), (by.digest, by.grades, by.rounds)
-    told = (*pair, gravities, law, tried, SHORT, COARSE, APART)
+    told = (*pair, gravities, law, tried, SHORT, COARSE, APART, ASIDE)
     both = [(path.hold, np.hstack([path.moves, path.turns])[None]) for path in paths]
     return [path_keys((*told, hold), poses)[0] for hold, poses in both]
 
@@ -134,7 +135,28 @@ def following(hand: SpatialHand, grasps: Sequence[SpatialGrasp]) -> Grasp:
 
 
 def _planned(who: tuple[Pair, Carrier], paths: Sequence[SpatialReference], gravities: Array, bench: Bench) -> Arrays:
-    """Return joints and ways of the best grasp of each path, by their names in `Grasp`."""
+    """Return joints and ways of the best grasp of each path, by their names in `Grasp`, and ways of each grade."""
+    held, by = who
+    middle = len(by.grades) // 2
+    each = [(held, replace(by, grades=(grade,))) for grade in by.grades]
+    chosen = _grasped(each[middle], paths, gravities, bench)
+    count = sum(worlds for _, worlds in by.rounds)
+    ways = np.empty((len(paths), len(each)))
+    for number, own in enumerate(each):
+        tried, (grade,) = chosen, own[1].grades
+        if number != middle:
+            draws = part_of(grade, range(count))
+            tried = _tried(own, paths, [replace(one, ways=()) for one in chosen], (gravities, draws), bench)
+        ways[:, number] = [one.told(own[1])[0] for one in tried]
+    ways[:, 0] = np.maximum(ways[:, 0], ways[:, middle])  # fewer worlds, none of which is worse than those of `field`
+    grasp = replace(following(held[0], [one.grasp for one in chosen]), way=ways[:, middle])
+    return {**{name: rows for name, rows in vars(grasp).items() if rows is not None}, "ways": ways}
+
+
+def _grasped(
+    who: tuple[Pair, Carrier], paths: Sequence[SpatialReference], gravities: Array, bench: Bench
+) -> list[_Candidate]:
+    """Return the best grasp of each path for the one grade of a carrier, of another kind where the usual come short."""
     held, by = who
     groups = searched(held, paths, gravities, bench)
     chosen = _chosen(who, paths, [groups[path.name] for path in paths], gravities, bench)
@@ -150,9 +172,7 @@ def _planned(who: tuple[Pair, Carrier], paths: Sequence[SpatialReference], gravi
         for (number, _), each in zip(some, _chosen(who, mine, left, gravities, bench), strict=True):
             if each.told(by)[1] > chosen[number].told(by)[1]:
                 chosen[number] = each
-    grasp = following(held[0], [each.grasp for each in chosen])
-    grasp = replace(grasp, way=np.array([each.told(by)[0] for each in chosen]))
-    return {name: rows for name, rows in vars(grasp).items() if rows is not None}
+    return chosen
 
 
 def _of_other_kinds(held: Pair, paths: Sequence[SpatialReference], gravities: Array) -> list[list[SpatialGrasp]]:
@@ -212,20 +232,22 @@ def _tried(
     grasp, longest = following(hand, [each.grasp for each in whose]), longest_of(path, SENSED_SPATIAL_IK)
     how: dict[str, Any] = {"twists": twists, "longest": longest, "disturbed": disturbed}
     _, found = simulate(task, grasp, starts, carrying, bench, holds=SpatialIkSensedController, **how)
-    ways = _ways(found, task, watched[-1].ways).reshape(len(candidates), len(draws), 2)
+    ways = _ways(found, task, watched[-1].ways, by.grades[0].straight).reshape(len(candidates), len(draws), 2)
     return [
         replace(each, ways=(*each.ways, *((way, straight) for way, straight in rows)))
         for each, rows in zip(candidates, ways.tolist(), strict=True)
     ]
 
 
-def _ways(found: Recording, task: SpatialTask, aimed: Sequence[Array]) -> Array:
+def _ways(found: Recording, task: SpatialTask, aimed: Sequence[Array], straight: float) -> Array:
     """Return how far set points had gone while objects were held, not astray, and how far while straight `(B, 2)` [m].
 
-    It is -1 where one never was held. Set points were `aimed` in each decision `(B,)` [m].
+    What moves and is farther from its path than given [m] is not `straight`. It is -1 where one never was held. Set
+    points were `aimed` in each decision `(B,)` [m].
     """
     carried = np.flatnonzero(found.phase == len(found.phases) - 1)
-    ways, most = np.full((2, task.n_worlds), -1.0), np.array([[ASTRAY], [STRAIGHT]])
+    ways, most = np.full((2, task.n_worlds), -1.0), np.full((2, task.n_worlds), ASTRAY)
+    most[1] = np.where(task.path.moves.any(axis=(1, 2)), straight, ASIDE)
     if len(carried) == 0:
         return ways.T
     begin, going = found.states[carried[0]].object_pose, found.last >= carried[0]

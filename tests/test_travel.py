@@ -16,10 +16,12 @@ from inhand.asterisk_test.people.human import read_human_file, read_human_folder
 from inhand.asterisk_test.people.human_write import recording_name
 from inhand.control.catalogue import find_controller
 from inhand.control.policy import Policy, load_policy
+from inhand.control.spatial_catalogue import learned_entry
 from inhand.control.trial import Trial, load_trials, write_trials
 from inhand.errors import InputError
 from inhand.learning.datasets import DatasetEpisode, env_spec_of, read_dataset, read_head
 from inhand.learning.lerobot_files import read_episodes, read_features
+from inhand.learning.model_card import card
 
 HERE = importlib.util.find_spec("pyarrow") is not None
 lerobot = pytest.mark.skipif(not HERE, reason="the extra `lerobot` (pyarrow) is not installed")
@@ -227,6 +229,22 @@ def test_what_has_no_trials_is_refused(run: Path, dataset: Path, tmp_path: Path,
     assert inhand("export", run, "--as", "csv", "--results", run)[0] == 2
     assert "holds no dataset" in inhand("import", tmp_path)[2]
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "whom", "driven"),
+    [
+        (("rl", None), "one hand", True),
+        (("rl-privileged", None), "one hand", False),
+        (("rl", "2v3_50.50_40.30.30_1.1_53"), "hands of its family", True),
+        (("rl", "3f_60.60_40_10"), "one hand", False),
+    ],
+)
+def test_a_card_says_for_which_hands_a_policy_is(asked: tuple[str, str | None], whom: str, driven: bool) -> None:
+    entry, policy = learned_entry(*asked)
+    page = card(entry.name, policy, {}, None)
+    assert f"It is for {whom}, and for objects like those it learned with." in page
+    assert ("inhand.drive" in page) == driven
 
 
 def test_a_policy_travels_with_its_card(tmp_path: Path, inhand: Call) -> None:

@@ -37,7 +37,7 @@ PAGE = "README.md"
 TRUST = """## What to know before trusting it
 
 All numbers are of simulations, whose servo gains, friction and contacts are partly guessed (docs/thesis.md of the
-package). It is for one hand, and for objects like those it learned with."""
+package). It is for"""
 FRONT = """---
 license: apache-2.0
 library_name: inhand
@@ -81,19 +81,23 @@ def card(name: str, policy: Policy, cost: dict[str, Any], found: Compared | None
     trained = [f"{key}: {value}" for key, value in policy.trained.items() if not isinstance(value, dict) and value]
     made = [f"{key}: {value}" for key, value in dict(policy.trained.get("versions") or {}).items()]
     sees = "encoders and a camera alone" if layout.sensed else "the simulation's true state"
+    driven, whom = (
+        layout.sensed and policy.space is None,
+        "one hand" if policy.family is None else "hands of its family",
+    )
+    drives = ", or `inhand.drive` for a hand outside the simulator" if driven else ""
     return page_of(
         f"# {name}: a policy that moves an object within the hand",
         f"A network of {' - '.join(map(str, layers))} numbers (ReLU, tanh at its end), run in NumPy. It sees {sees};"
         f" its actions are {policy.actions} of joint targets; the object is given to it in a {policy.grasp} grip.",
-        f"Use it: `inhand evaluate FOLDER`, `inhand asterisk --controller FOLDER`, or `inhand.drive` for a hand outside"
-        f" the simulator. `{CARD}` says how to use the weights of `{ACTOR}`; both are refused where the package's"
-        " observations differ from those it learned with.",
+        f"Use it: `inhand evaluate FOLDER`, `inhand asterisk --controller FOLDER`{drives}. `{CARD}` says how to use the"
+        f" weights of `{ACTOR}`; both are refused where the package's observations differ from those it learned with.",
         "" if contract is None else f"Decisions: {contract.rate_hz:g} a second. Joints: {', '.join(contract.joints)}.",
         table_of(("Part", "Numbers", "for each joint", "for each finger"), parts, "What it sees"),
         listed(trained, "What it was trained with"),
         listed([f"{key}: {value}" for key, value in cost.items()], "What the training took"),
         _results(found),
-        TRUST,
+        f"{TRUST} {whom}, and for objects like those it learned with.",
         listed(made, "Versions it was made with"),
         f"Card written by inhand {versions()['inhand']}.",
     )

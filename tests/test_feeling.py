@@ -69,13 +69,12 @@ def test_a_risk_stops_where_it_passes_the_threshold_but_not_before_the_planned_e
     assert (gained < 2.0).all() if stops else (gained > 5.0).any()
 
 
-def test_who_sees_worse_is_stopped_by_less() -> None:
+def test_who_sees_worse_is_stopped_by_less(planned: tuple[Trial, ...]) -> None:
     """A risk between the thresholds stops who sees with a fiducial's noise and not who sees exactly."""
     risk, noisy = always(0.06), replace(ASKED, disturb="pose-noise-2mm")
     far, near = (ways(carried(replace(SHIPPED, risk=risk), config)) for config in (ASKED, noisy))
-    ends = [ways(carried(replace(SHIPPED, risk=None), config)) for config in (ASKED, noisy)]
-    assert (far - ends[0]).max() > 5.0
-    assert np.abs(near - ends[1]).max() < 2.0
+    assert (far - ways(planned)).max() > 5.0
+    assert np.abs(near - ways(carried(replace(SHIPPED, risk=None), noisy))).max() < 2.0
 
 
 def test_what_was_twisted_before_ends_where_it_was_planned_to() -> None:

@@ -133,8 +133,9 @@ def test_a_word_runs_along_its_own_path(own: Path) -> None:
 
 
 def test_the_command_line_runs_a_file_of_ones_own_and_a_notebook_shows_it(
-    own: Path, inhand: Call, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    own: Path, inhand: Call, tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(Run, "pictures", lambda *_: [])
     words = ("--directions", f"{own}:{own.stem}", "--trials", 1, "--noise-mm", 0, "--out", tmp_path / "run")
     metrics = "--metrics", f"{own}:highest_mm", f"{own}:broken"
     code, out, err = inhand("asterisk", *words, *metrics, "--phases", f"{own}:hold")
@@ -319,7 +320,8 @@ model = Model()
 """A model with the `predict` of Stable-Baselines3's, and what makes a controller of it."""
 
 
-def test_a_model_that_predicts_is_a_controller(tmp_path: Path, inhand: Call) -> None:
+def test_a_model_that_predicts_is_a_controller(tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Run, "pictures", lambda *_: [])
     path = tmp_path / "with_model.py"
     path.write_text(MODEL)
     words = ("--controller", f"{path}:make", "--directions", "Out", "--trials", 2, "--out", tmp_path / "run")

@@ -50,6 +50,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.fixture
+def no_film(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw no replay."""
+    monkeypatch.setattr(trace_report, "write_replay", lambda *_, **__: None)
+
+
 def test_a_run_leaves_numbers_report_figures_and_trials(run: Path) -> None:
     names = {str(path.relative_to(run)) for path in run.rglob("*") if path.is_file()}
     assert names == {
@@ -224,6 +230,7 @@ def test_a_second_run_is_refused_and_overwriting_replaces(run: Path, tmp_path: P
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
 
 
+@pytest.mark.usefixtures("no_film")
 def test_a_trial_that_fails_is_told_and_kept(tmp_path: Path, inhand: Call) -> None:
     code, printed, err = inhand(
         "trace", "--path", "key", "--trials", "1", "--controller", "thesis-ik", "--out", tmp_path / "run"
@@ -244,6 +251,7 @@ def test_a_trial_that_fails_is_told_and_kept(tmp_path: Path, inhand: Call) -> No
     assert f"* {sentence}" in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("no_film")
 def test_a_task_with_a_wall_shows_the_push(tmp_path: Path, inhand: Call) -> None:
     code, printed, _ = inhand("trace", "--path", "wall", "--trials", "1", "--out", tmp_path / "run")
     assert code == 0

@@ -182,5 +182,6 @@ class PlanarSimulator(Simulator):
 
 def _upright(rates: Array) -> Array:
     """Return rates along x, y and about z `(B, 3)` as linear and angular ones `(B, 6)`."""
-    zero = np.zeros(len(rates))
-    return np.stack([rates[:, 0], rates[:, 1], zero, zero, zero, rates[:, 2]], axis=-1)
+    full = np.zeros((len(rates), 6))
+    full[:, :2], full[:, 5] = rates[:, :2], rates[:, 2]
+    return full

@@ -73,7 +73,7 @@ SENSED = replace(
     rounds=2,
     relabelled=8,
     refit=300,
-    episodes=60,
+    episodes=40,
 )
 """The same on real senses: the teacher labels the actor's own episodes, critics see the truth, rows have priorities."""
 
@@ -138,7 +138,7 @@ def test_a_run_without_episodes_of_its_own_imitates_alone(prepared: Path, tmp_pa
     assert (tmp_path / "run" / "metrics.jsonl").read_text().count('"kind": "evaluation"') == 1
 
 
-@pytest.mark.parametrize(("config", "done"), [(SMALL, 0), (SENSED, 14)])
+@pytest.mark.parametrize(("config", "done"), [(SMALL, 0), (SENSED, 8)])
 def test_a_killed_run_goes_on_from_its_checkpoint_with_the_same_bytes(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, config: Training, done: int
 ) -> None:

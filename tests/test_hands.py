@@ -18,7 +18,7 @@ from inhand.hands.touch import touch
 from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.scene import SceneSpec
-from pairs import every_third_pair
+from pairs import every_fourth_pair
 
 STANDARD = "2v2_50.50_50.50_1.1_53"
 STANDARD_HAND = parse_hand_name(STANDARD)
@@ -241,7 +241,7 @@ def test_joints_go_to_their_targets_and_stop_at_their_limits() -> None:
     np.testing.assert_array_equal(state.targets, [[0.5, -0.4, 0.9, -0.8]])
 
 
-@every_third_pair
+@every_fourth_pair
 def test_the_model_has_the_masses_sizes_and_frictions_of_its_specs(hand_name: str, spec: ObjectSpec) -> None:
     hand = replace(parse_hand_name(hand_name), friction=0.4, link_mass=0.05)
     spec = replace(spec, mass=0.021, friction=0.7)

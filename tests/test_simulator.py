@@ -21,7 +21,7 @@ from inhand.sim.model import build_model
 from inhand.sim.mujoco_engine import MujocoSimulator
 from inhand.sim.scene import SceneSpec
 from inhand.sim.state import CONTACT_TOLERANCE, State, select
-from pairs import every_third_pair
+from pairs import every_fourth_pair
 
 HAND = parse_hand_name(HAND_NAMES[0])
 CUBE = OBJECTS["cube_39"]
@@ -87,7 +87,7 @@ def mirrored_joints(hand: HandSpec, angles: Array) -> Array:
     return np.concatenate([-angles[..., right], -angles[..., left]], axis=-1)
 
 
-@every_third_pair
+@every_fourth_pair
 def test_mirrored_worlds_move_as_mirror_images(hand_name: str, spec: ObjectSpec) -> None:
     hand = parse_hand_name(hand_name)
     targets = shaken(hand, spec, 30, seed=20)
@@ -106,7 +106,7 @@ def test_mirrored_worlds_move_as_mirror_images(hand_name: str, spec: ObjectSpec)
     assert np.abs(poses - poses[0]).max() > 2e-4
 
 
-@every_third_pair
+@every_fourth_pair
 def test_everything_in_a_state_is_of_one_instant(hand_name: str, spec: ObjectSpec) -> None:
     hand = parse_hand_name(hand_name)
     simulator = MujocoSimulator(hand, [spec], threads=1)

@@ -15,7 +15,7 @@ from inhand.hands.objects import ObjectSpec, convex_pieces, outline, parse_objec
 from inhand.hands.shapes import CAP_CORNERS, link_outline
 from inhand.hands.touch import cap_support, touch
 from inhand.sim.mujoco_engine import MujocoSimulator
-from pairs import every_third_pair
+from pairs import every_fourth_pair
 
 every_hand = pytest.mark.parametrize("hand_name", HAND_NAMES)
 every_object = pytest.mark.parametrize("spec", OBJECTS.values(), ids=OBJECTS.keys())
@@ -85,7 +85,7 @@ def flattening(hand: HandSpec, spec: ObjectSpec) -> float:
     return cap + float(body)
 
 
-@every_third_pair
+@every_fourth_pair
 def test_touching_postures_touch_in_the_simulator(hand_name: str, spec: ObjectSpec) -> None:
     hand = parse_hand_name(hand_name)
     pose = start_pose(hand, 0.2)
@@ -108,7 +108,7 @@ def test_touching_postures_touch_in_the_simulator(hand_name: str, spec: ObjectSp
         assert gaps.max() < min(1.1e-4, flattening(hand, spec) + 2e-5)
 
 
-@every_third_pair
+@every_fourth_pair
 def test_touching_postures_put_the_cap_on_the_point(hand_name: str, spec: ObjectSpec) -> None:
     hand = parse_hand_name(hand_name)
     points, normals = outline(spec, 0.003)

@@ -189,7 +189,7 @@ def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Cont
 
     def place(task: AnyTask) -> Controller:
         if _differ(graded):
-            hand: Any = task.hand  # in the plane, where alone grades differ
+            hand: Any = task.hand  # in the plane, where alone grasps of grades differ
             stops = [np.stack([placed_joints(hand, each), each.opened]) for each in graded]
             placing[:] = [Choosing(task, np.stack(stops), planned)]
         else:

@@ -3,6 +3,7 @@
 The grasps of the contact search are closed and carried by the controller itself in worlds drawn from `field`, with all
 its senses, until they are lost or as far as they are predicted to reach. Of each path that grasp and that way are taken
 which gain most: way, less a price for every object that is lost before, and for every one that does not go straight.
+Where a camera sees better or worse than that of `field` the same grasp is told a way of its own.
 Where objects really start is not looked at; how fingers close follows where the camera sees the object.
 """
 

@@ -29,7 +29,7 @@ from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.robustness.summary import retention, wilson
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.cli.terminal import say
-from inhand.control.catalogue import ControllerEntry, Planner, find_controller
+from inhand.control.catalogue import ControllerEntry, Planner, find_controller, learned
 from inhand.control.controller import Task
 from inhand.control.feeling import SOON, TOLD, FeelingController
 from inhand.control.grades import GRADES
@@ -70,7 +70,7 @@ class Keeping(FeelingController):
 
     def __init__(self, task: Task, policy: Policy, kept: list[Felt]) -> None:
         """Follow the task's paths with a policy."""
-        super().__init__(task, policy)
+        super().__init__(replace(task, risk=np.ones(task.n_worlds)), policy)
         self._risk, self._kept = self._keep, Felt()
         kept.append(self._kept)
 
@@ -215,8 +215,7 @@ def main() -> None:
         say(f"seed {seed}, shuffled: {telling(risk, felt, soon)}")
         if given.out is not None and seed == given.seeds[0]:
             save_risk(risk, shipped().digest, given.out)
-        made = partial(FeelingController, policy=replace(shipped(), risk=risk))
-        entries.append(replace(entry, name=f"feel-{seed}", manipulate=made))
+        entries.append(learned(f"feel-{seed}", replace(shipped(), risk=risk)))
     tested(entries, given.levels, given.trials, given.seed)
 
 

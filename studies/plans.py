@@ -1,6 +1,6 @@
 """Plans the grasps that come with the package: of the standard hands and objects, in every direction and turn.
 
-    python studies/plans.py      rl and ik-sensed in the plane, some 150 s of a core each; rl in space, some 15 minutes
+    python studies/plans.py      half an hour of a core, most of it for rl in the plane and in space
 
 Run it where a policy that ships, or a number of planning, has changed: tests tell.
 """
@@ -15,12 +15,12 @@ import numpy as np
 import inhand.policies
 from inhand.control import shipped_plans
 from inhand.control.catalogue import find_controller
+from inhand.control.feeling import carrier_of
 from inhand.control.loop import Bench
-from inhand.control.phases import Grasp
+from inhand.control.phases import GradedGrasp, Grasp
 from inhand.control.policy import load_policy
 from inhand.control.run_config import HeldConfig
-from inhand.control.sensed_plan import PLAN, Carrier, graded, plan_keys
-from inhand.control.sensed_policy import carrier_of
+from inhand.control.sensed_plan import Carrier, graded, plan_keys
 from inhand.control.spatial_catalogue import find_spatial_controller
 from inhand.control.spatial_sensed_plan import carrier_in_space, plan_keys_in_space
 from inhand.hands.files import load_hand, load_object
@@ -82,9 +82,13 @@ def in_space(name: str, carrier: Carrier) -> Iterable[Planned]:
 
 
 def rows_of(grasp: Grasp) -> dict[str, np.ndarray]:
-    """Return what is kept of grasps, by name, with the ways of all grades."""
-    ways = np.stack([np.asarray(each.way) for each in getattr(grasp, "graded", ())], axis=1)
-    return {part: ways if part == "ways" else np.asarray(getattr(grasp, part)) for part in PLAN}
+    """Return what is kept of planned grasps, `(P, ...)` by name."""
+    each = grasp.graded if isinstance(grasp, GradedGrasp) else (grasp,)
+    rows = {name: array for name, array in vars(grasp).items() if isinstance(array, np.ndarray)}
+    if "risk" in rows:
+        rows["risks"] = np.stack([np.asarray(one.risk) for one in each], axis=-1)
+        del rows["risk"]
+    return rows | {"ways": np.stack([np.asarray(one.way) for one in each], axis=-1)}
 
 
 if __name__ == "__main__":

@@ -12,13 +12,13 @@ from inhand import caches
 from inhand.control import loop, sensed_plan, shipped_plans
 from inhand.control.catalogue import find_controller, rough_grasp
 from inhand.control.controller import Task
+from inhand.control.feeling import carrier_of
 from inhand.control.grades import GRADES, TRUSTING, USUAL, grade_of, told_way
 from inhand.control.joint import JointPid
 from inhand.control.looking import Choosing, Looking
 from inhand.control.phases import GradedGrasp, graded_grasp, placed_joints
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import Carrier, graded, plan_keys, sensed_grasp
-from inhand.control.sensed_policy import carrier_of
 from inhand.geometry import Array, Path
 from inhand.hands.files import load_object
 from inhand.hands.fit import Held

@@ -25,6 +25,7 @@ from inhand.control.phases import GradedGrasp, Grasp
 from inhand.control.seen import Seen
 from inhand.control.sensed_plan import Candidate, Carrier, sensed_grasp
 from inhand.control.trial import Trial
+from inhand.control.watched import ASTRAY, OFTEN, ways_along
 from inhand.geometry import TURN_ARM, Array, Path, planar, wrap_angle
 from inhand.hands.files import load_object
 from inhand.hands.fit import Held
@@ -172,7 +173,7 @@ def test_how_far_an_object_goes_straight_is_told_beside_how_far_it_goes() -> Non
     poses = HAND.start_pose + straight_path(primitive_at(90.0), 0.03).poses[None]
     first, reach = sensed_plan.candidates(held, poses)
     found = []
-    for most in (sensed_plan.ASTRAY, 1e-6):
+    for most in (ASTRAY, 1e-6):
         by = Carrier(grades=(replace(USUAL, straight=most),))
         (tried,) = vars(sensed_plan)["_tried"](held, (poses, reach), first[:1], by, range(2))
         found.append(np.array(tried.ways[0]))
@@ -190,9 +191,9 @@ def test_what_was_astray_is_not_caught_again_and_nothing_counts_in_the_air() -> 
     touching = np.ones((60, 3, 2), dtype=bool)
     touching[40:, 2, 0] = False
     states = [SimpleNamespace(pose=pose, touching=both) for pose, both in zip(poses, touching, strict=True)]
-    found = SimpleNamespace(phase=np.ones(60, dtype=int), last=np.full(3, 59), states=states)
-    told = vars(sensed_plan)["_ways"](found, path, [np.full(3, way) for way in ways], sensed_plan.ASTRAY)
-    judged = sensed_plan.OFTEN * 1e-3
+    found: Any = SimpleNamespace(phase=np.ones(60, dtype=int), last=np.full(3, 59), states=states)
+    told = ways_along(found, path, [np.full(3, way) for way in ways], ASTRAY)
+    judged = OFTEN * 1e-3
     assert (np.abs(told[:, 0] - (0.059, 0.02, 0.04)) <= judged).all()
 
 

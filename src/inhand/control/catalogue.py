@@ -15,7 +15,7 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.contract import Contract
 from inhand.control.controller import Controller, SpatialTask, Task
-from inhand.control.feeling import FeelingController
+from inhand.control.feeling import FeelingController, carrier_of
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.knowing import FAMILY, LEARNED, check_held
@@ -26,7 +26,7 @@ from inhand.control.rehearsal import closing_joints, rehearsed
 from inhand.control.route_policy import RouteController, SensedRouteController
 from inhand.control.seen import PRIVILEGED, SENSED, Reads, reads_of
 from inhand.control.sensed_plan import Carrier, graded, sensed_grasp
-from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController, carrier_of
+from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
 from inhand.control.sliding import sliding_grasps
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy

@@ -37,8 +37,8 @@ class Carrying(Generic[H, S, P]):
     """Physics steps for one decision."""
     distance: Array | None = None
     """Way along each path to go at most `(B,)` [m], planned by the caller; None for as far as the grip can follow."""
-    grade: NDArray[np.int64] | None = None
-    """Grade of each camera `(B,)`, 0 the best, where `distance` was planned for it; None where it was asked for."""
+    risk: Array | None = None
+    """Risk that is not taken beyond such a way `(B,)`; None for ways that end where they were planned to."""
     start: Array | None = None
     """Pose that each path counts from, as `origin` has it; None for where the object is when its controller begins."""
 

@@ -2,17 +2,22 @@
 
 A planned way ends where few objects are lost of all that a camera of its grade may mean. Beyond it a network tells from
 what is sensed, and from how that has changed of late, the chance that the object is lost, turned or off its line within
-the next decisions (`SOON`); where that passes a threshold commands stay as they are. `studies/feel.py` teaches it.
+the next decisions (`SOON`). Where that passes a threshold commands stay as they are; planning chooses it for each path
+and grade (`control/sensed_plan.py`). `studies/feel.py` teaches the network.
 """
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from inhand.control.controller import Task
+from inhand.control.grades import TRUSTING
 from inhand.control.policy import Policy
 from inhand.control.seen import Seen
+from inhand.control.sensed_plan import Carrier, graded
 from inhand.control.sensed_policy import SensedPolicyController
 from inhand.control.underway import ARRIVED
 from inhand.geometry import Array
@@ -23,12 +28,25 @@ SOON = 10
 """Decisions within which a loss or a turn is told."""
 FARTHER = 1.3
 """Where it is stopped at the latest, in planned ways."""
-THRESHOLDS = (0.1, 0.03, 0.03)
-"""Risk that is not taken, by the grade of a camera, the best first: it is told best where a camera sees well."""
 BACK = (12, 30)
 """Decisions back with which what is sensed now is compared; and with when the hand had waited for frames."""
 TOLD = 5
 """Numbers of direction and way, which come first."""
+NEAR = (1.0, 0.8, 0.5)
+"""Shares of a planned way among which that of a policy of the family is chosen."""
+QUICK = ((32, 3), (6, 8), (2, 16))
+"""Candidates and worlds that a policy of the family plans with."""
+
+
+def carrier_of(policy: Policy) -> Carrier:
+    """Return who carries objects where grasps are planned for a policy on real senses."""
+    carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
+    if find_layout(policy.observation).columns:
+        return replace(carrier, shares=NEAR, grades=TRUSTING, apart=True, rounds=QUICK, stays=24)
+    if policy.risk is None:
+        return graded(carrier)
+    felt = f"{policy.digest}, {policy.risk.digest} up to {FARTHER}"
+    return replace(graded(carrier), digest=felt, feels=partial(FeelingController, policy=policy))
 
 
 class FeelingController(SensedPolicyController):
@@ -59,9 +77,9 @@ class FeelingController(SensedPolicyController):
 
     def _way(self, seen: Seen) -> Array:
         """Return how far to go at most `(B,)` [m]: beyond the planned way where nothing turns."""
-        self._planned, grade = super()._way(seen), self._task.grade
-        feels = (self._turned == 0) & (grade is not None)
-        self._threshold = np.where(feels, np.array(THRESHOLDS)[0 if grade is None else grade], np.inf)
+        self._planned, risk = super()._way(seen), self._task.risk
+        feels = (self._turned == 0) & (risk is not None)
+        self._threshold = np.where(feels, np.inf if risk is None else risk, np.inf)
         return np.asarray(np.minimum(np.where(feels, FARTHER, 1.0) * self._planned, self._task.path.length))
 
     def _feel(self) -> Array:

@@ -67,11 +67,7 @@ class Looking(JointPid):
         """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's."""
         if len(each) == 1:
             return each[0]
-        return np.stack(each)[self.grade(len(each)), np.arange(len(self.scatter))]
-
-    def grade(self, count: int) -> NDArray[np.int64]:
-        """Return which of so many grades each world's camera has `(B,)`, 0 the best."""
-        return grade_of(self.scatter, count)
+        return np.stack(each)[grade_of(self.scatter, len(each)), np.arange(len(self.scatter))]
 
     def _look(self, seen: Seen) -> None:
         off = _beside(seen.frame_pose, self._planned)

@@ -39,6 +39,8 @@ class Grasp:
     """Fingers press on the object `(B, n_joints)` [rad]."""
     way: Array | None = None
     """Way along each path up to which the grasp was planned to hold `(B,)` [m]; None where nothing was planned."""
+    risk: Array | None = None
+    """Risk that is not taken beyond that `(B,)`, by who feels one; None where nobody goes on."""
     planned: Array | None = None
     """Where objects were planned to stand `(B, 3)` [m, m, rad], or in space to be `(B, 7)`, if the grasp follows where
     they are seen to be,"""
@@ -159,7 +161,7 @@ def _as_far_as_seen(
 ) -> Callable[[Any], Controller]:
     """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed.
 
-    They are told the grade, by which some go on beyond such a way, but of objects that are `twisted` before.
+    They are told the risk that is not taken beyond such a way, but of objects that are `twisted` before.
     """
 
     def made(task: AnyTask) -> Controller:
@@ -168,7 +170,8 @@ def _as_far_as_seen(
             return make(task)
         ways, looking = [each.way for each in graded if each.way is not None], looked[0]
         distance = np.maximum(task.distance + looking.of_grade(ways) - grasp.way, 0.0)
-        return make(replace(task, distance=distance, grade=None if twisted else looking.grade(len(ways))))
+        risks = [each.risk for each in graded if each.risk is not None and not twisted]
+        return make(replace(task, distance=distance, risk=looking.of_grade(risks) if risks else None))
 
     return made
 

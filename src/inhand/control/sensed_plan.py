@@ -27,8 +27,8 @@ from inhand.control.phases import Grasp, graded_grasp
 from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
 from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.trial import REACHED, TIME_OUT
-from inhand.control.watched import Carries, Watched
-from inhand.geometry import SAME, TURN_ARM, Array, Path, way_along, wrap_angle
+from inhand.control.watched import ASTRAY, Carries, Watched, ways_along
+from inhand.geometry import SAME, Array, Path, way_along
 from inhand.hands.fit import Held
 from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import HandSpec
@@ -43,24 +43,20 @@ CANDIDATES = 8
 """Candidates of each search. Paper tells them apart badly: the best of a long way was often the fifth or the eighth."""
 ROUNDS = ((32, 4), (12, 8), (5, 24), (2, 96))
 """How many candidates of a path are tried, the best so far, and in how many further worlds."""
-ASTRAY = 0.012
-"""Objects farther than this from their path count as lost [m]; 27 deg at `TURN_ARM`."""
-OFTEN = 3
-"""Of the decisions of a rehearsal one in so many is judged."""
 SQUEEZE = 0.0035
 """How far inside the object fingers aim when they close [m]: it may be smaller, and joints stand elsewhere."""
 LOOKED = 0.7
 """Share of the way by which fingers follow an object that is seen off its plan: a camera has a bias."""
 SHIFTS = np.diag([0.002, 0.002, np.deg2rad(2.0)])
 """Poses beside the plan from which it is computed how joints follow [m, m, rad]."""
-BEHIND, AHEAD = 16, 3
-"""Poses of a path behind the set point and ahead of it at which an object may be."""
 STAYS, SHARES = 64, (1.0, 0.94)
 """Worlds in which ways are gone to their end, and shares of a planned way among which that of a grade is chosen."""
+RISKS, FELT = (0.02, 0.05, 0.1, 0.2, 0.4), 512
+"""Risks of which one is not taken beyond the planned way of a path, and worlds in which that is chosen,"""
+DARING = (1.0, 5.0, 1.0)
+"""where an object lost costs so much in the grade of a camera, the best first: less than where ways are told."""
 PATHS = 16
 """Paths that are planned at a time, which bounds memory."""
-PLAN = ("opened", "closed", "way", "ways", "planned", "follows")
-"""Names of what is kept of a plan."""
 SEED = 20_000
 """First number of the keys of the worlds that plans are tried in, away from the seeds of runs."""
 
@@ -105,6 +101,8 @@ class Carrier:
     farthest: bool = False
     """Whether grasps alone are tried that are predicted to reach as far as any: what goes on for long is pushed often,
     and kept only well inside what friction carries."""
+    feels: Callable[[Any], Carries] | None = None
+    """Makes the controller that goes on beyond planned ways, until a risk that is chosen for each grade stops it."""
     engine: str = ENGINE
 
 
@@ -143,16 +141,18 @@ def sensed_grasp(
 
 def grasp_of(plans: Arrays, rows: Sequence[int] | NDArray[np.int64]) -> Grasp:
     """Return the grasps of some plans, `(P, ...)` by name, with the ways of each grade where there are several."""
-    whole = {name: plans[name][rows] for name in PLAN}
+    whole = {name: array[rows] for name, array in plans.items()}
     ways = whole.pop("ways").T
+    risks = whole.pop("risks").T if "risks" in whole else [None] * len(ways)
     usual = Grasp(**whole)
-    return graded_grasp([replace(usual, way=way) for way in ways]) if len(ways) > 1 else usual
+    grades = [replace(usual, way=way, risk=risk) for way, risk in zip(ways, risks, strict=True)]
+    return graded_grasp(grades) if len(grades) > 1 else grades[0]
 
 
 def plan_keys(held: Held, poses: Array, by: Carrier) -> list[str]:
     """Return what the plans of paths `(P, S, 3)` are looked up by among those that ship."""
-    tried = by.rounds or ROUNDS, by.stays or STAYS, by.last
-    numbers = (*tried, CANDIDATES, CONES, ENOUGH, ASTRAY, SQUEEZE, LOOKED)
+    tried, felt = (by.rounds or ROUNDS, by.stays or STAYS, by.last), () if by.feels is None else (RISKS, FELT, DARING)
+    numbers = (*tried, CANDIDATES, CONES, ENOUGH, ASTRAY, SQUEEZE, LOOKED, *felt)
     return path_keys((held.hand, held.object, by.digest, by.engine, by.shares, by.grades, numbers), poses)
 
 
@@ -197,8 +197,16 @@ def _planned(held: Held, poses: Array, by: Carrier) -> dict[str, Array]:
     paths = np.array([candidate.path for candidate in left])
     chosen = [int(np.where(paths == path, worth, -np.inf).argmax()) for path in range(len(poses))]
     told, left = told[chosen], [left[k] for k in chosen]
-    told = told[:, [grade.scatter > 0 for grade in by.grades]]
-    return {**_closing(held, left, poses), "way": told[:, told.shape[1] // 2], "ways": told}
+    told, seen = told[:, [grade.scatter > 0 for grade in by.grades]], [each for each in by.grades if each.scatter > 0]
+    plan = {**_closing(held, left, poses), "way": told[:, told.shape[1] // 2], "ways": told}
+    if by.feels is None:
+        return plan
+    draws = range(first + (by.stays or STAYS), first + (by.stays or STAYS) + FELT)
+    risks = [
+        _risked(held, (poses, ways), left, by, (replace(grade, price=price), part_of(grade, draws)))
+        for grade, price, ways in zip(seen, DARING, told.T, strict=False)
+    ]
+    return plan | {"risks": np.stack(risks, axis=-1)}
 
 
 def _told(candidate: Candidate, whole: float, by: Carrier) -> tuple[list[float], float]:
@@ -225,16 +233,46 @@ def _stayed(
     worth, left = np.full((len(by.shares), len(candidates)), -np.inf), np.arange(len(candidates))
     for number, share in enumerate(by.shares):
         tried = [candidates[k] for k in left.tolist()]
-        owner = np.repeat([each.path for each in tried], len(draws))
-        found, aimed = _carried(held, (poses, share * told[left]), tried, by, where)
-        lost = ~np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
-        way, straight = _ways(found, Path(poses[owner] - poses[owner, :1]), aimed, grade.straight).T
-        spoilt = np.stack([lost, ~lost & (straight < way)]).reshape(2, -1, len(draws)).sum(axis=-1)
-        worth[number, left] = worth_of(share * told[left], (spoilt[0], spoilt[1]), len(draws), grade)
-        left = left[spoilt.any(axis=0)]  # of a way on which nothing was lost no part is worth more
+        _, spoilt = _judged(held, (poses, share * told[left]), tried, by, where)
+        worth[number, left] = worth_of(share * told[left], spoilt, len(draws), grade)
+        left = left[spoilt[0] + spoilt[1] > 0]  # of a way on which nothing was lost no part is worth more
         if len(left) == 0:
             break
     return np.array(by.shares)[worth.argmax(axis=0)] * told, grade.weight * worth.max(axis=0)
+
+
+def _risked(
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, where: tuple[Grade, range]
+) -> Array:
+    """Return the risk that is not taken beyond each path's way `(P,)`: of some, the one that is worth most.
+
+    The poses of the paths come with the ways that were found, and a candidate of each. Turns end where they were
+    planned to.
+    """
+    moving, (grade, draws) = np.flatnonzero((paths[0][:, :1, 2] == paths[0][..., 2]).all(axis=1)), where
+    worth, tried = np.zeros((len(RISKS), len(candidates))), [candidates[k] for k in moving]
+    for number, risk in enumerate(RISKS if tried else ()):
+        going = replace(by, make=partial(_not_taking, by.feels or by.make, risk))
+        way, spoilt = _judged(held, (paths[0], paths[1][moving]), tried, going, where)
+        worth[number, moving] = worth_of(way, spoilt, len(draws), grade)
+    return np.asarray(np.array(RISKS)[worth.argmax(axis=0)])
+
+
+def _not_taking(feels: Callable[[Any], Carries], risk: float, task: Task) -> Carries:
+    return feels(replace(task, risk=np.full(task.n_worlds, risk)))
+
+
+def _judged(
+    held: Held, paths: tuple[Array, Array], candidates: list[Candidate], by: Carrier, where: tuple[Grade, range]
+) -> tuple[Array, tuple[Array, Array]]:
+    """Return how far candidates came in the mean [m], each to go a way, of how many worlds lost and gone crooked."""
+    (poses, _), (grade, draws) = paths, where
+    owner = np.repeat([each.path for each in candidates], len(draws))
+    found, aimed = _carried(held, paths, candidates, by, where)
+    lost = ~np.isin(np.array(found.outcomes), (REACHED, TIME_OUT))
+    way, straight = ways_along(found, Path(poses[owner] - poses[owner, :1]), aimed, grade.straight).T
+    each = np.stack([np.maximum(way, 0.0), lost, ~lost & (straight < way)]).reshape(3, -1, len(draws))
+    return each[0].mean(axis=-1), (each[1].sum(axis=-1), each[2].sum(axis=-1))
 
 
 def _closing(held: Held, candidates: list[Candidate], poses: Array) -> dict[str, Array]:
@@ -275,8 +313,9 @@ def _tried_together(
         reach = paths[1][[each.path for each in candidates]]
         found, aimed = _carried(held, (paths[0], reach), candidates, by, (grade, own))
         poses = paths[0][np.repeat([each.path for each in candidates], len(own))]
-        ways = _ways(found, Path(poses - poses[:, :1]), aimed, grade.straight).reshape(len(candidates), len(own), 2)
-        added.append([tuple((way, straight) for way, straight in rows) for rows in ways.tolist()])
+        ways = ways_along(found, Path(poses - poses[:, :1]), aimed, grade.straight)
+        each = ways.reshape(len(candidates), len(own), 2).tolist()
+        added.append([tuple((way, straight) for way, straight in rows) for rows in each])
     before = [each.ways or ((),) * len(by.grades) for each in candidates]
     return [
         replace(each, ways=tuple((*old, *new[k]) for old, new in zip(before[k], added, strict=True)))
@@ -305,32 +344,3 @@ def _carried(
     longest = max(LEAST, float(ways.max()) / SLOWEST)
     _, found = simulate(task, grasp, starts, carrying, Bench(by.engine), longest=longest, disturbed=worlds)
     return found, watched[0].ways
-
-
-def _ways(found: Recording, path: Path, aimed: list[Array], straight: float) -> Array:
-    """Return how far along its path each world carried its object, not astray, and how far straight `(B, 2)` [m].
-
-    What is farther from its path than given [m] is not `straight`. It is -1 where it never was held. A path may cross
-    itself: an object is on its part near to where the set point was `aimed` in each decision `(B,)` [m].
-    """
-    carried = int(np.flatnonzero(found.phase == found.phase.max())[0])
-    begin, scale = found.states[carried].pose, np.array([1.0, 1.0, TURN_ARM])
-    ways, most = np.full((2, len(found.last)), -1.0), np.array([[ASTRAY], [straight]])
-    going, aims, worlds = found.last >= carried, path.poses * scale, np.arange(len(found.last))
-    window = np.arange(-BEHIND, AHEAD + 1)
-    for number in range(carried, len(found.states), OFTEN):
-        state = found.states[number]
-        moved = state.pose - begin
-        moved[:, 2] = wrap_angle(moved[:, 2])
-        come = aimed[number - carried]
-        place = (path.way < come[:, None]).sum(axis=1)
-        near = np.clip(place[:, None] + window, 0, aims.shape[1] - 1)
-        off = np.linalg.norm(aims[worlds[:, None], near] - (scale * moved)[:, None], axis=-1)
-        closest = off.argmin(axis=1)
-        place, away = near[worlds, closest], off[worlds, closest]
-        # What is lost for a few decisions may be caught again, what is astray stays so.
-        going = going & (number <= found.last) & (away <= most)
-        here = going & state.touching.all(axis=-1)
-        gone = np.where(come >= path.length - SAME, path.length, path.way[worlds, place])
-        ways = np.where(here, np.maximum(ways, gone), ways)
-    return ways.T

@@ -1,24 +1,20 @@
 """A learned policy on what a hand can know: it waits for its first frames, then goes the way that it is told."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from inhand.control.controller import Task
 from inhand.control.follow import follow_limit
-from inhand.control.grades import TRUSTING
 from inhand.control.ik_sensed import SENSED_IK
 from inhand.control.knowing import check_task
 from inhand.control.memory import Memory
 from inhand.control.policy import Policy, parts_of
 from inhand.control.seen import SENSED, Seen
-from inhand.control.sensed_plan import Carrier, graded
 from inhand.control.underway import ARRIVED, Deciding, Underway
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.fit import Held
-from inhand.tasks.layouts import find_layout
 from inhand.tasks.observations import Aim, Scene
 from inhand.tasks.past import Past
 
@@ -98,17 +94,3 @@ CHANGED = ("angle", "distance", "turn")
 def asked(angle: Array, turned: Array, start: Array, distance: Array) -> Aim:
     """Return aims that turn where paths do `(B,)` [rad], and move along directions `(B,)` [rad] where they do not."""
     return Aim(np.where(turned == 0, angle, 0.0), start, distance, turn=np.sign(turned))
-
-
-def carrier_of(policy: Policy) -> Carrier:
-    """Return who carries objects where grasps are planned for a policy on real senses."""
-    carrier = Carrier(partial(SensedPolicyController, policy=policy), policy.digest, __name__)
-    if find_layout(policy.observation).columns:
-        return replace(carrier, shares=NEAR, grades=TRUSTING, apart=True, rounds=QUICK, stays=24)
-    return graded(carrier)
-
-
-NEAR = (1.0, 0.8, 0.5)
-"""Shares of a planned way among which that of a policy of the family is chosen."""
-QUICK = ((32, 3), (6, 8), (2, 16))
-"""Candidates and worlds that a policy of the family plans with."""

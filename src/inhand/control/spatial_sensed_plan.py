@@ -21,12 +21,12 @@ from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy
-from inhand.control.sensed_plan import ASTRAY, LOOKED, OFTEN, SEED, Carrier, grasp_of, part_of
+from inhand.control.sensed_plan import LOOKED, SEED, Carrier, grasp_of, part_of
 from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.spatial_ik_sensed import SENSED_SPATIAL_IK, SOFT, SpatialIkSensedController
 from inhand.control.spatial_rehearsal import closed_at, longest_of, search_of, searched
 from inhand.control.spatial_sensed_policy import SpatialSensedPolicyController
-from inhand.control.watched import Watched
+from inhand.control.watched import ASTRAY, OFTEN, Watched
 from inhand.geometry import TURN_ARM, Array
 from inhand.hands.spatial.grasp_search import SpatialGrasp, search_grasps
 from inhand.hands.spatial.hand import SpatialHand

@@ -190,7 +190,7 @@ def expert(simulator: MujocoSimulator) -> tuple[Recording, tuple[Trial, ...]]:
     return recording, cut_trials(Trial, recording, passports, task.path.poses)
 
 
-@pytest.mark.parametrize("step", [1, 100])
+@pytest.mark.parametrize("step", [1, 20, 100])
 def test_a_trial_ends_in_the_row_before_its_world_diverged(step: int) -> None:
     expected, theirs = expert(MujocoSimulator(HAND, [CUBE] * 3, threads=1))
     simulator = Breaking(HAND, [CUBE] * 3, threads=1)

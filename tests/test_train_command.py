@@ -30,7 +30,6 @@ from inhand.learning.progress import Reached
 from inhand.learning.report import Compared
 from inhand.learning.run_cards import card_of, read_config
 from inhand.learning.train import Trained
-from inhand.pages import Picture
 from inhand.records import text_of
 from page_reader import Read
 
@@ -50,9 +49,7 @@ def opened(path: Path) -> tuple[int, int]:
 
 
 @learns
-def test_a_training_is_watched_drawn_and_evaluated(
-    tmp_path: Path, inhand: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_training_is_watched_drawn_and_evaluated(tmp_path: Path, inhand: Call) -> None:
     run = tmp_path / "my run"
     code, out, err = inhand("train", "--preset", "smoke", "--episodes", 60, "--seed", 2, "--out", run)
     assert (code, err) == (0, "")
@@ -88,8 +85,6 @@ def test_a_training_is_watched_drawn_and_evaluated(
     code, _, err = inhand("train", "--out", run, "--resume")
     assert code == 2
     assert "is finished; its policy is in" in err
-    curves = [Picture("Learning", "figures/learning.png")]  # those of the training again
-    monkeypatch.setattr("inhand.learning.report.curve_pictures", lambda *_: curves)
     code, out, err = inhand("evaluate", run, "--trials", 1, "--episodes", 18, "--out", tmp_path / "evaluated")
     assert (code, err) == (0, "")
     assert "Trained directions: my_run | ik" in out
@@ -190,7 +185,7 @@ def check_evaluation(folder: Path) -> None:
     assert (folder / "figures" / "failures_1.png").is_file() == bool(failed)
     for name in failed:
         assert (folder / "trials" / f"{file_name(name.rpartition(' ')[0])}_{name.rpartition(' ')[2]}.npz").is_file()
-    for name in ("trained_directions", "unseen_directions", "radar"):
+    for name in ("trained_directions", "unseen_directions", "radar", "learning", "progress", "directions"):
         assert min(opened(folder / "figures" / f"{name}.png")) > 300
     assert "inhand evaluate" in page
 

@@ -299,8 +299,11 @@ def carried(name: str, angle: float, walls: list[Wall]) -> tuple[list[State], fl
 @pytest.mark.parametrize(
     ("name", "angle", "gap"),
     [
+        ("cube_39", 90.0, 0.020),
         ("cube_39", 60.0, 0.020),
+        ("cube_39", 120.0, 0.025),
         ("cylinder_40", 90.0, 0.025),
+        ("ellipse_40x25", 90.0, 0.025),
         ("triangle", 90.0, 0.020),
         ("hourglass", 90.0, 0.020),
         ("concave_square", 120.0, 0.020),

@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from inhand.caches import name_of
 from inhand.control.controller import Task
 from inhand.control.grades import TRUSTING
 from inhand.control.policy import Policy
@@ -45,7 +46,7 @@ def carrier_of(policy: Policy) -> Carrier:
         return replace(carrier, shares=NEAR, grades=TRUSTING, apart=True, rounds=QUICK, stays=24)
     if policy.risk is None:
         return graded(carrier)
-    felt = f"{policy.digest}, {policy.risk.digest} up to {FARTHER}"
+    felt = f"{policy.digest}, {name_of(policy.risk)} up to {FARTHER}"
     return replace(graded(carrier), digest=felt, feels=partial(FeelingController, policy=policy))
 
 
@@ -78,9 +79,9 @@ class FeelingController(SensedPolicyController):
     def _way(self, seen: Seen) -> Array:
         """Return how far to go at most `(B,)` [m]: beyond the planned way where nothing turns."""
         self._planned, risk = super()._way(seen), self._task.risk
-        feels = (self._turned == 0) & (risk is not None)
-        self._threshold = np.where(feels, np.inf if risk is None else risk, np.inf)
-        return np.asarray(np.minimum(np.where(feels, FARTHER, 1.0) * self._planned, self._task.path.length))
+        self._threshold = np.where(self._turned == 0, np.inf if risk is None else risk, np.inf)
+        farthest = np.where(np.isinf(self._threshold), 1.0, FARTHER) * self._planned
+        return np.asarray(np.minimum(farthest, self._task.path.length))
 
     def _feel(self) -> Array:
         """Return direction and way, what the policy sees, and how that has changed of late `(B, d)`."""

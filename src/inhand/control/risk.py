@@ -1,6 +1,5 @@
 """What tells a policy that it is about to lose its object: a small network beside its own, in plain NumPy."""
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,14 +27,6 @@ class Risk:
     """What becomes 0 of what is felt `(d,)`,"""
     half: Array
     """and how far from it becomes 1 `(d,)`."""
-
-    @property
-    def digest(self) -> str:
-        """What tells networks apart: 16 digits of the SHA-256 of its numbers."""
-        found = hashlib.sha256()
-        for array in (self.middle, self.half, *(each for layer in self.layers for each in layer)):
-            found.update(np.ascontiguousarray(array, dtype=np.float32).tobytes())
-        return found.hexdigest()[:16]
 
     def __call__(self, felt: Array) -> Array:
         """Return it `(B,)` for what is felt `(B, d)`."""

@@ -81,10 +81,8 @@ def card(name: str, policy: Policy, cost: dict[str, Any], found: Compared | None
     trained = [f"{key}: {value}" for key, value in policy.trained.items() if not isinstance(value, dict) and value]
     made = [f"{key}: {value}" for key, value in dict(policy.trained.get("versions") or {}).items()]
     sees = "encoders and a camera alone" if layout.sensed else "the simulation's true state"
-    driven, whom = (
-        layout.sensed and policy.space is None,
-        "one hand" if policy.family is None else "hands of its family",
-    )
+    whom = "one hand" if policy.family is None else "hands of its family"
+    driven = layout.sensed and policy.space is None
     drives = ", or `inhand.drive` for a hand outside the simulator" if driven else ""
     return page_of(
         f"# {name}: a policy that moves an object within the hand",

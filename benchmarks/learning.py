@@ -32,7 +32,8 @@ from inhand.asterisk_test.robustness.summary import retention, wilson
 from inhand.asterisk_test.run import prepare, simulate
 from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, learned
 from inhand.control.policy import load_policy
-from inhand.learning.config import Training, default, privileged, thesis
+from inhand.learning.config import Training
+from inhand.learning.presets import default, privileged, thesis
 from inhand.learning.progress import BEST, IMITATED, LAST
 from inhand.learning.runs import finished, train
 from inhand.learning.train import SILENT

@@ -29,7 +29,8 @@ from inhand.control.trial import write_json
 from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
-from inhand.learning.config import Training, default, privileged
+from inhand.learning.config import Training
+from inhand.learning.presets import default, privileged
 from inhand.learning.progress import CHECKPOINT, JOURNAL
 from inhand.learning.runs import finished, resume, train
 from inhand.learning.train import SILENT

@@ -17,7 +17,7 @@ from inhand.control.catalogue import find_controller
 from inhand.control.seen import PRIVILEGED, SENSED
 from inhand.control.trial import LOST
 from inhand.errors import InputError
-from inhand.learning.config import hand_of_family, privileged_family
+from inhand.learning.presets import hand_of_family, privileged_family
 from inhand.learning.progress import BEST
 from inhand.learning.train import begin
 

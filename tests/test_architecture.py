@@ -153,7 +153,7 @@ def control_step_of(name: str, engine: str) -> list[tuple[str, str]]:
 def training_decision(preset: str = "privileged") -> list[tuple[str, str]]:
     """Return what runs in the second decision of training, with what `inhand train` sees, does and pays."""
     from inhand.learning.collect import Collector
-    from inhand.learning.config import PRESETS
+    from inhand.learning.presets import PRESETS
     from inhand.learning.replay_buffer import Columns
     from inhand.learning.starts import gripped
     from inhand.learning.worlds import ManipulationWorlds

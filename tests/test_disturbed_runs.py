@@ -20,8 +20,8 @@ from inhand.control.trial import Trial, load_trial, save_trial
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.learning.batch import Batch
-from inhand.learning.config import smoke
 from inhand.learning.environment_config import EnvironmentConfig
+from inhand.learning.presets import smoke
 from inhand.learning.replay_buffer import Columns
 from inhand.sim.disturbance import DISTURBANCES, FIELD, Camera, Differences, Disturbance, Pushes, disturbance_of
 from inhand.sim.drawn import truth

@@ -20,7 +20,7 @@ from inhand.cli.commands import COMMANDS, MetricsConfig
 from inhand.cli.terminal import say
 from inhand.errors import InputError
 from inhand.learning import train
-from inhand.learning.config import preset
+from inhand.learning.presets import preset
 from inhand.repeats import NAME, settings_in, write_repeat
 from inhand.sameness import compared
 

@@ -23,11 +23,11 @@ from inhand.hands.pair_family import PairFamily
 from inhand.hands.sides import rough_plan
 from inhand.learning import experts, pair_pools, setup, training
 from inhand.learning.beginning import begun, contract_for, policy_of
-from inhand.learning.config import family, hand_of_family
 from inhand.learning.ddpgfd import new_learner
 from inhand.learning.experts import expert_of
 from inhand.learning.networks import act, layers_of, new_actor
 from inhand.learning.pair_pools import DIRECTIONS, SIXTEEN, TURNS_TOO, Planned, pools_of
+from inhand.learning.presets import family, hand_of_family
 from inhand.learning.progress import EXPERT
 from inhand.learning.recipe import Recording
 from inhand.learning.run_cards import check

@@ -212,7 +212,7 @@ def _dataset() -> tuple[dict[str, Any], bytes]:
 
 
 def runs(draw: Callable[..., Any], folder: Path) -> Callable[[], object]:
-    from inhand.learning.config import preset
+    from inhand.learning.presets import preset
     from inhand.learning.run_cards import MARK, card_of, read_config
     from inhand.records import table_of
 

@@ -104,7 +104,7 @@ def _space() -> Golden:
 
 def _actor(engine: Engine) -> Golden:
     from inhand.control.policy_arrays import ACTOR
-    from inhand.learning.config import thesis
+    from inhand.learning.presets import thesis
     from inhand.learning.setup import load_ready, make_ready, save_ready
     from inhand.learning.training import Trainer
 

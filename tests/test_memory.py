@@ -21,8 +21,8 @@ from inhand.errors import InputError
 from inhand.geometry import TURN_ARM, Array, Path
 from inhand.hands.fit import Held
 from inhand.hands.sides import rough_plan
-from inhand.learning.config import preset
 from inhand.learning.experts import expert_of, taught_reach
+from inhand.learning.presets import preset
 from inhand.learning.run_cards import check
 from inhand.learning.starts import Starts, gripped
 from inhand.learning.worlds import Interface, ManipulationWorlds

@@ -19,7 +19,7 @@ from inhand.comparing import compared
 from inhand.control.episode import MANIPULATE
 from inhand.control.trial import load_trial
 from inhand.errors import InputError
-from inhand.learning.config import smoke
+from inhand.learning.presets import smoke
 from inhand.learning.progress import Evaluated, Learned, Reached
 from inhand.learning.train import Trained
 from inhand.tracing.config import TraceConfig

@@ -17,8 +17,9 @@ from inhand.asterisk_test.robustness.config import RobustnessConfig
 from inhand.asterisk_test.sweep.config import SweepConfig
 from inhand.errors import InputError
 from inhand.learning.commands import EvaluateConfig, RecordConfig, TrainConfig
-from inhand.learning.config import Learning, Training, default, privileged
+from inhand.learning.config import Learning, Training
 from inhand.learning.environment_config import EnvironmentConfig, GoalConfig
+from inhand.learning.presets import default, privileged
 from inhand.learning.recipe import Recipe
 from inhand.learning.starts import Noise
 from inhand.learning.worlds import Interface

@@ -197,7 +197,8 @@ def test_gravity_is_told_by_the_palm_or_a_vector() -> None:
     assert gravity_of("up") == (0.0, 0.0, -GRAVITY)
     assert gravity_of("palm-down") == (0.0, 0.0, GRAVITY)
     assert gravity_of("sideways") == (0.0, -GRAVITY, 0.0)
-    np.testing.assert_allclose(gravity_of("0, -1, -1"), np.array([0, -1, -1]) * GRAVITY / np.sqrt(2))
+    for word in ("0, -1, -1", "0:-1:-1"):
+        np.testing.assert_allclose(gravity_of(word), np.array([0, -1, -1]) * GRAVITY / np.sqrt(2))
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,10 @@ from inhand.hands.spatial.gravity import GRAVITY, PALMS
 from inhand.hands.spatial.kinematics import damped_least_squares, place, point_jacobian
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning import space_pools, spatial_environment
-from inhand.learning.config import Training, privileged_spatial
+from inhand.learning.config import Training
 from inhand.learning.environments import SpatialAsteriskEnv, SpatialAsteriskVectorEnv
 from inhand.learning.experts import expert_of
+from inhand.learning.presets import privileged_spatial
 from inhand.learning.recipe import SpatialRecording
 from inhand.learning.run_cards import check
 from inhand.learning.space import space_of
@@ -39,10 +40,10 @@ from inhand.learning.space_pools import (
 )
 from inhand.learning.starts import Noise, Starts, joined
 from inhand.learning.worlds import Interface, ManipulationWorlds
-from inhand.rotations import carried, pose_from
+from inhand.rotations import carried, matrix_of, pose_from
 from inhand.sim.spatial_engine import SpatialSimulator
 from inhand.tasks.layouts import find_layout
-from inhand.tasks.observations import Scene, observe
+from inhand.tasks.observations import Scene, by_rank, observe
 from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.primitives import parse_spatial_directions
 from inhand.tasks.spatial.rows import COLUMNS, DAMPING, gravity_in, grip_forces
@@ -139,6 +140,28 @@ def test_forces_of_the_rows_carry_the_weight(starts: Starts) -> None:
     np.testing.assert_allclose(forces.sum(axis=1), -CUBE.mass * starts.asked_in_space.gravity, atol=2e-3)
     inward = (forces * starts.state.normals).sum(axis=-1)
     assert (inward > 0.4).all()
+
+
+def test_table_3_1_of_the_thesis_is_told_in_space(starts: Starts) -> None:
+    """Its numbers are those of the state over their ranges, joints by their rank as in the plane."""
+    layout, state, aim = find_layout("space-thesis"), starts.state, worlds_of(starts).asked
+    seen = observe(layout, state, aim, Scene(HAND, (CUBE,) * len(starts)))  # gravity is none of them
+    assert seen.shape == (len(starts), layout.size(HAND)) == (len(starts), 63)
+    groups = np.split(seen, np.cumsum([part.size(HAND) for part in layout.parts])[:-1], axis=1)
+    along, about, place_, axes, size, gaps, ends, angles = groups
+    np.testing.assert_allclose(np.hstack([along, about]), np.hstack([aim.along, aim.about]))
+    reach, ranks = 1.5 * HAND.finger_length, by_rank(HAND)
+    np.testing.assert_allclose(place_ * (reach, reach, reach / 2) + (0, 0, reach / 2), state.object_pose[:, :3])
+    np.testing.assert_allclose(axes.reshape(-1, 3, 2), matrix_of(state.object_pose[:, 3:])[..., :2])
+    np.testing.assert_allclose(0.06 * (size + 1), np.tile(CUBE.size, (len(starts), 1)))
+    assert (gaps[:, :3] == 1).all()  # an abduction has no body
+    np.testing.assert_allclose(reach / 2 * (gaps + 1)[:, 3:], np.maximum(state.link_gaps[:, ranks[3:]], 0), atol=1e-9)
+    low, high = HAND.limits[ranks].T
+    np.testing.assert_allclose(low + (angles + 1) / 2 * (high - low), state.joint_angles[:, ranks])
+    where, tips = reach * ends.reshape(len(starts), 3, 3, 3), place(HAND, state.joint_angles).tips
+    np.testing.assert_allclose(where[:, -1], tips, atol=1e-12)
+    lengths = np.linalg.norm(np.diff(where, axis=1), axis=-1)
+    np.testing.assert_allclose(lengths, 0.06, atol=1e-12)  # both links of every finger
 
 
 def test_a_scene_of_the_plane_has_no_gravity_of_its_own(starts: Starts) -> None:
@@ -272,7 +295,7 @@ def test_batches_in_space_restart_within_the_step() -> None:
     ("keywords", "text"),
     [
         ({"directions": "Up@+x@15"}, r"directions Up@\+x@15 hold a rotation"),
-        ({"observation": "grip"}, "observation 'grip' is of hands in the plane: use 'space'"),
+        ({"observation": "grip"}, "observation 'grip' is of the plane: use 'space' or"),
         ({"gravity": "0,0,0"}, "has no length"),
         ({"starts": 1, "directions": "axes"}, "starts=1 for 6 directions"),
         ({"noise_mm": -1.0}, "noise_mm is -1.0; it must be 0 or more"),
@@ -299,6 +322,10 @@ def test_no_pictures_of_hands_in_space_are_promised() -> None:
         ({"task": "square:20"}, "task square:20 with 3f_60.60_40_10"),
         ({"interface": replace(privileged_spatial().interface, observation="grip")}, "layout grip with 3f_60.60_40_10"),
         ({"hand": "2v2_50.50_50.50_1.1_53", "object": "cube_39"}, "layout 'space' is of hands in space, and 2v2"),
+        (
+            {"recipe": replace(privileged_spatial().recipe, expert="ik")},
+            "expert ik with .* shows episodes of teacher",
+        ),
         ({"object": "cube_50:mass_kg=5"}, "weighs 5000 g"),
         ({"engine": "bullet"}, "engine 'bullet' with a hand in space"),
     ],

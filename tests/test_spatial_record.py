@@ -17,7 +17,7 @@ from inhand.errors import InputError
 from inhand.geometry import TURN_ARM
 from inhand.learning import demonstrations, record, setup, space_pools
 from inhand.learning.commands import RecordConfig
-from inhand.learning.config import Training, privileged_spatial, spatial
+from inhand.learning.config import Training
 from inhand.learning.dataset import Dataset, load_dataset
 from inhand.learning.dataset_cards import CONTINUOUS
 from inhand.learning.datasets import (
@@ -30,6 +30,7 @@ from inhand.learning.datasets import (
     write_dataset,
 )
 from inhand.learning.half_recorded import STOPPED, go_on
+from inhand.learning.presets import privileged_spatial, spatial
 from inhand.learning.progress import EXPERT
 from inhand.learning.recipe import SEEN, SpatialRecording
 from inhand.learning.record import environment_spec, head_of, recording_of, run_record
@@ -221,7 +222,7 @@ def test_what_is_asked_for_by_words() -> None:
     ("words", "told"),
     [
         (("--expert", "thesis-ik"), "--expert thesis-ik with 3f_60.60_40_10, a hand in space: take ik or teacher"),
-        (("--observation", "grip"), "--observation grip with 3f_60.60_40_10, a hand in space: take space or"),
+        (("--observation", "grip"), "--observation grip with 3f_60.60_40_10, a hand in space: take space, space-sens"),
         (("--gravity", "0,0,0"), "gravity '0,0,0' has no length"),
         (("--gravity", "sidewards"), "gravity 'sidewards'; did you mean sideways"),
         (("--directions", "Up@+x@15"), "Up@+x@15 hold a rotation: an episode moves an object or turns it"),

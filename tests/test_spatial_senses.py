@@ -35,8 +35,8 @@ from inhand.geometry import Array
 from inhand.hands.spatial.gravity import PALMS, gravity_of
 from inhand.hands.spatial.pair import SpatialPair
 from inhand.learning import space_pools
-from inhand.learning.config import spatial
 from inhand.learning.experts import taught_reach
+from inhand.learning.presets import spatial
 from inhand.learning.recipe import SEEN
 from inhand.learning.run_cards import check
 from inhand.learning.setup import load_ready, make_ready, save_ready

@@ -35,17 +35,22 @@ from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
 from inhand.hands.spatial.names import parse_spatial_name
 from inhand.learning import space_pools
-from inhand.learning.config import Training, privileged_spatial
+from inhand.learning.commands import TrainConfig
+from inhand.learning.config import Training
 from inhand.learning.figures import directions_figure
 from inhand.learning.journal import Counters, Evaluation, Journal
+from inhand.learning.presets import preset, privileged_spatial
 from inhand.learning.progress import NEVER_SHOWN, evaluation_rows, read_learning
+from inhand.learning.run_cards import check
 from inhand.learning.setup import Ready, load_ready, make_ready, save_ready
 from inhand.learning.space import space_of
 from inhand.learning.space_pools import Planned, pool_of
 from inhand.learning.starts import Starts
+from inhand.learning.train import asked, command_of
 from inhand.learning.trying import tried_all
 from inhand.rotations import SpatialPath
 from inhand.sim.names import SPATIAL
+from inhand.tasks.layouts import find_layout
 from inhand.tasks.spatial.aims import SpatialAim
 from inhand.tasks.spatial.paths import spatial_path_of, stacked_paths
 from inhand.tasks.spatial.primitives import parse_spatial_directions
@@ -211,6 +216,29 @@ def test_paths_that_a_policy_does_not_know_are_refused(policy: tuple[Path, Polic
     still = np.zeros((1, 2, 3))
     task = SpatialTask(HAND, (CUBE,), SpatialPath(still, still), gravity=PULLS[:1])
     assert SpatialPolicyController(task, policy[1]).reads == "privileged"
+
+
+@pytest.mark.parametrize("name", ["default", "privileged", "thesis", "smoke"])
+def test_presets_are_what_they_are_in_the_plane_with_a_hand_in_space_too(name: str) -> None:
+    found = preset(name, SMALL.hand)
+    check(found)
+    assert (found.held, found.engine) == (HELD, SPATIAL)
+    assert find_layout(found.interface.observation).sensed == (name == "default")
+    assert preset(name, "2v2_50.50_50.50_1.1_53") == preset(name)
+    if name == "thesis":
+        assert (found.learning, found.episodes) == (preset(name).learning, preset(name).episodes)
+        interface = replace(found.interface, observation="thesis")
+        assert interface == preset(name).interface
+        words = TrainConfig(preset="thesis", hand=SMALL.hand, object="cube_50")
+        assert asked(words) == found
+        told = command_of(found, Path("out"))
+        assert told is not None
+        assert asked(told) == found
+
+
+def test_a_training_without_states_on_the_way_begins_with_its_pool(ready: Ready) -> None:
+    recording = in_space(replace(SMALL, recipe=replace(SMALL.recipe, midway=0.0)))
+    assert len(space_pools.midway(recording, ready.starts[0], 0, np.random.default_rng(0))) == 0
 
 
 def test_the_preset_is_of_a_hand_in_space() -> None:

@@ -25,7 +25,8 @@ from inhand.control.trial import file_name
 from inhand.errors import InputError
 from inhand.learning import seeds
 from inhand.learning import train as trains
-from inhand.learning.config import Training, preset
+from inhand.learning.config import Training
+from inhand.learning.presets import preset
 from inhand.learning.progress import Reached
 from inhand.learning.report import Compared
 from inhand.learning.run_cards import card_of, read_config

@@ -27,11 +27,12 @@ from inhand.hands.sides import rough_plan
 from inhand.learning import kinds
 from inhand.learning.ahead import compile_ahead
 from inhand.learning.collect import Collector
-from inhand.learning.config import Training, default, preset, thesis
+from inhand.learning.config import Training
 from inhand.learning.datasets import write_dataset
 from inhand.learning.ddpgfd import Learner, Report, update_many
 from inhand.learning.demonstrations import demonstrations, plans_of
 from inhand.learning.journal import Evaluation
+from inhand.learning.presets import default, preset, thesis
 from inhand.learning.record import head_of
 from inhand.learning.replay_buffer import ReplayBuffer
 from inhand.learning.run_cards import card_of, check, read_config

@@ -29,8 +29,8 @@ class RecordConfig(RunConfig, HeldConfig):
     episodes: int = 5000
     """Number of episodes."""
     observation: str | None = None
-    """Layout of observations: grip, grip-open, senses or thesis (table 3.1), in space space or space-senses; without it
-    grip or space."""
+    """Layout of observations: grip, grip-open, senses or thesis (table 3.1), in space space, space-senses or
+    space-thesis; without it grip or space."""
     actions: Literal["steps", "fine", "angles"] = "steps"
     """steps (how far joint targets move on), fine steps, or angles (joint targets over their ranges, thesis 3.3.2)."""
     reward: str = "progress"
@@ -70,7 +70,8 @@ class TrainConfig(SpreadConfig):
     """Training: default on encoders and a camera in worlds that differ, privileged on perfect knowledge, family with
     hands and objects that differ, from-family fits its policy to one hand and object, spatial with a hand in space,
     spatial-privileged the same on perfect knowledge, thesis is as its chapter 3.3 has it, smoke shows in seconds that
-    all works. What is not given below is the preset's."""
+    all works. With a hand in space default and privileged are spatial and spatial-privileged, and thesis has its
+    chapter 3.3 as far as that has a meaning there. What is not given below is the preset's."""
     hand: str | None = None
     """Hand: a name of the laboratory's form (`inhand hands`) or a TOML file."""
     object: str | None = None

@@ -28,6 +28,8 @@ TEACHERS = {
     "soft-teacher": TeacherConfig(proportional=0.4, lead=0.03),
 }
 """Teachers among experts by name. On objects whose contacts slide a little, soft feedback loses fewer, as they turn."""
+SHOWN_IN_SPACE = ("ik", "teacher")
+"""Experts among them that know hands in space."""
 ON_ROUTES = (0.004, 0.04)
 """What they ask for at most in a decision on routes [m, rad], whose aims are turned ahead of the object."""
 FARTHEST = 0.2

@@ -35,7 +35,7 @@ from inhand.learning.dataset_cards import CONTINUOUS, SPHERE, DatasetHead, Plana
 from inhand.learning.datasets import MARK, add_to, check_installed, end_dataset
 from inhand.learning.demonstrations import Given, check_episodes, demonstrations, plans_of
 from inhand.learning.environment_config import angles_of
-from inhand.learning.experts import TEACHERS
+from inhand.learning.experts import SHOWN_IN_SPACE, TEACHERS
 from inhand.learning.half_recorded import STOPPED, go_on, save_begun
 from inhand.learning.recipe import SEEN, AnyRecording, Recipe, Recording, SpatialRecording
 from inhand.learning.space_pools import planned
@@ -58,8 +58,6 @@ IN_PLANE = "train", "grip", 200
 """directions, observation and horizon with a hand in the plane,"""
 IN_SPACE = "all,turns", "space", 180
 """and with one in space."""
-SHOWN_BY = ("ik", "teacher")
-"""Experts of hands in space."""
 DATASETS = Path("results/datasets")
 """Where the command leaves datasets, each to its id: a folder for MINARI_DATASETS_PATH."""
 
@@ -172,8 +170,9 @@ def _check_layout(config: RecordConfig) -> None:
         )
     space = is_spatial_hand(config.hand)
     if layout.space != space:
-        told = "space: take space or space-senses" if space else "the plane: take grip, grip-open, senses or thesis"
-        raise InputError(f"--observation {config.observation} with {config.hand}, a hand in {told}")
+        where, told = ("space", "space, space-senses") if space else ("the plane", "grip, grip-open, senses")
+        told += " or space-thesis" if space else " or thesis"
+        raise InputError(f"--observation {config.observation} with {config.hand}, a hand in {where}: take {told}")
 
 
 def _in_plane(config: RecordConfig) -> Recording:
@@ -199,8 +198,9 @@ def _in_plane(config: RecordConfig) -> Recording:
 
 
 def _in_space(config: RecordConfig) -> SpatialRecording:
-    if config.expert not in SHOWN_BY:
-        raise InputError(f"--expert {config.expert} with {config.hand}, a hand in space: take {' or '.join(SHOWN_BY)}")
+    if config.expert not in SHOWN_IN_SPACE:
+        known = " or ".join(SHOWN_IN_SPACE)
+        raise InputError(f"--expert {config.expert} with {config.hand}, a hand in space: take {known}")
     held = SpatialPair(load_spatial_hand(config.hand), load_solid(config.object))
     check_carried(*held, config.engine)
     check_worlds(config, *held)

@@ -16,7 +16,7 @@ from inhand.learning.dataset_cards import CONTINUOUS, DatasetHead, SpatialHead, 
 from inhand.learning.datasets import check_installed, read_head
 from inhand.learning.demonstrations import check_episodes
 from inhand.learning.environment_config import angles_of
-from inhand.learning.experts import TEACHERS
+from inhand.learning.experts import SHOWN_IN_SPACE, TEACHERS
 from inhand.learning.recipe import from_unseen
 from inhand.learning.space_pools import shown_unseen
 from inhand.records import read_json, read_record
@@ -137,18 +137,20 @@ def _check_space(config: Training, held: SpatialPair) -> None:
     Raises:
         InputError: the text names what; or an object that the hand cannot hold.
     """
+    shown_by = ("teacher",) if config.rounds else SHOWN_IN_SPACE
     asked = {
         f"task {config.task}": bool(config.task),
         "pairs": bool(config.pairs),
         f"start {config.start}": bool(config.start),
         f"layout {config.interface.observation}": not find_layout(config.interface.observation).space,
-        f"expert {config.recipe.expert}": config.recipe.expert != "teacher",
+        f"expert {config.recipe.expert}": config.recipe.expert not in shown_by,
     }
     wrong = [words for words, given in asked.items() if given]
     if wrong:
         raise InputError(
-            f"{' and '.join(wrong)} with {config.hand}, a hand in space: its training has layout space-senses or space,"
-            " and the teacher's demonstrations; take preset spatial or spatial-privileged, and leave these out"
+            f"{' and '.join(wrong)} with {config.hand}, a hand in space: its training has layout space-senses, space or"
+            f" space-thesis, and shows episodes of {' or '.join(shown_by)}; take preset default, privileged or thesis,"
+            " and leave these out"
         )
     check_carried(*held, config.engine)
 

@@ -217,6 +217,8 @@ def midway(recording: SpatialRecording, kept: Starts, count: int, rng: np.random
     """Return some states on the way of other episodes as starts, with new primitives and ways to go."""
     rows = rng.choice(len(kept), min(count, len(kept)), replace=False)
     fresh = kept.rows(rows)
+    if not len(fresh):
+        return fresh
     primitives = recording.primitives
     named = [primitives[k] for k in rng.integers(len(primitives), size=len(rows)).tolist()]
     space = spread(space_of(named, fresh.asked_in_space.gravity), recording, rng)

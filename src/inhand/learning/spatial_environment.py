@@ -40,11 +40,11 @@ class SpatialEnvironmentConfig(Interface):
     """Keywords of `inhand/SpatialAsterisk-v0`."""
 
     observation: str = "space"
-    """Layout of observations: space."""
+    """Layout of observations: space or space-thesis."""
     actions: Actions = "steps"
     """Steps (how far joint targets move on), fine steps, or angles (joint targets over their ranges)."""
     reward: str = "progress"
-    """Reward: progress or gain."""
+    """Reward: progress, gain or thesis."""
     horizon: int = 160
     """Decisions after which an episode is cut off; one takes 20 ms."""
     hand: str = "3f_60.60_40_10"
@@ -79,7 +79,7 @@ class SpatialEnvironmentConfig(Interface):
         if holding:
             raise InputError(f"directions {', '.join(holding)} hold a rotation: an episode moves an object or turns it")
         if not find_layout(self.observation).space:
-            raise InputError(f"observation {self.observation!r} is of hands in the plane: use 'space'")
+            raise InputError(f"observation {self.observation!r} is of the plane: use 'space' or 'space-thesis'")
         if self.gravity != SPHERE:
             gravity_of(self.gravity)
         check_memory(f"starts={self.starts}", self.starts, START_BYTES[self.engine])

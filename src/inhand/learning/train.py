@@ -21,7 +21,7 @@ from inhand.hands.spatial.hand import SpatialHand
 from inhand.hands.spatial.objects import SolidSpec
 from inhand.learning.commands import TrainConfig
 from inhand.learning.config import Training
-from inhand.learning.config import preset as preset_named
+from inhand.learning.presets import preset as preset_named
 from inhand.learning.progress import BEST, CHECKPOINT, READY, Learned, read_learning
 from inhand.learning.run_cards import MARK, check, read_config
 from inhand.records import configured
@@ -119,7 +119,7 @@ def train(
     Args:
         hand: a name, a TOML file or a spec; None for the preset's.
         object: the same.
-        preset: one of `inhand.learning.config.PRESETS`, such as default, on real senses, or smoke, of seconds.
+        preset: one of `inhand.learning.presets.PRESETS`, such as default, on real senses, or smoke, of seconds.
         episodes: episodes of the agent after which training ends.
         seed: of everything drawn.
         demonstrations: a dataset of `inhand.record` or its folder to learn from; None records by the preset.
@@ -140,7 +140,7 @@ def train(
     if resume:
         refuse_changes(given, folder)
         return go_on(folder)
-    return begin(changed(preset_named(preset), given), folder, overwrite=overwrite)
+    return begin(changed(preset_named(preset, given.get("hand")), given), folder, overwrite=overwrite)
 
 
 def run_train(config: TrainConfig, told: Telling = SILENT) -> Trained:
@@ -166,7 +166,7 @@ def asked(config: TrainConfig) -> Training:
     Raises:
         InputError: a value that it cannot have.
     """
-    return changed(preset_named(config.preset or "default"), _given(config))
+    return changed(preset_named(config.preset or "default", config.hand), _given(config))
 
 
 def _given(config: TrainConfig) -> dict[str, Any]:
@@ -242,7 +242,7 @@ def command_of(config: Training, out: Path) -> TrainConfig | None:
     given = {name: value for name in CHOSEN if (value := getattr(config, name)) != ""}
     try:
         words = configured(TrainConfig, given | {"preset": config.preset, "out": out})
-        same = changed(preset_named(config.preset), given) == config
+        same = changed(preset_named(config.preset, config.hand), given) == config
     except InputError:
         return None
     return words if same else None

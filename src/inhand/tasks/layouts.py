@@ -14,6 +14,7 @@ from inhand.tasks.observations import GRIP, OPEN, THESIS, TRUTH, WHOLE, Aim, Lay
 from inhand.tasks.past import SENSES
 from inhand.tasks.spatial.rows import SPACE
 from inhand.tasks.spatial.senses import SPACE_SENSES, SPACE_TRUTH
+from inhand.tasks.spatial.thesis import SPACE_THESIS
 
 LAYOUTS = {
     "thesis": THESIS,
@@ -27,6 +28,7 @@ LAYOUTS = {
     "space": SPACE,
     "space-senses": SPACE_SENSES,
     "space-truth": SPACE_TRUTH,
+    "space-thesis": SPACE_THESIS,
 }
 """Layouts by the name that configurations use."""
 

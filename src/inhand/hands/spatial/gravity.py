@@ -22,7 +22,7 @@ SHORTEST = 1e-9
 def gravity_of(word: str) -> Vector:
     """Return gravity in the palm frame [m/s^2] of `up`, `down`, `sideways` or a vector along which it pulls.
 
-    A vector is three numbers in the palm frame, as `0,-1,-1`; its length does not count.
+    A vector is three numbers in the palm frame, as `0,-1,-1` or `0:-1:-1`; its length does not count.
 
     Raises:
         InputError: no such word, no three finite numbers, or a vector of no length or one too large to compute with.
@@ -32,7 +32,7 @@ def gravity_of(word: str) -> Vector:
         x, y, z = PALMS[known]
         return (GRAVITY * x, GRAVITY * y, GRAVITY * z)
     try:
-        numbers = [float(each) for each in re.split(r"[,\s]+", word.strip())]
+        numbers = [float(each) for each in re.split(r"[,:\s]+", word.strip())]
     except ValueError:
         numbers = []
     if len(numbers) != 3 or not math.isfinite(sum(part * part for part in numbers)):

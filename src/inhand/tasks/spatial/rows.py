@@ -103,8 +103,8 @@ def _contacts(state: State, _aim: SpatialAim, _scene: Scene) -> Array:
     return seen_from(state.object_pose[:, None], state.object_points).reshape(state.n_worlds, -1)
 
 
-def _axes(state: State, _aim: SpatialAim, _scene: Scene) -> Array:
-    """The object's x and y axes in the palm frame."""
+def object_axes(state: State, _aim: SpatialAim, _scene: Scene) -> Array:
+    """Return the object's x and y axes in the palm frame `(B, 6)`."""
     return matrix_of(state.object_pose[:, 3:])[..., :2].reshape(state.n_worlds, -1)
 
 
@@ -141,7 +141,7 @@ HELD = (
         0.1,
         fixed=3,
     ),
-    Part("the object's x and y axes", _axes, 1.0, fixed=6),
+    Part("the object's x and y axes", object_axes, 1.0, fixed=6),
     Part("contacts in the object frame [m]", _contacts, 0.04, for_finger=3),
     Part(
         "normals into the object",

@@ -16,8 +16,15 @@ from inhand.cli.terminal import say
 from inhand.control.trial import LOST
 
 STANDARD, CUBE = "3f_60.60_40_10", "cube_50"
-HANDS = ("3f_60.60_2v1.40.80_10", "4f_60.60_40_10", "3f_70.50_40_10", "3f_50.70_40_10", "3f_45.45.30_40_10")
-"""Two fingers against one, four fingers, three other ratios and numbers of links."""
+HANDS = (
+    "3f_60.60_2v1.40.80_10",
+    "4f_60.60_40_10",
+    "3f_70.50_40_10",
+    "3f_50.70_40_10",
+    "3f_45.45.30_40_10",
+    "4f_45.45.30_40_10",
+)
+"""Two fingers against one, four fingers, three other ratios and numbers of links, and both more."""
 OBJECTS = ("cube_40", "ellipsoid_60x50x40", "cube_50:mass_kg=0.03", "cube_50:mass_kg=0.15", "cube_50:friction=0.667")
 """A smaller cube, an ellipsoid, 30 and 150 g, and a friction of 0.6 with the hand's 0.9."""
 COLUMNS = ("hand", "object", "gravity", "trials", "kept", "least_mm", "mean_mm", "least_deg", "mean_deg", "off_95_mm")

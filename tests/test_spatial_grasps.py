@@ -154,6 +154,13 @@ def test_one_grasp_for_many_paths_is_worth_most_along_all_of_them(found: list[li
     assert 0.015 < best.way <= min(grasps[0].way for grasps in found) + 1e-9
 
 
+def test_many_fingers_of_many_joints_have_many_contacts_with_a_posture_each() -> None:
+    hand = parse_spatial_name("4f_45.45.30_40_10")
+    together = held_together((hand, CUBE), hand.start_pose, 0.012, Margins(), GripRules(friction=0.63))
+    for starts in together.starts:
+        assert len(np.unique(starts.points, axis=0)) == len(starts.points) > 30
+
+
 def test_tuples_are_asked_in_order_and_none_that_holds_is_given_up() -> None:
     rules = GripRules(friction=0.63)
     together = held_together((HAND, CUBE), HAND.start_pose, 0.016, Margins(), rules)

@@ -26,6 +26,8 @@ MOST_TUPLES = 4_000_000
 """Combinations of contacts that are looked at; the lattice is made coarser until there are no more (guessed)."""
 COARSER = 1.15
 """By how much at a time."""
+SPARSE = 0.012
+"""Where contacts are farther apart for that [m] each has one posture: more contacts go farther than more postures."""
 COARSEST = 0.03
 """A lattice is never coarser [m]."""
 FEW = 4000
@@ -144,6 +146,12 @@ def _levels(lengths: Sequence[NDArray[np.int64]]) -> Iterator[tuple[int, int]]:
             wanted = 2 * size
 
 
+def _one_posture(starts: Starts) -> Starts:
+    """Return each contact once, with the first of its postures."""
+    first = np.sort(np.unique(starts.points, axis=0, return_index=True)[1])
+    return Starts(starts.points[first], starts.normals[first], starts.joints[first])
+
+
 def held_together(
     held: tuple[SpatialHand, SolidSpec], pose: Array, spacing: float, margins: Margins, rules: GripRules
 ) -> Together:
@@ -157,6 +165,8 @@ def held_together(
     while spacing < COARSEST and np.prod([float(len(each.joints)) for each in starts]) > MOST_TUPLES:
         spacing *= COARSER
         starts = contacts_at(held, pose, spacing, margins)
+        if spacing > SPARSE:
+            starts = tuple(_one_posture(each) for each in starts)
     rows = kinematics.rows_of(pose)[None, None]
     stack = stack_of(held[0], [roll(held, f, each, rows, margins) for f, each in enumerate(starts)], margins)
     counts = [len(each.joints) for each in starts]

@@ -24,12 +24,13 @@ from inhand.control.spatial_rehearsal import (
     Tried,
     Worlds,
     planned_in_space,
+    rehearsed,
     tried_out,
     tried_together,
 )
 from inhand.control.trial import NO_GRASP, REACHED
 from inhand.geometry import Array, turn
-from inhand.hands.spatial.grasp_search import SpatialGrasp
+from inhand.hands.spatial.grasp_search import SpatialGrasp, SpatialSearchConfig
 from inhand.hands.spatial.gravity import gravity_of
 from inhand.hands.spatial.kinematics import inverse
 from inhand.rotations import SpatialPath, carried, placed, pose_from, quaternion_of, rotation_between
@@ -198,6 +199,26 @@ def test_where_every_grasp_loses_the_object_those_are_tried_that_stop_farther_be
     assert all(each.worth > 0 for each in found)
 
 
+def test_where_every_grasp_loses_the_object_wherever_it_stops_others_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    searched: list[tuple[int, int]] = []
+
+    def rehearsed(_: object, groups: list[list[Any]], *__: Any, **___: Any) -> list[list[Tried]]:
+        return [[Tried(grasp, 0.05, grasp.way - 0.04) for grasp in group] for group in groups]
+
+    def search(*asked: Any, config: SpatialSearchConfig) -> list[list[SpatialGrasp]]:
+        searched.append((len(asked[2]), config.keep))
+        return [[planned_for(0.01), planned_for(0.07)] for _ in asked[2]]
+
+    monkeypatch.setattr(spatial_rehearsal, "rehearsed", rehearsed)
+    monkeypatch.setattr(spatial_rehearsal, "search_grasps", search)
+    monkeypatch.setattr(spatial_rehearsal, "LOST", 0.0)
+    worlds_of, paths = Worlds(np.zeros((3, 3)), np.zeros((3, 7))), [spatial_path_of(ASKED[0])] * 3
+    groups = [[planned_for(way)] for way in (0.05, 0.03, 0.06)]
+    found = tried_out((HAND, CUBE), groups, paths, worlds_of, (Bench("mujoco"), PLAIN))
+    assert searched == [(1, spatial_rehearsal.OTHERS)]
+    assert [each.grasp.way for each in found] == [0.05, 0.07, 0.06]
+
+
 def test_where_the_prediction_falls_far_short_of_the_plan_the_plan_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[int, bool]] = []
 
@@ -283,7 +304,7 @@ def test_grasps_that_come_closer_are_tried_where_they_go_farther(monkeypatch: py
 def test_a_grasp_that_reaches_nothing_is_worth_less_than_any_that_holds() -> None:
     grasp = SpatialGrasp(CONTACTS + 0.2, NORMALS, fingers_at(0.0), 0.05, 0.05)
     world = Worlds(np.array([gravity_of("up")]), HAND.start_pose[None])
-    (tried,) = tried_out(
+    ((tried,),) = rehearsed(
         (HAND, CUBE), [[grasp]], [spatial_path_of(ASKED[0])], world, (Bench("mujoco", threads=1), PLAIN)
     )
     assert tried.worth < LOST

@@ -58,6 +58,8 @@ CLOSE = Margins(links=5e-4, fingers=0.001, joints=0.02)
 in the rehearsal, where each grasp is tried in the very world that it is for."""
 GAIN = 0.004
 """Its grasps are tried where they go this much farther than others [m]."""
+OTHERS, OTHERWISE = 24, 0.015
+"""Where all of a path lose their object, so many more of its grasps are tried, this far apart at a contact [m]."""
 PLAIN = SpatialIkConfig()
 """Numbers by which grasps are tried that a learned policy carries."""
 OPENING, SQUEEZE = 0.008, 0.002
@@ -189,10 +191,11 @@ def tried_out(
     worlds: Worlds,
     how: tuple[Bench, SpatialIkConfig],
 ) -> list[Tried]:
-    """Return the best grasp of every world; where all lose the object, the best of those that stop farther before."""
+    """Return the best grasp of every world; where all lose the object they stop farther before, or others are tried."""
     found = [_best(group) for group in rehearsed(held, groups, paths, worlds, how)]
     again = _Again(held, found, groups, paths, worlds, how)
     again.stop_before()
+    again.take_others()
     ways = [max(_planned_way(grasp, path) for grasp in group) for group, path in zip(groups, paths, strict=True)]
     short = [k for k, each in enumerate(found) if each.way < BEHIND * ways[k]]
     again.try_out(short, planned=True)
@@ -210,7 +213,7 @@ class _Again:
 
     held: tuple[SpatialHand, SolidSpec]
     found: list[Tried]
-    groups: Sequence[Sequence[SpatialGrasp]]
+    groups: Sequence[Sequence[SpatialGrasp]] | dict[int, list[SpatialGrasp]]
     paths: Sequence[SpatialReference]
     worlds: Worlds
     how: tuple[Bench, SpatialIkConfig]
@@ -220,8 +223,20 @@ class _Again:
     def stop_before(self) -> None:
         """Try those that lose the object once more, to stop farther before its end."""
         for margin in WIDE:
-            lost = [k for k, each in enumerate(self.found) if each.worth < LOST]
-            self.try_out(lost, margin)
+            self.try_out(self.lost, margin)
+
+    def take_others(self) -> None:
+        """Try other grasps where all lose the object: those that are alike may all fail to close."""
+        lost, gravities = self.lost, np.unique(self.worlds.gravity, axis=0)
+        config = replace(search_of(self.held[1], gravities), keep=OTHERS, apart=OTHERWISE)
+        whole = [whole_spatial_path(self.paths[k]) for k in lost]
+        others = search_grasps(self.held, self.held[0].start_pose, whole, gravities, config=config)
+        replace(self, groups=dict(zip(lost, others, strict=True))).try_out(lost)
+
+    @property
+    def lost(self) -> list[int]:
+        """Which worlds have lost their object."""
+        return [k for k, each in enumerate(self.found) if each.worth < LOST]
 
     def try_out(self, rows: Sequence[int], margin: tuple[float, float] | None = None, *, planned: bool = False) -> None:
         """Try the grasps of some worlds, perhaps with another margin."""

@@ -68,10 +68,9 @@ class Failure:
 def failure_of(trial: Trial, result: Result) -> Failure:
     """Return how a trial ended."""
     path, _, touching = trial.manipulated_path()
-    start = min(trial.manipulation.start, len(trial.time) - 1)
-    origin = trial.object_pose[start, :2]
+    origin = trial.object_pose[trial.onset, :2]
     end = min(counted_rows(trial), len(path) - 1)
-    row = min(start + end, len(trial.time) - 1)
+    row = min(trial.onset + end, len(trial.time) - 1)
     return Failure(
         name=f"{result.direction}, trial {result.trial}",
         reason=_reason(result, trial.passport.hand.finger_names),

@@ -4,18 +4,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from inhand.asterisk_test.cells import Job, compute, differences, read_cell
 from inhand.asterisk_test.clusters import spread
-from inhand.asterisk_test.config import AsteriskConfig
-from inhand.control.loop import control_step
 from inhand.control.run_config import SpreadConfig
 from inhand.errors import InputError
 from inhand.folders import alone, check_folder, place_of, writing
-from inhand.hands.files import load_hand, load_object
 from inhand.hands.spatial.files import is_spatial_hand
-from inhand.sim.engines import make_simulator
+from inhand.sim.engines import step_once
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,19 +63,11 @@ def computed(found: Plan, config: SpreadConfig) -> Iterator[Job]:
     if not found.waiting:
         return
     cells = found.waiting[0].path.parent
-    _step_once(found.waiting[0].config)
+    first = found.waiting[0].config
+    if first.engine == "planar" and not is_spatial_hand(first.hand):
+        step_once()  # what that compiles is compiled and told here, not in every process
     with alone(cells, cells.parent):
         yield from spread(compute, found.waiting, config)
-
-
-def _step_once(config: AsteriskConfig) -> None:
-    """Step a world, so that what its engine has to compile is compiled and told here, not in every process."""
-    if is_spatial_hand(config.hand):  # in MuJoCo, which is compiled
-        return
-    hand, spec = load_hand(config.hand), load_object(config.object)
-    simulator = make_simulator(config.engine, hand, [spec], threads=1)
-    start = simulator.reset(hand.start_pose[None], np.zeros((1, hand.n_joints)))
-    control_step(simulator, start.targets, np.zeros(1, dtype=np.int64), 1)
 
 
 def _make_folder(cells: Path) -> None:

@@ -128,4 +128,4 @@ def farthest_trial(run: Tested) -> tuple[Any, Result, list[int], int]:
     best = int(np.argmax([result.metrics.arc_length_mm for result in run.results]))
     trial = run.trials[best]
     rows = list(range(0, len(trial.time), FRAME_STEPS))
-    return trial, run.results[best], rows, min(trial.manipulation.start, len(trial.time) - 1)
+    return trial, run.results[best], rows, trial.onset

@@ -126,6 +126,11 @@ class Episode(Generic[P]):
         return slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) else slice(len(self.time), len(self.time))
 
     @property
+    def onset(self) -> int:
+        """Row where manipulation begins, or the last one where the grasp failed."""
+        return min(int(self.manipulation.start), len(self.time) - 1)
+
+    @property
     def grasped(self) -> int:
         """Row at which the object is held and nothing has moved yet: the start of the twist or of manipulation."""
         held = [self.phases.index(name) for name in (TWIST, MANIPULATE) if name in self.phases]

@@ -77,7 +77,7 @@ def write_recording(trial: AnyTrial, out: Path, *, show: bool) -> None:
 
 
 def _log(stream: rerun.RecordingStream, trial: AnyTrial) -> None:
-    start = min(trial.manipulation.start, len(trial.time) - 1)
+    start = trial.onset
     time = rerun.TimeColumn(TIMELINE, duration=trial.time - trial.time[start])
 
     def columns(place: str, found: rerun.ComponentColumnList, when: rerun.TimeColumn = time) -> None:

@@ -48,8 +48,8 @@ class DrawConfig(Config):
     """In what is simulated, and how starts are drawn."""
 
     engine: Engine = ENGINE
-    """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow),
-    or bullet as a witness (extra `bullet`; much slower, no walls)."""
+    """Physics engine: planar (MuJoCo's contact law in the plane), mujoco (in three dimensions, several times as slow;
+    hands in space run in it whatever is the default), or bullet as a witness (extra `bullet`; slower, no walls)."""
     seed: int = 0
     """Seed of everything drawn: the start noise, and what tasks draw."""
     noise_mm: float = 1.0

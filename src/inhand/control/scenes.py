@@ -14,5 +14,5 @@ def scene_at(trial: Trial, row: int, origin: Array) -> SceneOutline:
 
 def start_scene(trial: Trial) -> SceneOutline:
     """Return hand and object at the start of manipulation."""
-    row = min(trial.manipulation.start, len(trial.time) - 1)
+    row = trial.onset
     return scene_at(trial, row, trial.object_pose[row, :2])

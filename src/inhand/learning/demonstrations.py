@@ -193,9 +193,8 @@ def _gripped_by(recording: Recording, plans: Grips, count: int, rng: np.random.G
 
 def _told(recording: Recording, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return starts with the way that they are told to go: as far as their grip reaches, or somewhere before."""
-    reach, count = told_reach(recording, starts, rng), len(starts)
-    share = np.where(rng.random(count) < recording.recipe.whole, 1.0, rng.random(count))
-    return replace(starts, distance=share * reach)
+    reach = told_reach(recording, starts, rng)
+    return replace(starts, distance=recording.recipe.shares(len(starts), rng) * reach)
 
 
 def told_reach(recording: Recording, starts: Starts, rng: np.random.Generator) -> Array:

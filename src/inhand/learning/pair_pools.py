@@ -122,8 +122,7 @@ def midway(recording: Recording, kept: Starts, count: int, rng: np.random.Genera
 def _to_go(recording: Recording, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return those of the starts that go far enough, some of them told to stop before the end of their way."""
     far = far_enough(recording, starts, rng)
-    share = np.where(rng.random(len(far)) < recording.recipe.whole, 1.0, rng.random(len(far)))
-    return replace(far, distance=share * far.distance)
+    return replace(far, distance=recording.recipe.shares(len(far), rng) * far.distance)
 
 
 def far_enough(recording: Recording, starts: Starts, rng: np.random.Generator) -> Starts:

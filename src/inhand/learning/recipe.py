@@ -53,6 +53,10 @@ class Recipe(Config):
     steered: float = 0.15
     """Share of the episodes that the expert steers where it labels those of an actor."""
 
+    def shares(self, count: int, rng: np.random.Generator) -> Array:
+        """Return the shares of the way that their grips reach which so many episodes are told to go `(count,)`."""
+        return np.where(rng.random(count) < self.whole, 1.0, rng.random(count))
+
 
 @dataclass(frozen=True)
 class Recording:

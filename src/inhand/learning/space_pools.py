@@ -228,8 +228,7 @@ def midway(recording: SpatialRecording, kept: Starts, count: int, rng: np.random
 def told(recording: SpatialRecording, starts: Starts, rng: np.random.Generator) -> Starts:
     """Return the starts that can go some way, told to go as far as their grip is predicted to carry, or less."""
     far = far_enough(recording, starts, rng)
-    share = np.where(rng.random(len(far)) < recording.recipe.whole, 1.0, rng.random(len(far)))
-    return replace(far, distance=share * far.distance)
+    return replace(far, distance=recording.recipe.shares(len(far), rng) * far.distance)
 
 
 def far_enough(recording: SpatialRecording, starts: Starts, rng: np.random.Generator) -> Starts:

@@ -167,7 +167,7 @@ def _draw_panel(ax: Axes, held: Held, wall: Wall | None, paths: Sequence[Path]) 
     """Draw hand and object at the start, the plan that paths share, the paths, and where something went wrong."""
     trial, origin = paths[0].followed.trial, held.start[:2]
     if isinstance(trial, Trial):
-        draw_scene(ax, scene_at(trial, min(trial.manipulation.start, len(trial.time) - 1), origin))
+        draw_scene(ax, scene_at(trial, trial.onset, origin))
     if wall is not None:
         ax.add_patch(Polygon(wall_mm(wall, origin), **WALL, linewidth=0.9, zorder=1.25))
     plan = paths[0].followed.plan

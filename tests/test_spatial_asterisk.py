@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from PIL import Image
 
 import inhand
@@ -343,6 +344,12 @@ def test_figures_show_every_direction_and_turn() -> None:
     assert len(spatial_figure([], turns, "", "").axes) == 1
     assert len(spatial_figure(curves("Up"), [], "", "").axes) == 7
     assert len(solid_figure(curves("all"), "title", "").axes) == 1
+
+
+@pytest.mark.parametrize("words", ["Out-Right-Up,Out-Left-Up,In-Right-Up,In-Left-Up", "Up,Up@+x@15,1:2:3,Out"])
+def test_directions_that_lie_in_a_plane_have_no_hull(words: str) -> None:
+    (ax,) = solid_figure(curves(words), "title", "").axes
+    assert not any(isinstance(each, Poly3DCollection) for each in ax.collections)
 
 
 def test_maps_are_filled_only_where_directions_are_many() -> None:

@@ -261,10 +261,10 @@ def solid_figure(curves: Sequence[SpatialCurve], title: str, subtitle: str) -> F
 
 
 def _draw_hull(ax: Axes3D, curves: Sequence[SpatialCurve]) -> None:
-    """Draw the surface between the limits of neighbouring directions, where they go round the sphere."""
+    """Draw the surface between the limits of neighbouring directions, where these lie in no plane."""
     known = [curve for curve in curves if curve.limit_mm]
     directions = np.array([curve.direction for curve in known])
-    if len(known) < 4 or np.linalg.matrix_rank(directions) < 3:
+    if len(known) < 4 or np.linalg.matrix_rank(directions - directions[0], tol=IN_PLANE) < 3:
         return
     ends = directions * np.array([curve.limit_mm for curve in known])[:, None]
     faces = [ends[face] for face in ConvexHull(directions).simplices]

@@ -22,7 +22,7 @@ from inhand.control.sensed_plan import Carrier, graded, plan_keys, sensed_grasp
 from inhand.geometry import Array, Path
 from inhand.hands.files import load_object
 from inhand.hands.fit import Held
-from inhand.sim.disturbance import BENCH, FIELD, HARD, Disturbance
+from inhand.sim.disturbance import BENCH, FIELD, HARD, Camera, Disturbance
 from inhand.sim.drawn import draw
 from inhand.tasks.paths import path_of, stacked, whole_path
 from inhand.tasks.primitives import GROUPS, TURNS
@@ -67,6 +67,33 @@ def test_the_way_that_is_gone_is_the_grades_of_what_is_seen() -> None:
     loop.simulate(task, two, still[:, 0], carry, loop.Bench(), longest=0.04, disturbed=worlds)
     np.testing.assert_allclose(asked, np.repeat([[0.05], [0.05], [0.04], [0.02], [0.04]], 2, axis=1))
     assert grade_of(np.array([0.0, np.inf])).tolist() == [0, len(GRADES) - 1]
+
+
+def test_no_more_risk_is_taken_than_usual_where_frames_are_late() -> None:
+    told, still = list[Array](), np.tile(HAND.start_pose, (1, 2, 1))
+    usual = replace(
+        rough_grasp(HAND, CUBE, still),
+        planned=still[:, 0],
+        follows=np.zeros((1, HAND.n_joints, 3)),
+        way=np.full(1, 0.05),
+    )
+    grasp = graded_grasp([replace(usual, way=np.full(1, 0.06 - 0.01 * k), risk=np.full(1, 0.1 * k)) for k in range(3)])
+    task = Task(HAND, (CUBE,), Path(np.zeros((1, 2, 3))), distance=np.full(1, 0.05))
+
+    def carry(task: Task) -> JointPid:
+        assert task.distance is not None
+        assert task.risk is not None
+        told.append(np.append(task.distance, task.risk))
+        return JointPid(task, grasp.closed)
+
+    for camera in (
+        Camera(delay_ms=(40.0, 40.0)),
+        Camera(delay_ms=(60.0, 60.0)),
+        replace(HARD.camera, delay_ms=(60.0, 60.0)),
+    ):
+        late = draw(Disturbance(camera=camera), (3, 0), HAND.n_joints)
+        loop.simulate(task, grasp, still[:, 0], carry, loop.Bench(), longest=0.04, disturbed=[late])
+    np.testing.assert_allclose(told, [[0.06, 0.0], [0.06, 0.1], [0.04, 0.2]])
 
 
 def test_fingers_are_placed_for_the_grasp_of_what_is_seen() -> None:

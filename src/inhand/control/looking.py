@@ -22,6 +22,9 @@ FEWEST = 3
 LOOKS = 0.3
 """Time for which fingers wait, where they are placed by what is seen [s]: of 9 frames, less what is late and missing,
 one camera of `field` in a thousand seems to be of `bench`."""
+LATE = 0.05
+"""Age of frames from which objects turn and some are lost where the risk of the best grade is taken, which is chosen
+where they are 20 ms old [s]."""
 
 
 class Looking(JointPid):
@@ -35,7 +38,7 @@ class Looking(JointPid):
     def begin(self, state: State | Seen) -> None:
         """Start from where the joints are."""
         super().begin(state)
-        self._frame = np.full(state.n_worlds, -np.inf)
+        self._frame, self._age = np.full(state.n_worlds, -np.inf), np.full(state.n_worlds, np.inf)
         self._count = np.zeros((state.n_worlds, 1))
         self._sum, self._squares = np.zeros((2, state.n_worlds, min(self._planned.shape[1], 6)))
 
@@ -63,11 +66,17 @@ class Looking(JointPid):
         variance = np.maximum(self._squares - count * self.off**2, 0.0) / np.maximum(count - 1, 1)
         return np.where(count[:, 0] < FEWEST, np.inf, np.sqrt((variance / noise**2).mean(axis=-1)))
 
-    def of_grade(self, each: Sequence[Array]) -> Array:
-        """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's."""
+    def of_grade(self, each: Sequence[Array], *, soon: bool = False) -> Array:
+        """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's.
+
+        Where who sees well must see `soon`, too, what has no frame younger than `LATE` has the usual grade at best.
+        """
         if len(each) == 1:
             return each[0]
-        return np.stack(each)[grade_of(self.scatter, len(each)), np.arange(len(self.scatter))]
+        grade = grade_of(self.scatter, len(each))
+        if soon:
+            grade = np.where(self._age > LATE, np.maximum(grade, len(each) // 2), grade)
+        return np.stack(each)[grade, np.arange(len(grade))]
 
     def _look(self, seen: Seen) -> None:
         off = _beside(seen.frame_pose, self._planned)
@@ -75,6 +84,7 @@ class Looking(JointPid):
         self._sum, self._squares = self._sum + fresh * off, self._squares + fresh * off**2
         self._count = self._count + fresh
         self._frame = np.maximum(self._frame, seen.frame_time)
+        self._age = np.minimum(self._age, seen.time - self._frame)
 
 
 class Choosing(Looking):

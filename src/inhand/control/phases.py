@@ -161,7 +161,8 @@ def _as_far_as_seen(
 ) -> Callable[[Any], Controller]:
     """Return what makes the same controllers for ways of the grade that each camera showed as fingers were placed.
 
-    They are told the risk that is not taken beyond such a way, but of objects that are `twisted` before.
+    They are told the risk that is not taken beyond such a way, by how soon it sees as well, but of objects that are
+    `twisted` before.
     """
 
     def made(task: AnyTask) -> Controller:
@@ -171,7 +172,7 @@ def _as_far_as_seen(
         ways, looking = [each.way for each in graded if each.way is not None], looked[0]
         distance = np.maximum(task.distance + looking.of_grade(ways) - grasp.way, 0.0)
         risks = [each.risk for each in graded if each.risk is not None and not twisted]
-        return make(replace(task, distance=distance, risk=looking.of_grade(risks) if risks else None))
+        return make(replace(task, distance=distance, risk=looking.of_grade(risks, soon=True) if risks else None))
 
     return made
 

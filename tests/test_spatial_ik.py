@@ -129,6 +129,11 @@ def test_the_set_point_speeds_up_and_brakes_and_waits_for_an_object_that_stays()
     assert np.diff(speed).max() <= config.acceleration * task.control_period + 1e-9
     assert ways[-1] == pytest.approx(0.03, abs=3e-4)
     assert expert.finished(state).all()
+    for off in [0.0] * 20 + [0.003]:  # the set point stands when the object leaves its line
+        moves, turns = task.path.at(expert.progress)
+        expert.act(replace(state, object_pose=pose_from(state.object_pose, moves + np.array([off, 0, 0]), turns)))
+    assert expert.strayed[0] < 1e-3
+    assert expert.aside[0] == pytest.approx(0.003, abs=2e-4)
     expert.begin(state)
     for _ in range(80):
         expert.act(state)  # the object never moves
@@ -244,7 +249,7 @@ def test_a_grasp_goes_as_far_as_it_was_planned_to_where_that_is_asked(monkeypatc
     assert 0.004 < tried.worth < 0.006
     monkeypatch.setattr(spatial_rehearsal, "always_held", lambda _: np.zeros(1, dtype=bool))
     ((loose,),) = spatial_rehearsal.rehearsed(*asked, planned=True, strict=True)
-    assert loose.worth == pytest.approx(tried.worth - GAP)
+    assert loose.worth == pytest.approx(tried.worth - GAP, abs=2e-3)
     assert loose.worth < LOST
 
 
@@ -266,7 +271,8 @@ def planned_for(way: float) -> SpatialGrasp:
 def test_the_one_grasp_for_all_worlds_loses_the_object_in_fewest(monkeypatch: pytest.MonkeyPatch) -> None:
     far, safe, short = map(planned_for, (0.09, 0.06, 0.03))
     worth = {far.way: (0.08, -0.9), safe.way: (0.06, 0.05), short.way: (0.03, 0.03)}
-    farther = {SpatialIkConfig().margin: 0.0, TO_THE_END[0]: 0.002, TO_THE_END[1]: -0.8}
+    farther = {SpatialIkConfig().margin: 0.0, TO_THE_END[-1]: -0.8}
+    farther |= dict.fromkeys(TO_THE_END[:-2], -0.01) | {TO_THE_END[-2]: 0.002}
 
     def rehearsed(_: object, groups: list[list[SpatialGrasp]], *rest: Any, **__: Any) -> list[list[Tried]]:
         more = farther[rest[-1][1].margin]

@@ -91,8 +91,9 @@ class SpatialIkController(Expert[SpatialIkConfig]):
         """Carry objects along the task's paths."""
         super().__init__(task, config or SpatialIkConfig())
         self._task = task
-        self.strayed = np.zeros(task.n_worlds)
-        """How far each object has been beside its path `(B,)` [m]; a turn counts as an arc at `TURN_ARM`."""
+        self.strayed, self.aside = np.zeros((2, task.n_worlds))
+        """How far each object has been beside its path `(B,)` [m] while its set point moved, and with its end; a turn
+        counts as an arc at `TURN_ARM`."""
         self.integral = np.zeros((task.n_worlds, 6))
         """Integral part of the wanted displacement `(B, 6)` [m, rad],"""
         self.forces: Grip | None = None
@@ -113,7 +114,8 @@ class SpatialIkController(Expert[SpatialIkConfig]):
         ending = ending_of(self._task, self.config)
         self._set_off(spatial_limit(self._task, state, ending) if known is None else known)
         self._start, self._rest = self._task.origin(state), state.joint_angles
-        self.strayed = np.zeros(state.n_worlds)
+        self.strayed, self.aside = np.zeros((2, state.n_worlds))
+        self._way = np.zeros((state.n_worlds, 6))
         self._moved, self._turned = self._task.path.at(self.progress)
 
     def act(self, state: State) -> Array:
@@ -151,6 +153,8 @@ class SpatialIkController(Expert[SpatialIkConfig]):
         self.integral = self._summed(self.integral, error, np.repeat(config.integral_limit, 3))
         velocity = np.concatenate([self._moved - moved, self._turned - turned], axis=-1) / self._period
         self.strayed = np.maximum(self.strayed, beside(error, velocity))
+        self._way = np.where(np.abs(velocity).max(axis=-1, keepdims=True) > SLOW, velocity, self._way)
+        self.aside = np.maximum(self.aside, beside(error, self._way))
         return config.proportional * error + self.integral, velocity
 
     def _error(self, state: State, moved: Array, turned: Array) -> Array:

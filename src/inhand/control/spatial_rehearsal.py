@@ -44,9 +44,10 @@ LOST = -LOSS / 2
 WIDE = ((0.006, 0.35), (0.015, 0.7))
 """Margins from the predicted end where every grasp loses the object before it, each where those before do not do [m,
 rad]."""
-TO_THE_END = ((0.0, 0.0), (-0.002, -0.07))
-"""Margins that the one grasp for all is tried with in the end, in the very worlds that it is for: none, and on to the
-next pose that the prediction looks at [m, rad]."""
+TO_THE_END = ((0.006, 0.21), (0.004, 0.14), (0.003, 0.1), (0.0, 0.0), (-0.002, -0.07))
+"""Margins that the one grasp for all is tried with in the end, in its very worlds, the last beyond the end [m, rad]."""
+ASIDE = 12.0
+"""Way that it costs the one grasp for each metre that the object is beside its path, held at its end too (guessed)."""
 BEHIND = 0.6
 """Where grasps go less than this share of the way that the search found, they are told to go as far as that: a start
 some tenths of a millimetre off can cost the room that the prediction asks for at one pose, though nothing meets."""
@@ -332,7 +333,7 @@ def rehearsed(
     _, found = simulate(task, closed, there.starts, carry, silent, twists=twists, longest=longest_of(path, config))
     kept, last = np.isin(np.array(found.outcomes), (REACHED, TIME_OUT)), made[-1]
     cost = np.where(kept, np.where(always_held(found), 0.0, GAP) if strict else 0.0, LOSS)
-    worth = last.progress - STRAYED * last.strayed - cost
+    worth = last.progress - (ASIDE * last.aside if strict else STRAYED * last.strayed) - cost
     tried = [Tried(grasps[k], float(last.limit[k]), float(worth[k])) for k in range(len(grasps))]
     return [[tried[k] for k in np.flatnonzero(owner == w)] for w in range(len(groups))]
 

@@ -69,7 +69,7 @@ def test_the_way_that_is_gone_is_the_grades_of_what_is_seen() -> None:
     assert grade_of(np.array([0.0, np.inf])).tolist() == [0, len(GRADES) - 1]
 
 
-def test_no_more_risk_is_taken_than_usual_where_frames_are_late() -> None:
+def test_no_more_is_dared_than_usual_where_frames_are_late_or_objects_far_off() -> None:
     told, still = list[Array](), np.tile(HAND.start_pose, (1, 2, 1))
     usual = replace(
         rough_grasp(HAND, CUBE, still),
@@ -93,7 +93,9 @@ def test_no_more_risk_is_taken_than_usual_where_frames_are_late() -> None:
     ):
         late = draw(Disturbance(camera=camera), (3, 0), HAND.n_joints)
         loop.simulate(task, grasp, still[:, 0], carry, loop.Bench(), longest=0.04, disturbed=[late])
-    np.testing.assert_allclose(told, [[0.06, 0.0], [0.06, 0.1], [0.04, 0.2]])
+    for off_mm in (4.0, 6.0):  # beside its plan and seen exactly
+        loop.simulate(task, grasp, still[:, 0] + (off_mm / 1e3, 0.0, 0.0), carry, loop.Bench(), longest=0.04)
+    np.testing.assert_allclose(told, [[0.06, 0.0], [0.06, 0.1], [0.04, 0.2], [0.06, 0.0], [0.05, 0.1]])
 
 
 def test_fingers_are_placed_for_the_grasp_of_what_is_seen() -> None:

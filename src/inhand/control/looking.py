@@ -22,6 +22,9 @@ FEWEST = 3
 LOOKS = 0.3
 """Time for which fingers wait, where they are placed by what is seen [s]: of 9 frames, less what is late and missing,
 one camera of `field` in a thousand seems to be of `bench`."""
+FAR = 3.0
+"""How far beside their plan objects are seen of which ways of the best grade, planned for starts of 1 mm and 1 deg,
+lose many: the root of the mean square, in a fiducial's noise."""
 LATE = 0.05
 """Age of frames from which objects turn and some are lost where the risk of the best grade is taken, which is chosen
 where they are 20 ms old [s]."""
@@ -33,7 +36,7 @@ class Looking(JointPid):
     def __init__(self, task: AnyTask, goal: Array, planned: Array) -> None:
         """Aim at joint angles [rad], with objects planned to stand at poses `(B, 3)`, or in space to be at `(B, 7)`."""
         super().__init__(task, goal)
-        self._planned = planned
+        self._planned, self._noise = planned, FIDUCIAL if planned.shape[1] == 3 else FIDUCIAL_IN_SPACE
 
     def begin(self, state: State | Seen) -> None:
         """Start from where the joints are."""
@@ -62,21 +65,26 @@ class Looking(JointPid):
     @property
     def scatter(self) -> Array:
         """How much frames scatter, in a fiducial's noise `(B,)`; infinitely where there are too few to tell."""
-        count, noise = self._count, FIDUCIAL if self._planned.shape[1] == 3 else FIDUCIAL_IN_SPACE
+        count = self._count
         variance = np.maximum(self._squares - count * self.off**2, 0.0) / np.maximum(count - 1, 1)
-        return np.where(count[:, 0] < FEWEST, np.inf, np.sqrt((variance / noise**2).mean(axis=-1)))
+        return np.where(count[:, 0] < FEWEST, np.inf, np.sqrt((variance / self._noise**2).mean(axis=-1)))
+
+    def grade(self, count: int, *, soon: bool = False) -> NDArray[np.int64]:
+        """Return which of so many grades is each world's `(B,)`, at best the usual one where objects are `FAR` off.
+
+        Where who sees well must see `soon`, too, it is at best the usual one where no frame is younger than `LATE`.
+        """
+        doubted = np.sqrt(((self.off / self._noise) ** 2).mean(axis=-1)) > FAR
+        if soon:
+            doubted |= self._age > LATE
+        grade = grade_of(self.scatter, count)
+        return np.where(doubted, np.maximum(grade, count // 2), grade)
 
     def of_grade(self, each: Sequence[Array], *, soon: bool = False) -> Array:
-        """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's.
-
-        Where who sees well must see `soon`, too, what has no frame younger than `LATE` has the usual grade at best.
-        """
+        """Return of arrays `(B, ...)`, one for each grade of a camera or one for all, what belongs to each world's."""
         if len(each) == 1:
             return each[0]
-        grade = grade_of(self.scatter, len(each))
-        if soon:
-            grade = np.where(self._age > LATE, np.maximum(grade, len(each) // 2), grade)
-        return np.stack(each)[grade, np.arange(len(grade))]
+        return np.stack(each)[self.grade(len(each), soon=soon), np.arange(len(self._age))]
 
     def _look(self, seen: Seen) -> None:
         off = _beside(seen.frame_pose, self._planned)
@@ -108,7 +116,7 @@ class Choosing(Looking):
     def _look(self, seen: Seen) -> None:
         super()._look(seen)
         looked = seen.time - self._began >= LOOKS
-        grade = np.where(looked, grade_of(self.scatter, len(self._stops)), self._grade)
+        grade = np.where(looked, self.grade(len(self._stops)), self._grade)
         there = looked & (self._set_point == self._goal).all(axis=-1)
         further = np.minimum(self._passed + there, self._stops.shape[1] - 1)
         self._passed = np.where(grade == self._grade, further, 0)

@@ -414,7 +414,9 @@ def test_terms_sum_to_the_reward_even_where_no_end_is_given(name: str) -> None:
 
 
 def test_unknown_names_are_met_with_near_ones() -> None:
-    with pytest.raises(InputError, match=r"unknown observation 'tesis'; did you mean thesis\?; allowed are thesis, gr"):
+    with pytest.raises(
+        InputError, match=r"unknown observation 'tesis'; did you mean thesis or space-thesis\?; allowed are thesis, gr"
+    ):
         find_layout("tesis")
     with pytest.raises(InputError, match=r"unknown reward 'progres'; did you mean progress\?; allowed are thesis, pr"):
         find_reward("progres")

@@ -32,6 +32,7 @@ def planned(paths: Array) -> tuple[float, Array]:
 def main() -> None:
     """Print the time of four paths on one core and on all, and their ratio."""
     print(environment())
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(caches.base() / "compiled"))  # where other processes find it, too
     planned(PATHS[:1])  # compiles
     with one_core():
         alone, ways = planned(PATHS)

@@ -30,7 +30,8 @@ from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import Result, result_of_trial
 from inhand.asterisk_test.robustness.summary import retention, wilson
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.catalogue import SHIPPED, ControllerEntry, find_controller, learned
+from inhand.control.catalogue import ControllerEntry, find_controller, learned
+from inhand.control.names import SHIPPED
 from inhand.control.policy import load_policy
 from inhand.learning.config import Training
 from inhand.learning.presets import default, privileged, thesis

@@ -24,7 +24,7 @@ from inhand.control.run_config import RunConfig
 from inhand.geometry import Array
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan, plan_grasps
+from inhand.hands.grasp_search import PLAN_EVERY, GraspPlan, plan_grasps
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import GROUPS
 from timing import best_times, environment, verdict
@@ -54,7 +54,7 @@ def row(hand_name: str, object_name: str) -> tuple[str, float]:
     whose = [(direction.angle_deg, 0.0, k) for direction in GROUPS["all"] for k in range(TRIALS)]
     starts = held.hand.start_pose + start_noise(RunConfig(), whose)
     begin = time.process_time()
-    plans = plan_grasps(*held, lines[:, :: rehearsal.PLAN_EVERY])
+    plans = plan_grasps(*held, lines[:, ::PLAN_EVERY])
     searched = time.process_time() - begin
     groups, where = [group for group in plans for _ in range(TRIALS)], (np.repeat(lines, TRIALS, axis=0), starts)
     found: dict[str, list[GraspPlan]] = {}

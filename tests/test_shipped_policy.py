@@ -11,7 +11,7 @@ import inhand.policies
 from inhand.asterisk_test.config import AsteriskConfig
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import prepare, simulate
-from inhand.control.catalogue import SHIPPED
+from inhand.control.names import SHIPPED
 from inhand.control.policy import load_policy
 from inhand.control.spatial_catalogue import SHIPPED as SHIPPED_IN_SPACE
 from inhand.records import read_record

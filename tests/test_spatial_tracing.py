@@ -56,8 +56,7 @@ def run() -> TraceRun:
     """A letter, the palm looking down, from a search that is quick: few contacts and grasps."""
     quick = SpatialSearchConfig(spacing=0.012, keep=2)
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("control.spatial_rehearsal", "tracing.fit"):
-            patch.setattr(f"inhand.{module}.search_of", lambda *_: quick)
+        patch.setattr("inhand.control.spatial_rehearsal.search_of", lambda *_: quick)
         return front.trace("V@yz", STANDARD, "cube_50", size=12.0, trials=1, gravity="down")
 
 

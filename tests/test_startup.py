@@ -8,6 +8,8 @@ import pytest
 
 from commands import in_a_process
 from inhand.cli.commands import COMMANDS
+from inhand.control.catalogue import OWN
+from inhand.control.names import EXPERTS
 
 HEAVY = (
     "PIL", "ezdxf", "gymnasium", "h5py", "jax", "joblib", "matplotlib", "minari", "mujoco", "numba", "onnx", "optax",
@@ -70,9 +72,24 @@ def test_a_wrong_name_is_refused_before_anything_heavy_is_imported_or_written(tm
     assert list(tmp_path.iterdir()) == []
 
 
+TOLD_EARLY = (
+    "asterisk --hand nonsense", "asterisk --hand 2v2_50.50_50.50_1.1", "asterisk --object cube_3x",
+    "asterisk --controller nonsense", "asterisk --directions nonsense", "trace --path nonsense",
+    "trace --path missing.csv", "sweep --hands nonsense", "sweep --directions Out,nonsense",
+    "robustness --controllers nonsense", "train --object nonsense", "record --directions nonsense",
+    "design --objects nonsense", "reach --directions nonsense",
+)  # fmt: skip
+"""Names that are looked up before the command that would run is imported."""
+
+
 def test_a_wrong_name_is_told_before_its_command_is_imported(tmp_path: Path) -> None:
-    lines = tuple(f"asterisk --{what}" for what in ("hand nonsense", "hand 2v2_50.50_50.50_1.1", "object cube_3x"))
-    assert imported_by(lines, ("inhand.asterisk_test.asterisk",), tmp_path) == [(line, 2, []) for line in lines]
+    commands = ("asterisk", "trace", "sweep", "robustness", "train", "record", "design", "reach")
+    heavy = ("inhand.control.loop", "inhand.asterisk_test.cells", *(f"inhand.cli.{each}" for each in commands))
+    assert imported_by(TOLD_EARLY, heavy, tmp_path) == [(line, 2, []) for line in TOLD_EARLY]
+
+
+def test_the_names_of_controllers_are_those_of_the_catalogue() -> None:
+    assert tuple(entry.name for entry in OWN) == EXPERTS
 
 
 def test_every_command_has_a_wrong_name() -> None:

@@ -28,8 +28,9 @@ from inhand.tracing import run as trace_run
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
 from inhand.tracing.fit import carried
+from inhand.tracing.named import find_path
 from inhand.tracing.report import TraceRun
-from inhand.tracing.run import find_path, plan_of, prepare_trace
+from inhand.tracing.run import plan_of, prepare_trace
 from inhand.tracing.table import trace_rows
 from inhand.tracing.tasks import find_task
 from inhand.tracing.trace import Trace

@@ -11,8 +11,9 @@ from typing import Any, TypeVar
 from numpy.random import Generator
 
 from inhand.asterisk_test.user_metrics import METRICS, UserMetric
-from inhand.control.catalogue import CONTROLLERS, SHIPPED
+from inhand.control.catalogue import CONTROLLERS
 from inhand.control.checked import maker
+from inhand.control.names import SHIPPED
 from inhand.control.phases import OWN, PHASES, Phase
 from inhand.geometry import Array
 from inhand.hands.files import HANDS, OBJECTS

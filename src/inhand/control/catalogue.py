@@ -18,7 +18,8 @@ from inhand.control.controller import Controller, SpatialTask, Task
 from inhand.control.feeling import FeelingController, carrier_of
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
-from inhand.control.knowing import FAMILY, LEARNED, check_held
+from inhand.control.knowing import check_held
+from inhand.control.names import FAMILY, LEARNED, SHIPPED, unknown_controller
 from inhand.control.phases import Grasp
 from inhand.control.policy import Policy, PolicyController, aims_of, load_policy, parts_of, straight_angles
 from inhand.control.policy_arrays import ACTOR
@@ -30,7 +31,7 @@ from inhand.control.sensed_policy import PolicyPrimitive, SensedPolicyController
 from inhand.control.sliding import sliding_grasps
 from inhand.control.thesis_ik import ThesisIkController
 from inhand.control.user_policy import UserPolicy, user_policy
-from inhand.errors import InputError, near_matches
+from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.files import load_object
 from inhand.hands.fit import Held
@@ -171,51 +172,47 @@ def _entry(name: str, given: object) -> ControllerEntry:
 GRASPS: dict[str, Planner] = {"planned": planned_grasp, "rough": rough_grasp}
 """How a user's controller may ask to be given the object."""
 
-CONTROLLERS: Registry[ControllerEntry] = Registry(
-    "controller",
-    {
-        entry.name: entry
-        for entry in (
-            ControllerEntry(
-                "ik",
-                "the expert: searched contacts, commanded grip force, feedback on the object's pose",
-                planned_grasp,
-                IkController,
-                fixed_grasp=partial(planned_grasp, fixed=True),
-            ),
-            ControllerEntry(
-                "ik-cautious",
-                "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
-                partial(planned_grasp, config=CAUTIOUS),
-                partial(IkController, config=CAUTIOUS[1]),
-                fixed_grasp=partial(planned_grasp, config=CAUTIOUS, fixed=True),
-            ),
-            ControllerEntry(
-                "thesis-ik",
-                "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
-                rough_grasp,
-                ThesisIkController,
-            ),
-            ControllerEntry(
-                "ik-sliding",
-                "the expert, with grips whose contacts slide where that goes farther",
-                partial(planned_grasp, slides=True),
-                IkController,
-                fixed_grasp=partial(planned_grasp, fixed=True),
-            ),
-            ControllerEntry(
-                "ik-sensed",
-                "the expert's law on encoders and a camera, as far as was planned for a range of frictions and starts",
-                partial(sensed_grasp, carrier=graded(Carrier())),
-                IkSensedController,
-                reads=SENSED,
-                fixed_grasp=sensed_grasp,
-                primitive=partial(IkController, config=SENSED_PRIMITIVE),
-            ),
-        )
-    },
-    _entry,
+OWN = (
+    ControllerEntry(
+        "ik",
+        "the expert: searched contacts, commanded grip force, feedback on the object's pose",
+        planned_grasp,
+        IkController,
+        fixed_grasp=partial(planned_grasp, fixed=True),
+    ),
+    ControllerEntry(
+        "ik-cautious",
+        "the expert with margins wide enough for another engine's contacts: shorter, harder to lose",
+        partial(planned_grasp, config=CAUTIOUS),
+        partial(IkController, config=CAUTIOUS[1]),
+        fixed_grasp=partial(planned_grasp, config=CAUTIOUS, fixed=True),
+    ),
+    ControllerEntry(
+        "thesis-ik",
+        "inverse kinematics exactly as thesis 3.2: expected contacts, open loop, no grip force",
+        rough_grasp,
+        ThesisIkController,
+    ),
+    ControllerEntry(
+        "ik-sliding",
+        "the expert, with grips whose contacts slide where that goes farther",
+        partial(planned_grasp, slides=True),
+        IkController,
+        fixed_grasp=partial(planned_grasp, fixed=True),
+    ),
+    ControllerEntry(
+        "ik-sensed",
+        "the expert's law on encoders and a camera, as far as was planned for a range of frictions and starts",
+        partial(sensed_grasp, carrier=graded(Carrier())),
+        IkSensedController,
+        reads=SENSED,
+        fixed_grasp=sensed_grasp,
+        primitive=partial(IkController, config=SENSED_PRIMITIVE),
+    ),
 )
+"""The toolkit's controllers of hands in the plane that are no policies."""
+
+CONTROLLERS: Registry[ControllerEntry] = Registry("controller", {entry.name: entry for entry in OWN}, _entry)
 
 
 def find_controller(name: str, held: Held | None = None) -> ControllerEntry:
@@ -237,13 +234,7 @@ def find_controller(name: str, held: Held | None = None) -> ControllerEntry:
     folder = Path(name)
     if folder.is_dir():
         return learned(*policy_of(folder))
-    known = (*CONTROLLERS, *SHIPPED)
-    if name == "rl-sensed":
-        raise InputError("controller 'rl-sensed' is called rl now, and what was rl is called rl-privileged")
-    raise InputError(
-        f"unknown controller {name!r}{near_matches(name, known)}; allowed are {', '.join(known)}, the folder of a"
-        " run of `inhand train` and FILE.py:NAME"
-    )
+    raise unknown_controller(name, (*CONTROLLERS, *SHIPPED))
 
 
 def learned(name: str, policy: Policy) -> ControllerEntry:
@@ -333,12 +324,3 @@ def _plain(name: str) -> str:
     """Return a folder's name as a controller's: for file names, and never one of the catalogue."""
     plain = re.sub(r"[^\w.+-]+", "_", name) or "policy"
     return f"{plain}-policy" if plain in {*CONTROLLERS, *SHIPPED} else plain
-
-
-SHIPPED = {
-    LEARNED: "default",
-    "rl-privileged": "privileged",
-    FAMILY: "family",
-    f"{FAMILY}-privileged": "family-privileged",
-}
-"""Policies that come with the package by name, each with the preset that trained it, which is its folder."""

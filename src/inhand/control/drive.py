@@ -18,8 +18,8 @@ from inhand.control.contract import check_rate, check_senses
 from inhand.control.controller import Task
 from inhand.control.episode import MANIPULATE
 from inhand.control.joint import JointPid, PidConfig
-from inhand.control.knowing import LEARNED
 from inhand.control.link import Clock, Command, DriveConfig, Link, Read, Row, StoppedError
+from inhand.control.names import LEARNED
 from inhand.control.phases import Grasp, Phase, placed_joints, standard_phases
 from inhand.control.run_config import HeldConfig
 from inhand.control.seen import SENSED

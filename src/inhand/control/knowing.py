@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from inhand.geometry import Array
     from inhand.hands.pair_family import PairFamily
 
-LEARNED, FAMILY = "rl", "rl-family"
-"""The policy of the package on real senses for one hand and one object, and that for hands and objects that differ."""
-
 
 class Knows(Protocol):
     """What a policy says of itself."""

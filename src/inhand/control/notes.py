@@ -1,7 +1,7 @@
 """What a reader should know of a controller that runs with a hand and an object."""
 
 from inhand.control.catalogue import ControllerEntry
-from inhand.control.knowing import FAMILY, LEARNED
+from inhand.control.names import FAMILY, LEARNED
 from inhand.hands.files import assumed
 
 

@@ -26,7 +26,7 @@ from inhand.control.phases import Grasp, standard_phases
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, rotate, transform, way_along
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, moved_along, plan_grasps
+from inhand.hands.grasp_search import PLAN_EVERY, GraspPlan, SearchConfig, moved_along, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec, convex_pieces
 from inhand.hands.rolling import Starts, roll
@@ -41,8 +41,6 @@ LEAST, SLOWEST = 8.0, 0.02
 """Time for which objects are carried at least [s], and the speed at which longer paths are followed at least [m/s]."""
 APPROACH = 5
 """Poses on the way from a path's start to where the object stands."""
-PLAN_EVERY = 3
-"""Of a path's poses the search looks at one in so many, 3 mm apart: it only compares grasps."""
 SHORT = 0.008
 """A grasp that goes less far than was promised by more than this falls short [m]: guessed, twice what the margins of
 search and expert take."""

@@ -24,13 +24,13 @@ from inhand.control.ik_sensed import SENSED_PRIMITIVE, IkSensedController
 from inhand.control.looking import slopes
 from inhand.control.loop import Bench, Recording, simulate
 from inhand.control.phases import Grasp, graded_grasp
-from inhand.control.rehearsal import LEAST, PLAN_EVERY, SLOWEST, closing_joints
+from inhand.control.rehearsal import LEAST, SLOWEST, closing_joints
 from inhand.control.shipped_plans import path_keys, plans_of
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.control.watched import ASTRAY, Carries, Watched, ways_along
 from inhand.geometry import SAME, Array, Path, way_along
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
+from inhand.hands.grasp_search import PLAN_EVERY, GraspPlan, SearchConfig, plan_grasps
 from inhand.hands.hand import HandSpec
 from inhand.hands.objects import ObjectSpec
 from inhand.sim.drawn import draw

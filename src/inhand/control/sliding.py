@@ -20,11 +20,11 @@ from inhand.caches import cached
 from inhand.control.controller import Task
 from inhand.control.ik import IkConfig, IkController
 from inhand.control.loop import Bench, sense, simulate
-from inhand.control.rehearsal import PLAN_EVERY, carry, closing_joints
+from inhand.control.rehearsal import carry, closing_joints
 from inhand.control.trial import REACHED, TIME_OUT
 from inhand.geometry import Array, Path, way_along, wrap_angle
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import GraspPlan, SearchConfig, plan_grasps
+from inhand.hands.grasp_search import PLAN_EVERY, GraspPlan, SearchConfig, plan_grasps
 from inhand.sim.engine import Simulator
 from inhand.sim.memory import batches
 from inhand.sim.state import State

@@ -24,6 +24,8 @@ from inhand.hands.reach.parts import Postures
 from inhand.hands.rolling import Starts, Tracks, roll
 from inhand.hands.touch import inclined_touches
 
+PLAN_EVERY = 3
+"""Of a path's poses the search looks at one in so many, 3 mm apart: it only compares grasps."""
 INCLINATIONS = np.deg2rad([-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0])
 """Angles between a third link and the inward normal that are tried [rad]."""
 

@@ -14,8 +14,9 @@ from inhand.asterisk_test.people.human import HumanFolder
 from inhand.asterisk_test.results import result_of_trial
 from inhand.asterisk_test.run import Setup
 from inhand.asterisk_test.spatial.run import SpatialSetup
-from inhand.control.catalogue import SHIPPED, find_controller
+from inhand.control.catalogue import find_controller
 from inhand.control.draws import disturbance_notes
+from inhand.control.names import SHIPPED
 from inhand.control.policy import Policy
 from inhand.control.spatial_catalogue import SHIPPED as SHIPPED_IN_SPACE
 from inhand.control.spatial_catalogue import find_spatial_controller

@@ -13,18 +13,15 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from inhand.caches import Arrays, cached
-from inhand.control.rehearsal import PLAN_EVERY
-from inhand.control.spatial_rehearsal import search_of
 from inhand.errors import InputError
 from inhand.geometry import Array, way_along
 from inhand.hands.fit import Held
-from inhand.hands.grasp_search import plan_grasps
+from inhand.hands.grasp_search import PLAN_EVERY, plan_grasps
 from inhand.hands.hand import FingerSpec, HandSpec
 from inhand.hands.objects import polygon
 from inhand.hands.reach.limits import farthest, reaches
 from inhand.hands.shapes import link_outline
 from inhand.hands.spatial.fit import SpatialHeld
-from inhand.hands.spatial.grasp_search import search_grasps
 from inhand.rotations import SpatialPath
 from inhand.tracing.drawing import Drawing, larger_side
 from inhand.tracing.plan import Plan
@@ -130,6 +127,10 @@ def carried(held: AnyHeld, plan: Plan) -> float:
 
 
 def _carried_in_space(held: SpatialHeld, plan: Plan) -> float:
+    # what looks drawings up imports this file, and a wrong name is to be told at once
+    from inhand.control.spatial_rehearsal import search_of
+    from inhand.hands.spatial.grasp_search import search_grasps
+
     (hand, spec, gravity), way = held, from_to(np.array(plan.legs[0].start), plan.path.poses)
     path, pulls = SpatialPath(way[:, :3], way[:, 3:]), np.array([gravity])
     (found,) = search_grasps((hand, spec), hand.start_pose, [path], pulls, config=search_of(spec, pulls))

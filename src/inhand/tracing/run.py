@@ -25,7 +25,7 @@ from inhand.control.loop import Bench, Told
 from inhand.control.seen import SENSED
 from inhand.control.spatial_catalogue import SpatialEntry, find_spatial_controller
 from inhand.control.spatial_weight import check_carried
-from inhand.errors import InputError, near_matches
+from inhand.errors import InputError
 from inhand.hands.files import load_hand, load_object
 from inhand.hands.fit import Held, check_fit
 from inhand.hands.hand import HandSpec
@@ -40,11 +40,10 @@ from inhand.sim.engines import check_engine, engine_in_space
 from inhand.sim.walls import Wall
 from inhand.tracing.config import TraceConfig
 from inhand.tracing.drawing import Drawing, larger_side, scaled
-from inhand.tracing.drawings import SHAPES, find_drawing
 from inhand.tracing.fit import AnyHeld, Carries, carried, check_extent, fit_of, largest, reached, refusal
 from inhand.tracing.follow import Followed, follow, follow_in_space, planner_of
+from inhand.tracing.named import find_path
 from inhand.tracing.plan import TOLERANCE, Plan, plan_along
-from inhand.tracing.spatial_drawings import HELIX, PLANES, find_spatial_drawing
 from inhand.tracing.spatial_tasks import SPATIAL_TASKS
 from inhand.tracing.tasks import TASKS, SequenceTask, fitting_plan
 from inhand.tracing.trace import Trace, trace_of
@@ -172,26 +171,6 @@ def prepare_trace(config: TraceConfig, told: Told | None = None) -> TraceSetup:
     drawing, more = _sized(config, (held, entry), asked, told)
     plan = plan_of(held, drawing)
     return TraceSetup(held, entry, (plan,) * config.trials, None, larger_side(drawing), (*notes, *more))
-
-
-def find_path(text: str, *, space: bool = False) -> Drawing:
-    """Return the drawing that `--path` names, of a hand in the plane or in space.
-
-    Raises:
-        InputError: there is none; the text offers near matches, tasks among them.
-    """
-    tasks, shapes = (SPATIAL_TASKS, (*SHAPES, HELIX)) if space else (TASKS, tuple(SHAPES))
-    try:
-        return find_spatial_drawing(text) if space else find_drawing(text)
-    except InputError as error:
-        near = near_matches(text, (*tasks, *shapes))
-        if "unknown drawing" not in str(error):
-            raise
-        planes = f", each in a plane as A@xz ({', '.join(PLANES)}), joined by +" if space else ""
-        raise InputError(
-            f"unknown --path {text!r}{near}; allowed are {', '.join(shapes)}, a letter A to Z, an .svg, .dxf or .csv"
-            f" file{planes}, and the tasks {', '.join(tasks)}"
-        ) from error
 
 
 def plan_of(held: AnyHeld, drawing: Drawing) -> Plan:

@@ -9,8 +9,8 @@ import numpy as np
 from inhand.control.checked import maker
 from inhand.control.controller import AnyPath, AnyTask, Controller, SpatialTask
 from inhand.control.episode import MANIPULATE, TWIST
-from inhand.control.joint import JointPid
-from inhand.control.looking import Choosing, Looking
+from inhand.control.joint import JointPid, PidConfig
+from inhand.control.looking import LOOKS, Choosing, Looking
 from inhand.errors import InputError
 from inhand.geometry import Array
 from inhand.hands.hand import HandSpec
@@ -25,8 +25,8 @@ PRESSING, LIFTING = 0.2, 0.3
 """and how long they last [s]."""
 STANDING, HELD = (0.5, 1.2), (0.1, 0.7)
 """How long fingers are placed and close on objects that stand, and on those that their worlds hold [s];"""
-CHOSEN = 2.0
-"""how long they are placed where that is chosen by what is seen [s]."""
+CHOSEN, SETTLING = 2.0, 0.5
+"""how long they are placed at least where that is chosen by what is seen, and how long they may come to rest [s]."""
 
 
 @dataclass(frozen=True)
@@ -181,8 +181,18 @@ def _closed(grasp: Grasp, looked: list[Looking], *, held: bool) -> tuple[Phase, 
     """Return the phases that place the fingers of a grasp and close them; what follows what is seen looks first."""
     (place, close), (placing, closing) = _fingers(grasp, looked), HELD if held else STANDING
     if grasp.follows is not None:
-        placing = CHOSEN if _differ(_graded(grasp)) else STANDING[0]
+        placing = _choosing(_graded(grasp)) if _differ(_graded(grasp)) else STANDING[0]
     return Phase("place", place, longest=placing), Phase("grasp", close, longest=closing, must_hold=True)
+
+
+def _choosing(graded: Sequence[Grasp]) -> float:
+    """Return how long fingers may look and then go to where the grasp of any grade begins [s].
+
+    The same object may be held with an elbow bent the one way or the other, which is most of a turn of a joint away.
+    """
+    usual = graded[len(graded) // 2].opened
+    farthest = max(float(np.abs(each.opened - usual).max()) for each in graded)
+    return max(CHOSEN, LOOKS + (farthest + SPREAD) / PidConfig().speed + SETTLING)
 
 
 def _fingers(grasp: Grasp, placing: list[Looking]) -> tuple[Callable[[Any], Controller], Callable[[Any], Controller]]:

@@ -17,7 +17,9 @@ def neighbours(first: Postures, second: Postures, n_cells: int, hop: int = 1) ->
     from inhand.hands.reach.flood import find_beside
 
     beside = _beside(len(first.cell), len(second.cell), n_cells)
-    find_beside(first, second, (hop, n_cells), beside)
+    # columns of an array would have all compiled once more
+    one, other = (each._replace(cell=np.ascontiguousarray(each.cell)) for each in (first, second))
+    find_beside(one, other, (hop, n_cells), beside)
     table = np.zeros((len(first.cell), len(second.cell)), dtype=bool)
     table[np.repeat(np.arange(len(table)), np.diff(beside.start)), beside.neighbours[: beside.start[-1]]] = True
     return table

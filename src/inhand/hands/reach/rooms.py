@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from inhand.geometry import Array
 from inhand.hands.reach.fingers import EXPECTED
 from inhand.hands.reach.pairs import room_for_pairs
@@ -27,6 +29,7 @@ class Rooms:
         """Return the postures of both fingers at a pose `(1, 3)`, at cells near some more; they lie in this room."""
         from inhand.hands.reach.touching import touch_near
 
+        pose = np.array(pose)  # of a path that cannot be written to, for which all would be compiled once more
         while True:
             touch_near(self._touchers, (*used, around), self.near, pose, self._touched)
             counts = [int(room.counts[0]) for room in self._touched]

@@ -20,7 +20,7 @@ import numpy as np
 from inhand.geometry import Array
 from inhand.hands.hand import FingerSpec, HandSpec
 from inhand.hands.reach.bundles import Bundle
-from inhand.hands.reach.parts import NORMAL_ARM, Indices, Postures, Toucher, room_for, toucher
+from inhand.hands.reach.parts import NORMAL_ARM, Indices, Postures, Toucher, cells_near, room_for, toucher
 
 EXPECTED = 4
 """Postures of a finger for each cell and pose for which room is made at first."""
@@ -47,18 +47,19 @@ def touching_postures(hand: HandSpec, finger: FingerSpec, body: Body, poses: Arr
 
     Any link may touch. Joint limits are kept, and no link overlaps object or palm.
     """
-    return touched(toucher(hand, finger, body.cells, body.pieces), np.arange(len(body.cells)), poses)
+    return touched(toucher(hand, finger, body.cells, body.pieces), len(body.cells), poses)
 
 
-def touched(by: Toucher, chosen: Indices, poses: Array) -> Postures:
-    """Return `touching_postures` of a finger and an object; the outer links are looked for at chosen cells `(C,)`."""
-    from inhand.hands.reach.touching import touch
+def touched(by: Toucher, cells: int, poses: Array) -> Postures:
+    """Return `touching_postures` of a finger and an object whose outline has so many cells."""
+    from inhand.hands.reach.touching import touch_near
 
     poses = np.array(poses, order="C")  # of one kind, which is compiled once: may be written, lies row by row
-    size = EXPECTED * len(chosen) * len(poses)
+    near, size, none = cells_near(cells), EXPECTED * cells * len(poses), np.empty(0, dtype=np.int64)
+    near.near[:] = True
     while True:
-        room = room_for(by, len(chosen), size)
-        touch(by, chosen, poses, room)
+        room = room_for(by, cells, size)
+        touch_near((by, by), ((none, none), 0, 1), (near, near), poses, (room, room))
         count = int(room.counts[0])
         if count <= size:
             return room.found.only(slice(count))

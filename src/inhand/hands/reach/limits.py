@@ -179,7 +179,7 @@ def reaches(hand: HandSpec, spec: ObjectSpec, path: Array, config: ReachConfig |
 def why_none(hand: HandSpec, spec: ObjectSpec, pose: Array, config: ReachConfig | None = None) -> str:
     """Return which constraint keeps every grip from holding an object at a pose `(1, 3)`."""
     scene = scene_of(hand, spec, config or ReachConfig())
-    left, right = (touched(each, np.arange(len(scene.body.cells)), pose) for each in scene.touchers)
+    left, right = (touched(each, len(scene.body.cells), pose) for each in scene.touchers)
     for side, found in zip(FINGER_NAMES, (left, right), strict=True):
         if len(found.pose) == 0:
             return f"the {side} finger reaches no point of it within its joint limits"

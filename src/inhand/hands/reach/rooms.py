@@ -31,7 +31,7 @@ class Rooms:
 
         pose = np.array(pose)  # of a path that cannot be written to, for which all would be compiled once more
         while True:
-            touch_near(self._touchers, (*used, around), self.near, pose, self._touched)
+            touch_near(self._touchers, (used, around, 2), self.near, pose, self._touched)
             counts = [int(room.counts[0]) for room in self._touched]
             if max(counts) <= len(self._touched[0].found.cell):
                 left, right = (room.found.only(slice(count)) for room, count in zip(self._touched, counts, strict=True))

@@ -20,31 +20,28 @@ ROUNDS = 16
 
 
 @kernel
-def touch(by: Toucher, chosen: Indices, poses: Array, room: Room) -> None:
-    """Write how a finger can touch an object at poses `(P, 3)`; its outer links are looked for at chosen cells."""
-    _touch(by, chosen, poses, room)
-
-
-@kernel
 def touch_near(
     touchers: tuple[Toucher, Toucher],
-    used: tuple[Indices, Indices, int],
+    used: tuple[tuple[Indices, Indices], int, int],
     where: tuple[Near, Near],
     poses: Array,
     rooms: tuple[Room, Room],
 ) -> None:
-    """Write how both fingers can touch an object at poses `(P, 3)`, their outer links at cells near some that are used.
+    """Write how fingers can touch an object at poses `(P, 3)`, their outer links at cells near some that are used.
+
+    The first finger alone is one call of this, too: what is compiled is most of a reach's first seconds.
 
     Args:
         touchers: both fingers.
-        used: cells that each of them touched before, and how many cells are near on either side of these.
+        used: cells that each of them touched before, how many cells are near on either side of these, and how many
+            fingers are looked at.
         where: cells that may be looked at, and those that are near others; these are added to.
         poses: the object's poses.
         rooms: room for the postures of each finger.
     """
-    left, right = _look_near(used[0], used[2], where[0]), _look_near(used[1], used[2], where[1])
-    _touch(touchers[0], where[0].cells[:left], poses, rooms[0])
-    _touch(touchers[1], where[1].cells[:right], poses, rooms[1])
+    for k in range(used[2]):
+        count = _look_near(used[0][k], used[1], where[k])
+        _touch(touchers[k], where[k].cells[:count], poses, rooms[k])
 
 
 @inner
@@ -63,7 +60,7 @@ def _look_near(used: Indices, around: int, where: Near) -> int:
 
 @leaf
 def _touch(by: Toucher, chosen: Indices, poses: Array, room: Room) -> None:
-    """Write how a finger can touch an object; see `touch`."""
+    """Write how a finger can touch an object at poses `(P, 3)`; its outer links are looked for at chosen cells."""
     room.counts[0] = 0
     for p in range(len(poses)):
         theta = poses[p, 2]

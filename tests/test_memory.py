@@ -330,6 +330,14 @@ def test_who_has_arrived_keeps_its_commands_wherever_the_object_is_seen_then(sta
     assert controller.progress[out].max() < 0.004 - 2e-4
 
 
+def test_what_is_to_go_nowhere_is_held_wherever_it_is_seen(starts: Starts) -> None:
+    controller = along(0.0)
+    controller.begin(seen_at(starts, 0))
+    for decision in range(40):
+        seen = seen_at(starts, decision, starts.state.pose - np.array([0.002, 0.002, 0.0]))
+        np.testing.assert_array_equal(controller.act(seen), seen.targets)
+
+
 def test_who_comes_no_farther_is_done_after_a_while(starts: Starts) -> None:
     controller = along(0.05)
     controller.begin(seen_at(starts, 0))

@@ -46,6 +46,7 @@ class SensedPolicyController(OnSenses, Underway):
         way, arc = self._way(seen) + ARRIVED, TURN_ARM * np.abs(self._turned)
         first = asked(self._angle, self._turned, seen.frame_pose, np.where(arc > 0, np.minimum(arc, way), way))
         self._set_off(first, np.where(arc > 0, np.maximum(way - arc, 0.0), 0.0))
+        self._arrived = way <= ARRIVED  # what is to go nowhere is held: a policy would look for the start, and lose it
 
     def _move_on(self, worlds: NDArray[np.bool_]) -> None:
         """Ask of some worlds, which have turned, to move."""

@@ -1,5 +1,6 @@
 """Write a figure to a file: whole or not at all, and the same bytes every time."""
 
+import zlib
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,6 +20,8 @@ UNDATED: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": None},
 }
 """Suffixes that `save_figure` writes, with the metadata to leave out: dates and versions change the bytes."""
+PACKED: dict[str, dict[str, dict[str, int]]] = {".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}}}
+"""How a file is packed: lines on white are runs of equal pixels; to look for more is a fifth of drawing a figure."""
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
@@ -36,7 +39,8 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     # These two have no argument in savefig: identifiers in SVG files are random without a salt, and journals
     # refuse PDF files with Type 3 fonts. The context puts the caller's settings back.
     with in_place(path) as part, mpl.rc_context({"svg.hashsalt": "inhand", "pdf.fonttype": 42}):
-        figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", metadata=UNDATED[suffix])
+        how = PACKED.get(suffix, {})
+        figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", metadata=UNDATED[suffix], **how)
     return path
 
 

@@ -2,6 +2,7 @@
 
 import zlib
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ UNDATED: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": None},
 }
 """Suffixes that `save_figure` writes, with the metadata to leave out: dates and versions change the bytes."""
-PACKED: dict[str, dict[str, dict[str, int]]] = {".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}}}
+PACKED: dict[str, dict[str, Any]] = {".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}}}
 """How a file is packed: lines on white are runs of equal pixels; to look for more is a fifth of drawing a figure."""
 
 

@@ -51,18 +51,13 @@ from inhand.control import rehearsal
 from inhand.control.draws import start_noise
 from inhand.control.run_config import RunConfig
 from inhand.hands.files import load_hand, load_object
+from inhand.hands.fit import Held
 from inhand.tasks.paths import straight_path
 from inhand.tasks.primitives import GROUPS
-hand, spec = load_hand("2v2_50.50_50.50_1.1_53"), load_object("cube_39")
-try:
-    from inhand.hands.fit import Held
-except ImportError:
-    held = hand, spec
-else:
-    held = Held(hand, spec)
-poses = np.stack([hand.start_pose + straight_path(each).poses for each in GROUPS["all"] for _ in range(3)])
+held = Held(load_hand("2v2_50.50_50.50_1.1_53"), load_object("cube_39"))
+poses = np.stack([held.hand.start_pose + straight_path(each).poses for each in GROUPS["all"] for _ in range(3)])
 whose = [(each.angle_deg, 0.0, k) for each in GROUPS["all"] for k in range(3)]
-starts = hand.start_pose + start_noise(RunConfig(), whose)
+starts = held.hand.start_pose + start_noise(RunConfig(), whose)
 found, search = {}, rehearsal.plan_grasps
 def searched(*args, **named):
     key = args[2].tobytes(), str(args[3:]), str(named)

@@ -84,7 +84,12 @@ TOLD_EARLY = (
 
 def test_a_wrong_name_is_told_before_its_command_is_imported(tmp_path: Path) -> None:
     commands = ("asterisk", "trace", "sweep", "robustness", "train", "record", "design", "reach")
-    heavy = ("inhand.control.loop", "inhand.asterisk_test.cells", *(f"inhand.cli.{each}" for each in commands))
+    heavy = (
+        "inhand.control.loop",
+        "inhand.asterisk_test.asterisk",
+        "inhand.asterisk_test.cells",
+        *(f"inhand.cli.{each}" for each in commands),
+    )
     assert imported_by(TOLD_EARLY, heavy, tmp_path) == [(line, 2, []) for line in TOLD_EARLY]
 
 

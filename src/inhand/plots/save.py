@@ -15,14 +15,13 @@ from inhand.plots.paper import paper
 PNG_DPI = 160
 """Resolution of PNG files [dots/in]: sharp on a page at 9 pt, small enough for a repository."""
 
-UNDATED: dict[str, dict[str, str | None]] = {
-    ".png": {"Software": None},
-    ".pdf": {"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None},
-    ".svg": {"Date": None, "Creator": None},
+WRITTEN: dict[str, dict[str, Any]] = {
+    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_type": zlib.Z_RLE}},
+    ".pdf": {"metadata": {"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None}},
+    ".svg": {"metadata": {"Date": None, "Creator": None}},
 }
-"""Suffixes that `save_figure` writes, with the metadata to leave out: dates and versions change the bytes."""
-PACKED: dict[str, dict[str, Any]] = {".png": {"pil_kwargs": {"compress_type": zlib.Z_RLE}}}
-"""How a file is packed: lines on white are runs of equal pixels; to look for more is a fifth of drawing a figure."""
+"""Suffixes that `save_figure` writes, and how: without dates and versions, which would change the bytes. Lines on white
+are runs of equal pixels: to look for more in them is a fifth of the time that a figure takes."""
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
@@ -35,13 +34,12 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in UNDATED:
+    if suffix not in WRITTEN:
         raise InputError(f"cannot write a figure as {path.name!r}: the suffix must be .png, .pdf or .svg; rename it")
     # These two have no argument in savefig: identifiers in SVG files are random without a salt, and journals
     # refuse PDF files with Type 3 fonts. The context puts the caller's settings back.
     with in_place(path) as part, mpl.rc_context({"svg.hashsalt": "inhand", "pdf.fonttype": 42}):
-        how = PACKED.get(suffix, {})
-        figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", metadata=UNDATED[suffix], **how)
+        figure.savefig(part, format=suffix[1:], dpi=PNG_DPI, facecolor="white", **WRITTEN[suffix])
     return path
 
 
